@@ -1,0 +1,78 @@
+# hampm: `make help` lists what there is to do.
+
+build ?= release
+O := build/$(build)
+FC := gfortran
+PYTHON := .venv/bin/python
+
+HDF5_COMPILE ?= -I/usr/include/hdf5/serial
+HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serialhl_fortran -lhdf5_serial_fortran \
+             -lhdf5_serial_hl -lhdf5_serial
+COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
+
+release := -O3 -march=native -flto -finline-limit=1000
+debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
+sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
+FLAGS := $(COMMON) $($(build)) $(HDF5_COMPILE) -J$(O)
+
+SOURCES := $(wildcard src/*.f90 src/*/*.f90)
+UNIT_TESTS := $(wildcard tests/unit/test_*.f90)
+LIBRARY := $(patsubst %.f90,$(O)/%.o,$(notdir $(filter-out src/main.f90,$(SOURCES))))
+UNIT_PROGRAMS := $(patsubst tests/unit/%.f90,$(O)/%,$(UNIT_TESTS))
+
+VPATH := $(sort $(dir $(SOURCES))) tests/unit bench
+
+.PHONY: help run test bench figures program unit setup clean
+.DELETE_ON_ERROR:
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
+
+run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
+	@$(MAKE) --no-print-directory program
+	$(O)/hampm input/dcb.nml --output results
+	$(PYTHON) postprocess/plot_g.py results/dcb.h5 --converged 1.28737 --output results/dcb_G.png
+	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
+	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
+
+test: setup  ## install what is missing, build, run all tests
+	@$(MAKE) --no-print-directory program unit
+	@$(MAKE) --no-print-directory program unit build=debug
+	$(PYTHON) -m pytest -q tests
+
+bench: setup  ## measure the time per particle and step beside the memory's speed
+	@$(MAKE) --no-print-directory $(O)/bench_step
+	$(O)/bench_step
+
+setup:  ## install what is missing: compiler, libraries, Python environment
+	@tools/setup.sh
+
+program: $(O)/hampm
+
+unit: $(UNIT_PROGRAMS)
+
+clean:  ## remove what was built; results stay
+	rm -rf build
+
+$(O)/hampm: $(O)/main.o $(LIBRARY)
+	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
+
+$(UNIT_PROGRAMS) $(O)/bench_step: $(O)/%: $(O)/%.o $(O)/harness.o $(LIBRARY)
+	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
+
+# A changed flag, here or on the command line, builds everything anew.
+$(O)/%.o: %.f90 $(O)/flags
+	$(FC) $(FLAGS) -c -o $@ $<
+
+$(O)/flags: FORCE
+	@mkdir -p $(O)
+	@echo '$(FC) $(FLAGS)' | cmp -s - $@ || echo '$(FC) $(FLAGS)' > $@
+FORCE:
+
+$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(wildcard tests/unit/harness.f90 bench/*.f90) tools/depends.awk
+	@mkdir -p $(O)
+	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
+
+ifneq ($(filter-out help clean setup run test bench figures,$(or $(MAKECMDGOALS),help)),)
+include $(O)/depends.mk
+endif

@@ -1,0 +1,259 @@
+"""The history of a run, G(t) and the rest, as its result file holds it, and the two analyses the scripts share.
+
+`History` reads `/history` of a result file; `lowpass` removes what is above a frequency without moving the rest in
+time; `first_frequency` finds the first natural frequency of an oscillation of which only a few periods are known.
+"""
+
+import sys
+from collections import namedtuple
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    sys.exit(f"{missing}: run tools/setup.sh and use .venv/bin/python (gnuplot: set HAMPM_PYTHON to it)")
+
+USAGE, UNREADABLE = 2, 4  # exit codes: the request makes no sense; a file cannot be read or written
+
+Mode = namedtuple("Mode", "frequency decay amplitude")
+Mode.__doc__ = "amplitude * exp(-decay * t) * cos(2 pi frequency t + phase); frequency [Hz], decay [1/s]."
+
+
+class ResultError(Exception):
+    """What is wrong, in words for the user, and the exit code that goes with it."""
+
+    def __init__(self, message, exit_code=USAGE):
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+def run(main):
+    """Call main() as a program: its return value or a ResultError's code becomes the exit code."""
+    try:
+        sys.exit(main())
+    except ResultError as error:
+        sys.exit(report(error))
+    except BrokenPipeError:  # the reader of our output, such as `head`, has seen enough
+        sys.stderr.close()
+        sys.exit(0)
+
+
+def report(error):
+    """Print a ResultError for the user and return its exit code."""
+    print(f"{Path(sys.argv[0]).name}: {error}", file=sys.stderr)
+    return error.exit_code
+
+
+class History:
+    """Columns, units and attributes of `/history` of one result file.
+
+    columns     name -> samples, as stored
+    units       name -> unit, '1' where none is given
+    long_names  name -> description
+    attributes  name -> value, of the group itself
+    """
+
+    def __init__(self, path):
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise ResultError(f"{path}: no such file", UNREADABLE)
+        try:
+            with h5py.File(self.path, "r") as file:
+                self._read(file)
+        except OSError as error:
+            raise ResultError(f"{path}: cannot be read as HDF5 ({error})", UNREADABLE) from error
+
+    def _read(self, file):
+        group = file.get("history")
+        if not isinstance(group, h5py.Group):
+            raise ResultError(f"{self.path}: has no group /history: not a result file", UNREADABLE)
+        datasets = {name: item for name, item in group.items() if isinstance(item, h5py.Dataset)}
+        self.columns = {name: item[()] for name, item in datasets.items()}
+        self.units = {name: _text(item.attrs.get("units", "1")) for name, item in datasets.items()}
+        self.long_names = {name: _text(item.attrs.get("long_name", name)) for name, item in datasets.items()}
+        self.attributes = {name: _scalar(value) for name, value in group.attrs.items()}
+        if "time" not in self.columns:
+            raise ResultError(f"{self.path}: has no dataset /history/time", UNREADABLE)
+        for name, values in self.columns.items():
+            if values.shape != self.times.shape or values.ndim != 1:
+                raise ResultError(f"{self.path}: /history/{name} has shape {values.shape}, "
+                                  f"/history/time has {self.times.shape}", UNREADABLE)
+
+    @property
+    def times(self):
+        """Times of the samples [s]."""
+        return self.columns["time"]
+
+    @property
+    def stem(self):
+        """File name without folder and suffix."""
+        return self.path.stem
+
+    def select(self, patterns):
+        """Names of the columns that match any of the patterns (`*` and `?` as in a shell), in the order asked for."""
+        chosen = {}
+        for pattern in patterns:
+            matching = [name for name in self.columns if fnmatchcase(name, pattern)]
+            if not matching:
+                raise ResultError(f"{self.path}: no column '{pattern}' in /history; "
+                                  f"it has {', '.join(self.columns)}")
+            chosen.update(dict.fromkeys(matching))
+        return list(chosen)
+
+    def g_ref(self):
+        """Reference energy release rate [J/m2] by which G is divided."""
+        value = self.attributes.get("G_ref")
+        if value is None:
+            raise ResultError(f"{self.path}: /history has no attribute G_ref, so G/G_ref is not known "
+                              "(set `reference` in &energy_release)")
+        if not (np.isfinite(value) and value > 0):
+            raise ResultError(f"{self.path}: attribute G_ref of /history is {value}, not a positive number")
+        return value
+
+    def g_ratio(self, name):
+        """Column `name` divided by G_ref."""
+        return self.columns[name] / self.g_ref()
+
+    def beam_ratio(self):
+        """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""
+        value = self.attributes.get("G_beam_on_foundation")
+        return None if value is None else value / self.g_ref()
+
+
+def _text(value):
+    return str(_scalar(value))
+
+
+def _scalar(value):
+    """An attribute as a plain value: Fortran writes arrays of one element and padded texts."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.reshape(-1)[0]
+    value = value.item() if isinstance(value, np.generic) else value
+    value = value.decode() if isinstance(value, bytes) else value
+    return value.rstrip("\0 ") if isinstance(value, str) else value
+
+
+def lowpass(t, y, cutoff, order=4):
+    """Remove from y(t) what is above `cutoff` [Hz], without shifting the rest in time.
+
+    The gain is that of a Butterworth filter of the given order run forwards and backwards,
+    1/(1 + (f/cutoff)^(2 order)): 1/2 at the cutoff, 1 - 1e-8 at a tenth of it, 0.004 at twice it. At its ends the
+    signal is continued by point reflection (y(-t) = 2 y(0) - y(t)), which keeps its value and slope; it is filtered as
+    the straight line through its end points, which passes unchanged, plus a sine series. The first and last sample are
+    therefore kept, and within two periods of the cutoff of them high frequencies are only partly removed. Unequal
+    steps are interpolated linearly.
+    """
+    t, y = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
+    if cutoff <= 0:
+        raise ValueError("cutoff must be positive")
+    if t.size < 3:
+        return y.copy()
+    uniform = np.linspace(t[0], t[-1], t.size)
+    line = y[0] + (y[-1] - y[0]) * (uniform - t[0]) / (t[-1] - t[0])
+    odd = np.interp(uniform, t, y) - line
+    spectrum = np.fft.rfft(np.concatenate([odd, -odd[-2:0:-1]]))
+    frequency = np.fft.rfftfreq(2 * t.size - 2, uniform[1] - uniform[0])
+    with np.errstate(over="ignore"):
+        gain = 1 / (1 + (frequency / cutoff) ** (2 * order))
+    filtered = np.fft.irfft(spectrum * gain, 2 * t.size - 2)[: t.size] + line
+    return np.interp(t, uniform, filtered)
+
+
+def first_frequency(t, y):
+    """First natural frequency [Hz] of y(t), undamped or decaying, from about three periods or more.
+
+    The lowest mode of `fit_modes` that completes a period in the record and has at least 5 % of the strongest one's
+    amplitude. Of a mode with decay d the undamped natural frequency is returned, sqrt(f^2 + (d/2 pi)^2). An energy or
+    a G is quadratic in the motion: take sign(G) sqrt|G|, or the crack opening.
+    """
+    modes = [mode for mode in fit_modes(t, y) if mode.frequency * (t[-1] - t[0]) >= 1]
+    if not modes:
+        raise ValueError("no oscillation of at least one period found")
+    strongest = max(mode.amplitude for mode in modes)
+    mode = min(mode for mode in modes if mode.amplitude >= 0.05 * strongest)
+    return float(np.hypot(mode.frequency, mode.decay / (2 * np.pi)))
+
+
+def fit_modes(t, y, most=8, accuracy=1e-6):
+    """Fit y(t) by a constant and up to `most` decaying harmonics, by least squares.
+
+    Modes are added one by one at the highest peak of the residual's spectrum, and after each addition all frequencies
+    and decays are refined together by Gauss-Newton, so that neighbours do not bias each other as they do in a
+    spectrum of a few periods. Ends when the residual is below `accuracy` of the signal.
+    """
+    t, y = _averaged(*_without_rest(np.asarray(t, dtype=float), np.asarray(y, dtype=float)))
+    start, span = t[0], t[-1] - t[0]
+    s = (t - start) / span  # the record on [0, 1]; rates below are per record
+    signal = np.std(y)
+    rates = np.empty(0, dtype=complex)  # decay + i omega
+    residual = y - np.mean(y)
+    while rates.size < most and np.std(residual) > accuracy * signal:
+        rates = _refined(s, y, np.append(rates, 1j * _peak(s, residual)))
+        residual = _solved(s, y, rates)[1]
+    pairs = _solved(s, y, rates)[0][1:].reshape(-1, 2)
+    return [Mode(abs(rate.imag) / (2 * np.pi * span), rate.real / span, float(np.hypot(*pair)))
+            for rate, pair in zip(rates, pairs)]
+
+
+def _without_rest(t, y):
+    """The record up to where it stays within 2 % of its last value: a body at rest says nothing about frequencies."""
+    moving = np.abs(y - y[-1]) > 0.02 * np.ptp(y)
+    last = np.max(np.nonzero(moving)[0], initial=0) + 1
+    return (t[: last + 1], y[: last + 1]) if last > 1 else (t, y)
+
+
+def _averaged(t, y, most=4000):
+    """Means over blocks of equal length: long records hold far more samples than a low mode needs."""
+    block = -(-t.size // most)
+    usable = t.size - t.size % block
+    return t[:usable].reshape(-1, block).mean(axis=1), y[:usable].reshape(-1, block).mean(axis=1)
+
+
+def _peak(s, residual):
+    """Angular frequency of the highest peak of the spectrum, at least half a period in the record."""
+    uniform = np.interp(np.linspace(0, 1, s.size), s, residual)
+    padding = 8
+    spectrum = np.abs(np.fft.rfft(uniform, padding * s.size))
+    lowest = padding // 2
+    return 2 * np.pi * (lowest + np.argmax(spectrum[lowest:])) / padding * (s.size - 1) / s.size
+
+
+def _harmonics(s, rates):
+    """Columns exp(-d s) cos(w s), exp(-d s) sin(w s) of every rate d + i w, side by side."""
+    waves = np.exp(np.outer(s, -rates.real + 1j * rates.imag))
+    return np.stack([waves.real, waves.imag], axis=2).reshape(s.size, -1)
+
+
+def _solved(s, y, rates):
+    """Coefficients of the constant and the harmonics that fit y best, and the residual."""
+    basis = np.column_stack([np.ones_like(s), _harmonics(s, rates)])
+    coefficients = np.linalg.lstsq(basis, y, rcond=None)[0]
+    return coefficients, y - basis @ coefficients
+
+
+def _refined(s, y, rates, iterations=30):
+    """Gauss-Newton on all rates at once, with the step halved until the residual falls."""
+    coefficients, residual = _solved(s, y, rates)
+    for _ in range(iterations):
+        harmonics = _harmonics(s, rates)
+        a, b = coefficients[1::2], coefficients[2::2]
+        cosine, sine = harmonics[:, ::2], harmonics[:, 1::2]
+        by_decay = -s[:, None] * (a * cosine + b * sine)
+        by_omega = s[:, None] * (b * cosine - a * sine)
+        tangent = np.column_stack([np.ones_like(s), harmonics, by_decay, by_omega])
+        correction = np.linalg.lstsq(tangent, residual, rcond=1e-10)[0][1 + 2 * rates.size:]
+        step = correction[: rates.size] + 1j * correction[rates.size:]
+        step *= min(1.0, (np.pi / 2) / max(np.abs(step).max(), 1e-300))
+        for _ in range(6):
+            new_coefficients, new_residual = _solved(s, y, rates + step)
+            if new_residual @ new_residual < residual @ residual:
+                break
+            step /= 2
+        else:
+            return rates
+        rates, coefficients, residual = rates + step, new_coefficients, new_residual
+        if np.abs(step).max() < 1e-9:
+            break
+    return rates

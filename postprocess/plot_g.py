@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+"""Picture of the dynamic energy release rate G(t)/G_ref of one or more hampm results."""
+
+import argparse
+from collections import Counter
+from itertools import cycle
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+from history import UNREADABLE, History, ResultError, lowpass, run  # noqa: E402
+
+TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs")}
+# Okabe and Ito's palette, told apart with any colour vision; the dashes keep it legible in grey.
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
+DASHES = ["-", (0, (6, 1.5)), (0, (3, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (9, 2))]
+STYLE = {
+    "font.size": 10, "axes.titlesize": 11, "legend.fontsize": 9, "axes.spines.top": False, "axes.spines.right": False,
+    "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6, "axes.axisbelow": True, "lines.linewidth": 1.4,
+    "savefig.dpi": 200, "svg.fonttype": "none", "pdf.fonttype": 42,
+}
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    histories = [History(path) for path in options.files]
+    output = Path(options.output or histories[0].path.with_name(f"{histories[0].stem}_G.png"))
+    with plt.rc_context(STYLE):
+        figure = draw(histories, options)
+        try:
+            figure.savefig(output)
+        except OSError as error:
+            raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
+    print(output)
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
+    parser.add_argument("--estimator", action="append", metavar="NAME",
+                        help="column of G to draw, such as G_nodal_force_I or nodal_force_I, * and ? allowed; "
+                             "may be repeated (default: every G_* column)")
+    parser.add_argument("--converged", type=float, metavar="VALUE",
+                        help="converged static G/G_ref, drawn as a horizontal line")
+    parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of time [s], G/G_ref")
+    parser.add_argument("--lowpass", type=positive, metavar="HZ",
+                        help="remove what is above this frequency from every curve, without delay")
+    parser.add_argument("--time-unit", choices=TIME_UNITS, default="ms", help="unit of the time axis (default: ms)")
+    parser.add_argument("--output", type=picture, metavar="FILE",
+                        help="picture to write, .png, .pdf or .svg (default: <first file>_G.png beside it)")
+    parser.add_argument("--title", help="title of the picture")
+    return parser.parse_args(arguments)
+
+
+def positive(text):
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def picture(text):
+    if Path(text).suffix not in (".png", ".pdf", ".svg"):
+        raise argparse.ArgumentTypeError(f"{text} does not end in .png, .pdf or .svg")
+    return text
+
+
+def draw(histories, options):
+    """The figure: curves of all files, the reference curve, and the static values as horizontal lines."""
+    figure, axes = plt.subplots(figsize=(6.3, 4), layout="constrained")
+    scale, unit = TIME_UNITS[options.time_unit]
+
+    def curve(t, g, **style):
+        axes.plot(t * scale, lowpass(t, g, options.lowpass) if options.lowpass else g, **style)
+
+    if options.reference:
+        curve(*read_reference(options.reference), color="0.15", linewidth=0.9,
+              label=f"reference: {Path(options.reference).stem}")
+    styles = cycle(zip(COLOURS, DASHES))
+    for history, name in zip(histories, names(histories)):
+        for estimator in estimators(history, options.estimator):
+            colour, dash = next(styles)
+            curve(history.times, history.g_ratio(estimator), color=colour, linestyle=dash,
+                  label=f"{name}: {words(estimator)}")
+    draw_static_values(axes, histories, options.converged)
+
+    axes.set_xlim(0, max(history.times[-1] for history in histories) * scale or None)
+    axes.set_xlabel(f"time $t$ [{unit}]")
+    axes.set_ylabel(r"energy release rate $G/G_\mathrm{ref}$ [–]")
+    filtered = f"below {options.lowpass / 1e3:g} kHz" if options.lowpass else None
+    title = ", ".join(filter(None, [options.title, filtered]))
+    if title:
+        figure.suptitle(title)
+    labels = axes.get_legend_handles_labels()[1]
+    columns = 2 if max(map(len, labels)) < 42 else 1
+    figure.set_figheight(3.7 + 0.2 * -(-len(labels) // columns))
+    figure.legend(loc="outside lower center", ncols=columns, frameon=False, handlelength=3.2)
+    return figure
+
+
+def draw_static_values(axes, histories, converged):
+    """Horizontal lines: the beam on an elastic foundation, eq. (33), of each scene, and the converged static value."""
+    if converged is not None:
+        axes.axhline(converged, color="0.65", linewidth=1.2, label=f"converged static value: {converged:.4g}")
+    beams = {round(ratio, 6) for ratio in (history.beam_ratio() for history in histories) if ratio is not None}
+    for ratio in sorted(beams):
+        axes.axhline(ratio, color="0.25", linestyle=(0, (5, 3)), linewidth=1.0,
+                     label=f"beam on elastic foundation: {ratio:.4g}")
+
+
+def estimators(history, patterns):
+    """Columns of G to draw; a pattern may leave out the leading G_."""
+    if history.times.size == 0:
+        raise ResultError(f"{history.path}: /history holds no samples yet", UNREADABLE)
+    history.g_ref()
+    return history.select([pattern if pattern.startswith("G_") else f"G_{pattern}" for pattern in patterns or ["G_*"]])
+
+
+def names(histories):
+    """File stems, with the folder in front where stems are not enough to tell files apart."""
+    count = Counter(history.stem for history in histories)
+    return [history.stem if count[history.stem] == 1 else f"{history.path.resolve().parent.name}/{history.stem}"
+            for history in histories]
+
+
+def words(estimator):
+    """G_nodal_force_I -> nodal force I."""
+    return estimator.removeprefix("G_").replace("_", " ")
+
+
+def read_reference(path):
+    """Times [s] and G/G_ref, the first two columns of a CSV file with # comments."""
+    try:
+        return np.loadtxt(path, delimiter=",", usecols=(0, 1), unpack=True, ndmin=2)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror or error})", UNREADABLE) from error
+    except ValueError as error:
+        raise ResultError(f"{path}: not rows of time, G/G_ref ({error})", UNREADABLE) from error
+
+
+if __name__ == "__main__":
+    run(main)

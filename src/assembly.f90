@@ -1,0 +1,126 @@
+!> From what the user asked for to what moves: grid, materials, particles, constraints, loads and crack of a scene.
+module hampm_assembly
+   use hampm_kinds, only: dp, ndim
+   use hampm_bodies, only: points_along, fill_rectangle
+   use hampm_constraints, only: constrain_box
+   use hampm_crack, only: crack_t, find_crack
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_forest, only: forest_t
+   use hampm_grid, only: grid_t, build_grid
+   use hampm_loads, only: load_t, load_on_points, load_on_particles
+   use hampm_material, only: new_material
+   use hampm_particles, only: particles_t, new_particles, sort_into_cells
+   use hampm_scene, only: scene_t, load_spec_t, body_t
+   use hampm_step, only: motion_t, start_motion
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: assemble
+
+contains
+
+   !> Build the motion and the crack of a scene. Fails where memory does not suffice or a part of the scene meets nothing.
+   subroutine assemble(scene, motion, crack, failure)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(out) :: motion
+      type(crack_t), intent(out) :: crack
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      call build_grid(forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells), motion%grid, failure)
+      if (failure%failed()) return
+      motion%materials = [(new_material(scene%materials(k)%name, scene%materials(k)%law, scene%run%plane == 'stress', &
+                                        scene%materials(k)%young, scene%materials(k)%poisson, &
+                                        scene%materials(k)%density), k=1, size(scene%materials))]
+      call place_particles(scene, motion%grid, motion%particles, failure)
+      if (failure%failed()) return
+      do k = 1, size(scene%constraints)
+         associate (c => scene%constraints(k))
+            call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed)
+         end associate
+      end do
+      call place_loads(scene, motion%grid, motion%particles, motion%loads, failure)
+      if (failure%failed()) return
+      motion%damping_rate = scene%damping%rate
+      motion%audit = scene%energy_release%energy_balance
+      call start_motion(motion, scene%method%scheme, failure)
+      if (failure%failed() .or. .not. scene%crack%present) return
+      call find_crack(motion%grid, scene%crack%tip, scene%crack%direction, middle(scene%bodies(1)), crack, failure)
+   end subroutine assemble
+
+   !> Fill the bodies with particles and sort these into the cells.
+   subroutine place_particles(scene, grid, p, failure)
+      type(scene_t), intent(in) :: scene
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(out) :: p
+      type(failure_t), intent(inout) :: failure
+      integer :: points(ndim, size(scene%bodies)), k, first
+      do k = 1, size(scene%bodies)
+         associate (b => scene%bodies(k))
+            points(:, k) = points_along(b%lower, b%upper, scene%grid%cell, b%points_per_cell)
+         end associate
+      end do
+      call new_particles(sum(product(points, dim=1)), grid%n_elements, p, failure)
+      if (failure%failed()) return
+      first = 1
+      do k = 1, size(scene%bodies)
+         associate (b => scene%bodies(k))
+            call fill_rectangle(p, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
+                                scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
+         end associate
+         first = first + product(points(:, k))
+      end do
+      call sort_into_cells(p, grid, failure)
+   end subroutine place_particles
+
+   !> Attach the loads to the particles.
+   subroutine place_loads(scene, grid, p, loads, failure)
+      type(scene_t), intent(in) :: scene
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(load_t), allocatable, intent(out) :: loads(:)
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      allocate (loads(size(scene%loads)))
+      do k = 1, size(loads)
+         associate (spec => scene%loads(k))
+            loads(k)%force = spec%force
+            loads(k)%history%kind = spec%history
+            loads(k)%history%start = spec%start
+            loads(k)%history%rise_time = spec%rise_time
+            loads(k)%history%frequency = spec%frequency
+            if (spec%history == 'table') then
+               loads(k)%history%times = spec%times
+               loads(k)%history%factors = spec%factors
+            end if
+            if (spec%kind == 'body') then
+               call load_on_particles(p, spec%lower, spec%upper, loads(k))
+            else
+               call load_on_points(p, grid, load_points(spec, scene), loads(k))
+            end if
+            if (size(loads(k)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
+                                           '): there is no particle within its box; give it a box that holds material')
+         end associate
+      end do
+   end subroutine place_loads
+
+   !> The places at which a point load or a traction acts: the point, or the centres of equal parts of the edge, as many as
+   !> the densest body has particles along it.
+   pure function load_points(spec, scene) result(x)
+      type(load_spec_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      real(dp), allocatable :: x(:, :)
+      integer :: n, k
+      n = maxval(points_along(spec%lower, spec%upper, scene%grid%cell, maxval(scene%bodies%points_per_cell)))
+      allocate (x(ndim, n))
+      do k = 1, n
+         x(:, k) = spec%lower + (k - 0.5_dp)/n*(spec%upper - spec%lower)
+      end do
+   end function load_points
+
+   !> Centre of a body [m].
+   pure function middle(body) result(x)
+      type(body_t), intent(in) :: body
+      real(dp) :: x(ndim)
+      x = (body%lower + body%upper)/2
+   end function middle
+end module hampm_assembly

@@ -1,0 +1,41 @@
+!> The one way in which things go wrong: a procedure that can fail takes a `failure_t` last, describes the
+!> failure in it and returns. Only the main program turns it into a message and an exit code.
+module hampm_failure
+   implicit none
+   private
+   public :: failure_t, exit_done, exit_input, exit_computation, exit_file
+
+   integer, parameter :: exit_done = 0        !! all went well
+   integer, parameter :: exit_input = 2       !! a mistake on the command line or in the input file
+   integer, parameter :: exit_computation = 3 !! the computation went wrong
+   integer, parameter :: exit_file = 4        !! a file could not be read or written
+
+   type :: failure_t
+      integer :: code = exit_done               !! exit code of the program, `exit_done` while nothing failed
+      character(:), allocatable :: message      !! what, where, and what would be right; may have several lines
+   contains
+      procedure :: failed
+      procedure :: report
+   end type failure_t
+
+contains
+
+   !> Whether something has failed.
+   pure logical function failed(self)
+      class(failure_t), intent(in) :: self
+      failed = self%code /= exit_done
+   end function failed
+
+   !> Record a failure. A further failure of the same run adds its message below the first; the first code stays.
+   pure subroutine report(self, code, message)
+      class(failure_t), intent(inout) :: self
+      integer, intent(in) :: code               !! one of the exit codes
+      character(*), intent(in) :: message       !! what happened, where, what would be right
+      if (self%failed()) then
+         self%message = self%message//new_line('a')//message
+      else
+         self%code = code
+         self%message = message
+      end if
+   end subroutine report
+end module hampm_failure

@@ -1,0 +1,176 @@
+!> Text: numbers as text, names without regard to case, the name that a misspelt word was meant to be.
+module hampm_text
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use hampm_kinds, only: dp, long, name_len
+   implicit none
+   private
+   public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit
+
+   !> Text of any length, so that arrays may hold texts of different lengths.
+   type :: string_t
+      character(:), allocatable :: text
+   end type string_t
+
+   !> Shortest text that reads back as the same number.
+   interface to_text
+      procedure :: integer_text, long_text, real_text
+   end interface to_text
+
+contains
+
+   pure function integer_text(number) result(text)
+      integer, intent(in) :: number
+      character(:), allocatable :: text
+      text = long_text(int(number, long))
+   end function integer_text
+
+   pure function long_text(number) result(text)
+      integer(long), intent(in) :: number
+      character(:), allocatable :: text
+      character(24) :: buffer
+      write (buffer, '(i0)') number
+      text = trim(buffer)
+   end function long_text
+
+   !> Shortest decimal text that reads back as the same number: `0.00125`, `7.0e10`.
+   pure function real_text(number) result(text)
+      real(dp), intent(in) :: number
+      character(:), allocatable :: text
+      character(32) :: buffer, form
+      character(:), allocatable :: digits, sign
+      real(dp) :: back
+      integer :: decimals, exponent, mark
+      text = 'nan'
+      if (ieee_is_nan(number)) return
+      sign = ''
+      if (number < 0) sign = '-'
+      text = sign//'inf'
+      if (.not. ieee_is_finite(number)) return
+      do decimals = 0, 16
+         write (form, '(a,i0,a)') '(es32.', decimals, 'e3)'
+         write (buffer, form) abs(number)
+         read (buffer, '(f32.0)') back
+         if (abs(back - abs(number)) <= 0) exit
+      end do
+      buffer = adjustl(buffer)
+      mark = index(buffer, 'E')
+      read (buffer(mark + 1:mark + 4), '(i4)') exponent
+      digits = buffer(1:1)//buffer(3:mark - 1)
+      text = sign//decimal_text(digits, exponent)
+   end function real_text
+
+   !> The number d.ddd * 10**exponent, as `0.00ddd`, `ddd.d` or `d.ddde12`, whichever reads best.
+   pure function decimal_text(digits, exponent) result(text)
+      character(*), intent(in) :: digits           !! significant digits, the first stands before the point
+      integer, intent(in) :: exponent
+      character(:), allocatable :: text
+      integer :: whole
+      whole = exponent + 1
+      if (exponent >= -3 .and. exponent < 0) then
+         text = '0.'//repeat('0', -whole)//digits
+      else if (exponent >= 0 .and. exponent <= 5) then
+         if (len(digits) > whole) then
+            text = digits(:whole)//'.'//digits(whole + 1:)
+         else
+            text = digits//repeat('0', whole - len(digits))//'.0'
+         end if
+      else if (len(digits) == 1) then
+         text = digits//'.0e'//integer_text(exponent)
+      else
+         text = digits(1:1)//'.'//digits(2:)//'e'//integer_text(exponent)
+      end if
+   end function decimal_text
+
+   pure function lower_case(text) result(lower)
+      character(*), intent(in) :: text
+      character(len(text)) :: lower
+      integer :: i
+      do i = 1, len(text)
+         lower(i:i) = text(i:i)
+         if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') lower(i:i) = achar(iachar(text(i:i)) + 32)
+      end do
+   end function lower_case
+
+   elemental logical function is_letter(c)
+      character, intent(in) :: c
+      is_letter = (c >= 'a' .and. c <= 'z') .or. (c >= 'A' .and. c <= 'Z')
+   end function is_letter
+
+   elemental logical function is_digit(c)
+      character, intent(in) :: c
+      is_digit = c >= '0' .and. c <= '9'
+   end function is_digit
+
+   !> Text that can be shown on a terminal: one line of bounded length, anything else than plain characters as `?`.
+   pure function printable(text, most) result(shown)
+      character(*), intent(in) :: text
+      integer, intent(in) :: most                  !! longest text wanted
+      character(:), allocatable :: shown
+      integer :: i
+      shown = text(:min(len(text), most))
+      do i = 1, len(shown)
+         if (iachar(shown(i:i)) < 32 .or. iachar(shown(i:i)) > 126) shown(i:i) = '?'
+      end do
+      if (len(text) > most) shown = shown//'...'
+   end function printable
+
+   !> The candidate that a misspelt word was probably meant to be, or '' where none is close.
+   !> Close is: few changes of a letter against the length of the word, or the beginning of the candidate.
+   pure function nearest_name(word, candidates) result(nearest)
+      character(*), intent(in) :: word
+      character(*), intent(in) :: candidates(:)
+      character(:), allocatable :: nearest
+      integer :: i, distance, least
+      nearest = ''
+      if (len(word) == 0 .or. len(word) > name_len) return
+      least = (len(word) + 2)/3
+      do i = 1, size(candidates)
+         if (candidates(i) == word) cycle
+         distance = edit_distance(lower_case(word), lower_case(trim(candidates(i))))
+         if (distance <= least .and. distance < max(len(word), len_trim(candidates(i)))) then
+            nearest = trim(candidates(i))
+            least = distance - 1
+         end if
+      end do
+      if (nearest /= '' .or. len(word) < 3) return
+      do i = 1, size(candidates)
+         if (index(candidates(i), lower_case(word)) == 1) nearest = trim(candidates(i))
+      end do
+   end function nearest_name
+
+   !> The question to put behind the complaint about a misspelt word; '' where no candidate is close.
+   pure function did_you_mean(word, candidates) result(question)
+      character(*), intent(in) :: word
+      character(*), intent(in) :: candidates(:)
+      character(:), allocatable :: question
+      question = nearest_name(word, candidates)
+      if (question /= '') question = '; did you mean '''//question//'''?'
+   end function did_you_mean
+
+   !> Number of letters inserted, removed, changed or swapped with their neighbour that lead from one word to the
+   !> other (optimal string alignment).
+   pure integer function edit_distance(a, b)
+      character(*), intent(in) :: a, b
+      integer :: d(0:len(a), 0:len(b))
+      integer :: i, j
+      d(:, 0) = [(i, i=0, len(a))]
+      d(0, :) = [(j, j=0, len(b))]
+      do j = 1, len(b)
+         do i = 1, len(a)
+            d(i, j) = min(d(i - 1, j), d(i, j - 1)) + 1
+            d(i, j) = min(d(i, j), d(i - 1, j - 1) + merge(0, 1, a(i:i) == b(j:j)))
+            if (swapped(i, j)) d(i, j) = min(d(i, j), d(max(i, 2) - 2, max(j, 2) - 2) + 1)
+         end do
+      end do
+      edit_distance = d(len(a), len(b))
+
+   contains
+
+      !> Whether the letters that end here are those of the other word in the other order.
+      pure logical function swapped(i, j)
+         integer, intent(in) :: i, j
+         swapped = .false.
+         if (i > 1 .and. j > 1) swapped = a(i - 1:i) == b(j:j)//b(j - 1:j - 1)
+      end function swapped
+   end function edit_distance
+end module hampm_text

@@ -1,0 +1,53 @@
+!> The threads and the host that a run uses.
+module hampm_threads
+   use, intrinsic :: iso_c_binding, only: c_int, c_size_t, c_char, c_null_char
+   !$ use omp_lib, only: omp_set_num_threads, omp_get_max_threads, omp_get_num_procs
+   implicit none
+   private
+   public :: use_threads, thread_count, host_name
+
+   integer, parameter :: particles_per_thread = 50000   !! with fewer, a further thread costs more than it gives
+
+   interface
+      integer(c_int) function c_gethostname(name, length) bind(c, name='gethostname')
+         import :: c_int, c_size_t, c_char
+         character(kind=c_char), intent(out) :: name(*)
+         integer(c_size_t), value :: length
+      end function c_gethostname
+   end interface
+
+contains
+
+   !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of processors.
+   subroutine use_threads(wanted, particles)
+      integer, intent(in) :: wanted
+      integer, intent(in) :: particles
+      integer :: n
+      n = wanted
+      if (n == 0) then
+         n = max(1, particles/particles_per_thread)
+         !$ n = min(n, omp_get_num_procs())
+      end if
+      !$ call omp_set_num_threads(n)
+   end subroutine use_threads
+
+   !> Number of threads in use.
+   integer function thread_count()
+      thread_count = 1
+      !$ thread_count = omp_get_max_threads()
+   end function thread_count
+
+   !> Name of this computer, '' where it has none.
+   function host_name() result(name)
+      character(:), allocatable :: name
+      integer(c_size_t), parameter :: longest = 256
+      character(kind=c_char) :: buffer(longest)
+      integer :: k
+      name = ''
+      if (c_gethostname(buffer, longest) /= 0) return
+      do k = 1, int(longest)
+         if (buffer(k) == c_null_char) exit
+         name = name//buffer(k)
+      end do
+   end function host_name
+end module hampm_threads

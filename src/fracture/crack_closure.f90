@@ -1,0 +1,65 @@
+!> Energy release rate of a crack on a symmetry plane by crack closure. Mode II vanishes there by symmetry.
+module hampm_crack_closure
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack, only: crack_t
+   use hampm_extrapolation, only: patch_t, patch_around, lumped_displacement, lumped_stress, fitted_displacement, &
+                                  internal_force
+   use hampm_grid, only: grid_t
+   use hampm_material, only: material_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: crack_opening, stress_closure, nodal_force_closure
+
+contains
+
+   !> Opening of the crack one cell behind its tip, both faces together [m].
+   pure real(dp) function crack_opening(crack, grid, p) result(opening)
+      type(crack_t), intent(in) :: crack
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(patch_t) :: patch
+      real(dp) :: u(ndim)
+      call patch_around(grid, p, crack%node_behind, patch)
+      u = fitted_displacement(patch, p)
+      opening = 2*crack%side*u(crack%normal)
+   end function crack_opening
+
+   !> G_I by stress closure, (14): displacement of node (1) and normal stress at nodes (2) and (3), each extrapolated with
+   !> the lumped mass matrix [J/m2]. It tends to a constant times G as cells become small: the constant is about 0.33,
+   !> because the near-tip fields look alike at every cell size and the extrapolation smooths them. `nodal_force_closure`
+   !> tends to G. Signed like the opening.
+   pure real(dp) function stress_closure(crack, grid, p, materials) result(g)
+      type(crack_t), intent(in) :: crack
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      type(patch_t) :: patch
+      real(dp) :: u(ndim), stress_tip(ndim, ndim), stress_ahead(ndim, ndim)
+      call patch_around(grid, p, crack%node_behind, patch)
+      u = crack%side*lumped_displacement(patch, p)
+      call patch_around(grid, p, crack%node_tip, patch)
+      stress_tip = lumped_stress(patch, p, materials)
+      call patch_around(grid, p, crack%node_ahead, patch)
+      stress_ahead = lumped_stress(patch, p, materials)
+      associate (n => crack%normal)
+         g = u(n)/6*abs(2*stress_tip(n, n) + stress_ahead(n, n))
+      end associate
+   end function stress_closure
+
+   !> G_I by nodal force closure (Rybicki & Kanninen 1977): the force that the symmetry plane transmits at the tip node
+   !> times the opening one cell behind it, over twice the area of that cell's face [J/m2]. In a symmetric half model the
+   !> force is the reaction of the constraint, opposite to the internal force. Signed like the opening.
+   pure real(dp) function nodal_force_closure(crack, grid, p, materials, thickness) result(g)
+      type(crack_t), intent(in) :: crack
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: thickness          !! [m]
+      type(patch_t) :: patch
+      real(dp) :: force(ndim)
+      call patch_around(grid, p, crack%node_tip, patch)
+      force = internal_force(patch, p, materials)
+      g = abs(force(crack%normal))*crack_opening(crack, grid, p)/(2*crack%step*thickness)
+   end function nodal_force_closure
+end module hampm_crack_closure

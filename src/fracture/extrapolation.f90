@@ -1,0 +1,179 @@
+!> Values of particle fields at one node, from the particles in the cells around it.
+module hampm_extrapolation
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_grid, only: grid_t
+   use hampm_material, only: material_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: patch_t, patch_around, lumped_displacement, lumped_stress, fitted_displacement, internal_force
+
+   integer, parameter :: most_nodes = 3**ndim    !! nodes of the cells around a node
+
+   !> The particles in the cells around a node, each with its shape functions.
+   type :: patch_t
+      integer :: n_nodes = 0
+      integer :: node(most_nodes) = 0            !! nodes of these cells; the first is the one in the middle
+      integer :: n = 0                           !! number of particles
+      integer, allocatable :: particle(:)        !! (n)
+      real(dp), allocatable :: shape(:, :)       !! shape functions, (n_nodes, n)
+      real(dp), allocatable :: gradient(:, :)    !! gradient of the function of the middle node [1/m], (ndim, n)
+   end type patch_t
+
+contains
+
+   !> Collect the patch of cells around a node.
+   pure subroutine patch_around(grid, p, node, patch)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: node
+      type(patch_t), intent(out) :: patch
+      real(dp) :: xi(ndim), dn(corners, ndim)
+      integer :: k, i, c, e, local(corners), room
+      room = 0
+      do k = grid%node_start(node), grid%node_start(node + 1) - 1
+         e = grid%node_element(k)
+         room = room + p%cell_start(e + 1) - p%cell_start(e)
+      end do
+      allocate (patch%particle(room), patch%gradient(ndim, room))
+      allocate (patch%shape(most_nodes, room), source=0.0_dp)
+      patch%n_nodes = 1
+      patch%node(1) = node
+      do k = grid%node_start(node), grid%node_start(node + 1) - 1
+         e = grid%node_element(k)
+         do c = 1, corners
+            call local_number(patch, grid%element_nodes(c, e), local(c))
+         end do
+         do i = p%cell_start(e), p%cell_start(e + 1) - 1
+            xi = inside_cell(grid%local_coordinate(e, p%position(i)))
+            dn = shape_gradients(xi, 1/grid%element_size(e))
+            patch%n = patch%n + 1
+            patch%particle(patch%n) = i
+            patch%shape(local, patch%n) = shape_functions(xi)
+            patch%gradient(:, patch%n) = dn(grid%node_corner(k), :)
+         end do
+      end do
+   end subroutine patch_around
+
+   !> Number of a node within the patch; a new node gets the next number.
+   pure subroutine local_number(patch, node, number)
+      type(patch_t), intent(inout) :: patch
+      integer, intent(in) :: node
+      integer, intent(out) :: number
+      do number = 1, patch%n_nodes
+         if (patch%node(number) == node) return
+      end do
+      patch%n_nodes = number
+      patch%node(number) = node
+   end subroutine local_number
+
+   !> Displacement of the middle node, extrapolated with the lumped mass matrix as velocities are in (10) [m].
+   pure function lumped_displacement(patch, p) result(u)
+      type(patch_t), intent(in) :: patch
+      type(particles_t), intent(in) :: p
+      real(dp) :: u(ndim)
+      real(dp) :: weight(patch%n)
+      integer :: k
+      weight = lumped_weights(patch, p)
+      u = 0
+      do k = 1, patch%n
+         u = u + weight(k)*p%displacement(:, patch%particle(k))
+      end do
+   end function lumped_displacement
+
+   !> Kirchhoff stress at the middle node, extrapolated with the lumped mass matrix [Pa].
+   pure function lumped_stress(patch, p, materials) result(stress)
+      type(patch_t), intent(in) :: patch
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: stress(ndim, ndim)
+      real(dp) :: weight(patch%n)
+      integer :: k
+      weight = lumped_weights(patch, p)
+      stress = 0
+      do k = 1, patch%n
+         associate (i => patch%particle(k))
+            stress = stress + weight(k)*materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i))
+         end associate
+      end do
+   end function lumped_stress
+
+   !> Share of each particle in a value at the middle node: m_p N_i(x_p) / m_i.
+   pure function lumped_weights(patch, p) result(weight)
+      type(patch_t), intent(in) :: patch
+      type(particles_t), intent(in) :: p
+      real(dp) :: weight(patch%n)
+      weight = p%mass(patch%particle)*patch%shape(1, :)
+      if (patch%n > 0) weight = weight/sum(weight)
+   end function lumped_weights
+
+   !> Force of the material of the patch on the middle node, (7) [N].
+   pure function internal_force(patch, p, materials) result(force)
+      type(patch_t), intent(in) :: patch
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: force(ndim)
+      integer :: k
+      force = 0
+      do k = 1, patch%n
+         associate (i => patch%particle(k))
+            force = force - p%volume(i)*matmul(materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i)), &
+                                               patch%gradient(:, k))
+         end associate
+      end do
+   end function internal_force
+
+   !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of
+   !> the patch [m]. Where the particles move with the grid's own field it returns the nodal value itself, not a smoothed
+   !> one. The normal equations are solved by conjugate gradients from the lumped values on, so that what few particles
+   !> leave open stays as the lumped matrix has it.
+   pure function fitted_displacement(patch, p) result(u)
+      type(patch_t), intent(in) :: patch
+      type(particles_t), intent(in) :: p
+      real(dp) :: u(ndim)
+      real(dp) :: matrix(patch%n_nodes, patch%n_nodes), lumped(patch%n_nodes), rhs(patch%n_nodes)
+      integer :: a, b, d
+      associate (shape => patch%shape(:patch%n_nodes, :), m => p%mass(patch%particle))
+         do b = 1, patch%n_nodes
+            do a = 1, patch%n_nodes
+               matrix(a, b) = sum(m*shape(a, :)*shape(b, :))
+            end do
+         end do
+         lumped = sum(matrix, dim=2)
+         do d = 1, ndim
+            rhs = matmul(shape, m*p%displacement(d, patch%particle))
+            u(d) = first_unknown(matrix, lumped, rhs)
+         end do
+      end associate
+   end function fitted_displacement
+
+   !> First unknown of a small positive semi-definite system by conjugate gradients, preconditioned by the row sums.
+   pure real(dp) function first_unknown(matrix, row_sum, rhs) result(first)
+      real(dp), intent(in) :: matrix(:, :), row_sum(:), rhs(:)
+      real(dp), dimension(size(rhs)) :: x, r, z, direction, image
+      real(dp) :: rz, rz_new, curvature, target
+      integer :: k
+      first = 0
+      if (.not. all(row_sum > 0)) return
+      x = rhs/row_sum
+      r = rhs - matmul(matrix, x)
+      z = r/row_sum
+      direction = z
+      rz = dot_product(r, z)
+      target = epsilon(rz)**2*sum(rhs**2/row_sum)
+      do k = 1, 4*size(rhs)
+         if (rz <= target) exit
+         image = matmul(matrix, direction)
+         curvature = dot_product(direction, image)
+         if (curvature <= 0) exit
+         x = x + rz/curvature*direction
+         r = r - rz/curvature*image
+         z = r/row_sum
+         rz_new = dot_product(r, z)
+         direction = z + rz_new/rz*direction
+         rz = rz_new
+      end do
+      first = x(1)
+   end function first_unknown
+end module hampm_extrapolation

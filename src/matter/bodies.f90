@@ -1,0 +1,50 @@
+!> Filling bodies with material points.
+module hampm_bodies
+   use hampm_kinds, only: dp, ndim
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: points_along, fill_rectangle
+
+contains
+
+   !> Number of points in each direction of a rectangle with about `points_per_cell` points in each cell and direction.
+   pure function points_along(lower, upper, cell, points_per_cell) result(n)
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the rectangle [m]
+      real(dp), intent(in) :: cell                      !! size of a cell [m]
+      integer, intent(in) :: points_per_cell
+      integer :: n(ndim)
+      n = max(1, nint((upper - lower)/(cell/points_per_cell)))
+   end function points_along
+
+   !> Place points at the centres of the `n` equal parts of a rectangle. They are numbered on from `first`, at rest
+   !> relative to `velocity`, and share the area of the rectangle equally, whether or not it ends on cell edges.
+   pure subroutine fill_rectangle(p, first, n, lower, upper, thickness, density, velocity, material, body)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: first                      !! number of the first particle to set
+      integer, intent(in) :: n(ndim)                    !! points in each direction
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the rectangle [m]
+      real(dp), intent(in) :: thickness                 !! [m]
+      real(dp), intent(in) :: density                   !! [kg/m3]
+      real(dp), intent(in) :: velocity(ndim)            !! [m/s]
+      integer, intent(in) :: material, body             !! their indices
+      real(dp) :: spacing(ndim)
+      integer :: i, k, d, rest, c(ndim)
+      spacing = (upper - lower)/n
+      do k = 0, product(n) - 1
+         rest = k
+         do d = 1, ndim
+            c(d) = mod(rest, n(d))
+            rest = rest/n(d)
+         end do
+         i = first + k
+         p%reference(:, i) = lower + (c + 0.5_dp)*spacing
+         p%volume(i) = product(spacing)*thickness
+         p%mass(i) = density*p%volume(i)
+         p%velocity(:, i) = velocity
+         p%material(i) = material
+         p%body(i) = body
+         p%id(i) = i
+      end do
+   end subroutine fill_rectangle
+end module hampm_bodies

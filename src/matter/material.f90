@@ -1,0 +1,101 @@
+!> A material: its law with its constants, and the stress and energy that follow from the displacement gradient.
+module hampm_material
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_linear_elastic, only: linear_stress, linear_energy_density
+   use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density
+   implicit none
+   private
+   public :: material_t, new_material
+
+   type :: material_t
+      character(name_len) :: name = ''
+      logical :: linear = .true.                 !! linear elastic, else neo-Hookean
+      logical :: plane_stress = .true.           !! else plane strain
+      real(dp) :: young = 0                      !! [Pa]
+      real(dp) :: poisson = 0                    !! [-]
+      real(dp) :: density = 0                    !! in the reference configuration [kg/m3]
+      real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
+      real(dp) :: mu = 0                         !! shear modulus [Pa]
+   contains
+      procedure :: kirchhoff_stress
+      procedure :: conjugate_stress
+      procedure :: energy_density
+      procedure :: shear_wave_speed
+      procedure :: dilatational_wave_speed
+   end type material_t
+
+contains
+
+   !> A material from its engineering constants.
+   pure function new_material(name, law, plane_stress, young, poisson, density) result(m)
+      character(*), intent(in) :: name
+      character(*), intent(in) :: law            !! 'linear_elastic' or 'neo_hookean'
+      logical, intent(in) :: plane_stress        !! else plane strain
+      real(dp), intent(in) :: young              !! [Pa]
+      real(dp), intent(in) :: poisson            !! [-], below 0.5
+      real(dp), intent(in) :: density            !! [kg/m3]
+      type(material_t) :: m
+      m%name = name
+      m%linear = law == 'linear_elastic'
+      m%plane_stress = plane_stress
+      m%young = young
+      m%poisson = poisson
+      m%density = density
+      m%mu = young/(2*(1 + poisson))
+      m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
+      if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
+   end function new_material
+
+   !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
+   pure function kirchhoff_stress(self, h) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp) :: stress(ndim, ndim)
+      if (self%linear) then
+         stress = linear_stress(self%lambda, self%mu, h)
+      else
+         stress = neo_hookean_kirchhoff(self%lambda, self%mu, self%plane_stress, h)
+      end if
+   end function kirchhoff_stress
+
+   !> The stress whose product with the change of H is the change of the energy density [Pa].
+   pure function conjugate_stress(self, h) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp) :: stress(ndim, ndim)
+      if (self%linear) then
+         stress = linear_stress(self%lambda, self%mu, h)
+      else
+         stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
+      end if
+   end function conjugate_stress
+
+   !> Elastic energy per reference volume [J/m3].
+   pure real(dp) function energy_density(self, h)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      if (self%linear) then
+         energy_density = linear_energy_density(self%lambda, self%mu, h)
+      else
+         energy_density = neo_hookean_energy_density(self%lambda, self%mu, self%plane_stress, h)
+      end if
+   end function energy_density
+
+   !> Speed of shear (rotational) waves [m/s], equation (32).
+   pure real(dp) function shear_wave_speed(self)
+      class(material_t), intent(in) :: self
+      shear_wave_speed = sqrt(self%mu/self%density)
+   end function shear_wave_speed
+
+   !> Speed of dilatational waves in the plane condition of the material [m/s].
+   pure real(dp) function dilatational_wave_speed(self)
+      class(material_t), intent(in) :: self
+      real(dp) :: modulus
+      if (self%plane_stress) then
+         modulus = self%young/(1 - self%poisson**2)
+      else
+         modulus = self%lambda + 2*self%mu
+      end if
+      dilatational_wave_speed = sqrt(modulus/self%density)
+   end function dilatational_wave_speed
+end module hampm_material

@@ -1,0 +1,176 @@
+!> The material points, as a structure of arrays kept sorted by the cell in which each point stands.
+!>
+!> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
+!> position and F, keeps all digits of small strains.
+module hampm_particles
+   use hampm_kinds, only: dp, ndim
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_grid, only: grid_t
+   use hampm_forest, only: outside
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: particles_t, new_particles, sort_into_cells
+
+   type :: particles_t
+      integer :: n = 0                                  !! number of particles
+      real(dp), allocatable :: mass(:)                  !! m [kg], (n)
+      real(dp), allocatable :: volume(:)                !! reference volume V [m3], (n)
+      real(dp), allocatable :: reference(:, :)          !! reference position X [m], (ndim, n)
+      real(dp), allocatable :: displacement(:, :)       !! u [m], (ndim, n)
+      real(dp), allocatable :: velocity(:, :)           !! v [m/s], (ndim, n)
+      real(dp), allocatable :: gradient(:, :, :)        !! displacement gradient H = du/dX [-], (ndim, ndim, n)
+      integer, allocatable :: material(:)               !! index of the material, (n)
+      integer, allocatable :: body(:)                   !! index of the body, (n)
+      integer, allocatable :: id(:)                     !! number that stays with the particle, (n)
+      integer, allocatable :: cell(:)                   !! the element in which the particle stands, ascending, (n)
+      integer, allocatable :: cell_start(:)             !! first particle of each element, (n_elements + 1)
+      integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
+      integer :: n_occupied = 0
+      ! Workspace of the sort
+      integer, allocatable :: new_place(:)              !! where the last sort moved each particle, (n)
+      integer, allocatable, private :: next(:), integer_copy(:)
+      real(dp), allocatable, private :: real_copy(:)
+   contains
+      procedure :: position
+   end type particles_t
+
+contains
+
+   !> Room for `n` particles in a grid of `n_elements` elements. Fails where the memory does not suffice.
+   subroutine new_particles(n, n_elements, p, failure)
+      integer, intent(in) :: n, n_elements
+      type(particles_t), intent(out) :: p
+      type(failure_t), intent(inout) :: failure
+      integer :: status
+      allocate (p%mass(n), p%volume(n), p%reference(ndim, n), p%displacement(ndim, n), p%velocity(ndim, n), &
+                p%gradient(ndim, ndim, n), p%material(n), p%body(n), p%id(n), p%cell(n), p%cell_start(n_elements + 1), &
+                p%occupied(n_elements), p%new_place(n), p%next(n_elements), p%integer_copy(n), &
+                p%real_copy(ndim*ndim*n), stat=status)
+      if (status /= 0) then
+         call failure%report(exit_computation, 'particles: not enough memory for '//to_text(n)//' particles')
+         return
+      end if
+      p%n = n
+      p%displacement = 0
+      p%velocity = 0
+      p%gradient = 0
+      p%cell = outside
+   end subroutine new_particles
+
+   !> Position of particle `i` [m].
+   pure function position(self, i) result(x)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(dp) :: x(ndim)
+      x = self%reference(:, i) + self%displacement(:, i)
+   end function position
+
+   !> Find the cell of every particle and sort all arrays by cell, keeping the order within a cell. `new_place` then
+   !> tells where each particle went. Fails where a particle has left the grid or its position is not a number.
+   subroutine sort_into_cells(p, grid, failure)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(failure_t), intent(inout) :: failure
+      call locate(p, grid, failure)
+      if (failure%failed()) return
+      call count_cells(p)
+      call permute_reals(p, 1, p%mass)
+      call permute_reals(p, 1, p%volume)
+      call permute_reals(p, ndim, p%reference)
+      call permute_reals(p, ndim, p%displacement)
+      call permute_reals(p, ndim, p%velocity)
+      call permute_reals(p, ndim*ndim, p%gradient)
+      call permute_integers(p, p%material)
+      call permute_integers(p, p%body)
+      call permute_integers(p, p%id)
+      call permute_integers(p, p%cell)
+   end subroutine sort_into_cells
+
+   !> Set `cell` from the positions.
+   subroutine locate(p, grid, failure)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(failure_t), intent(inout) :: failure
+      integer :: i, lost
+      lost = 0
+      do i = 1, p%n
+         p%cell(i) = grid%forest%leaf_at(p%position(i))
+         if (p%cell(i) == outside .and. lost == 0) lost = i
+      end do
+      if (lost > 0) call failure%report(exit_computation, lost_particle(p, lost))
+   end subroutine locate
+
+   !> Message about a particle that is no longer in the grid.
+   function lost_particle(p, i) result(message)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      character(:), allocatable :: message
+      real(dp) :: x(ndim)
+      x = p%position(i)
+      if (any(.not. abs(x) <= huge(x))) then
+         message = 'the position of particle '//to_text(p%id(i))//' is no longer a number; it started at ('// &
+                   to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))// &
+                   ') m. Likely cause: the run is unstable; reduce &method courant'
+      else
+         message = 'particle '//to_text(p%id(i))//' left the grid at ('//to_text(x(1))//', '//to_text(x(2))// &
+                   ') m; it started at ('//to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))// &
+                   ') m. Give &grid more cells where the body moves or, if it should not move there, '// &
+                   'reduce &method courant or add a &constraint'
+      end if
+   end function lost_particle
+
+   !> Count the particles of each cell and decide the new place of each particle.
+   subroutine count_cells(p)
+      type(particles_t), intent(inout) :: p
+      integer :: i, e
+      p%next = 0
+      do i = 1, p%n
+         p%next(p%cell(i)) = p%next(p%cell(i)) + 1
+      end do
+      p%n_occupied = 0
+      p%cell_start(1) = 1
+      do e = 1, size(p%next)
+         if (p%next(e) > 0) then
+            p%n_occupied = p%n_occupied + 1
+            p%occupied(p%n_occupied) = e
+         end if
+         p%cell_start(e + 1) = p%cell_start(e) + p%next(e)
+         p%next(e) = p%cell_start(e)
+      end do
+      do i = 1, p%n
+         e = p%cell(i)
+         p%new_place(i) = p%next(e)
+         p%next(e) = p%next(e) + 1
+      end do
+   end subroutine count_cells
+
+   !> Move the values of an array with `width` numbers a particle to the new places.
+   subroutine permute_reals(p, width, values)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: width
+      real(dp), intent(inout) :: values(width, p%n)
+      integer :: i, k, to
+      associate (copy => p%real_copy)
+         do i = 1, p%n
+            to = width*(p%new_place(i) - 1)
+            do k = 1, width
+               copy(to + k) = values(k, i)
+            end do
+         end do
+         do i = 1, p%n
+            do k = 1, width
+               values(k, i) = copy(width*(i - 1) + k)
+            end do
+         end do
+      end associate
+   end subroutine permute_reals
+
+   !> As `permute_reals`, of one integer a particle.
+   subroutine permute_integers(p, values)
+      type(particles_t), intent(inout) :: p
+      integer, intent(inout) :: values(:)
+      p%integer_copy(p%new_place) = values
+      values = p%integer_copy
+   end subroutine permute_integers
+end module hampm_particles

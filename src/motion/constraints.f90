@@ -1,0 +1,55 @@
+!> Nodes whose velocity is held at zero in some directions.
+module hampm_constraints
+   use hampm_kinds, only: dp, ndim
+   use hampm_grid, only: grid_t
+   implicit none
+   private
+   public :: constraints_t, constrain_box, hold
+
+   type :: constraints_t
+      logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
+      integer, allocatable :: node(:)            !! nodes with a fixed component, ascending
+   contains
+      procedure :: holds
+   end type constraints_t
+
+contains
+
+   !> Hold the `components` of all nodes within a box, its faces included.
+   subroutine constrain_box(c, grid, lower, upper, components)
+      type(constraints_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
+      logical, intent(in) :: components(ndim)
+      real(dp), parameter :: slack = 1.0e-6_dp          ! of a cell
+      real(dp) :: margin
+      integer :: i
+      if (.not. allocated(c%fixed)) allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
+      margin = slack*grid%forest%cell
+      do i = 1, grid%n_nodes
+         associate (x => grid%node_position(:, i))
+            if (all(x >= lower - margin .and. x <= upper + margin)) c%fixed(:, i) = c%fixed(:, i) .or. components
+         end associate
+      end do
+      c%node = pack([(i, i=1, grid%n_nodes)], any(c%fixed, dim=1))
+   end subroutine constrain_box
+
+   !> Whether a component of a node is held.
+   pure logical function holds(self, node, component)
+      class(constraints_t), intent(in) :: self
+      integer, intent(in) :: node, component
+      holds = .false.
+      if (allocated(self%fixed)) holds = self%fixed(component, node)
+   end function holds
+
+   !> Set the held components of a nodal field to zero.
+   pure subroutine hold(c, field)
+      type(constraints_t), intent(in) :: c
+      real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_nodes)
+      integer :: k
+      if (.not. allocated(c%node)) return
+      do k = 1, size(c%node)
+         where (c%fixed(:, c%node(k))) field(:, c%node(k)) = 0
+      end do
+   end subroutine hold
+end module hampm_constraints

@@ -1,0 +1,58 @@
+!> How a load varies with time: a factor for its force.
+module hampm_load_history
+   use hampm_kinds, only: dp, name_len
+   implicit none
+   private
+   public :: load_history_t
+
+   real(dp), parameter :: pi = acos(-1.0_dp)
+
+   type :: load_history_t
+      character(name_len) :: kind = 'step'       !! 'step', 'ramp', 'sine' or 'table'
+      real(dp) :: start = 0                      !! before this time the factor is zero [s]
+      real(dp) :: rise_time = 0                  !! time in which a ramp rises from 0 to 1 [s]
+      real(dp) :: frequency = 0                  !! of a sine [Hz]
+      real(dp), allocatable :: times(:)          !! of a table, after `start`, ascending [s]
+      real(dp), allocatable :: factors(:)        !! of a table [-]
+   contains
+      procedure :: factor
+   end type load_history_t
+
+contains
+
+   !> The factor at a time [-].
+   pure real(dp) function factor(self, time)
+      class(load_history_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: t
+      t = time - self%start
+      factor = 0
+      if (t < 0) return
+      select case (self%kind)
+      case ('step')
+         factor = 1
+      case ('ramp')
+         factor = min(t/self%rise_time, 1.0_dp)
+      case ('sine')
+         factor = sin(2*pi*self%frequency*t)
+      case ('table')
+         factor = interpolate(self%times, self%factors, t)
+      end select
+   end function factor
+
+   !> Piecewise linear interpolation, constant outside the table.
+   pure real(dp) function interpolate(x, y, at)
+      real(dp), intent(in) :: x(:)               !! ascending
+      real(dp), intent(in) :: y(:)
+      real(dp), intent(in) :: at
+      integer :: k
+      k = count(x <= at)
+      if (k == 0) then
+         interpolate = y(1)
+      else if (k == size(x)) then
+         interpolate = y(k)
+      else
+         interpolate = y(k) + (y(k + 1) - y(k))*(at - x(k))/(x(k + 1) - x(k))
+      end if
+   end function interpolate
+end module hampm_load_history

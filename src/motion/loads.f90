@@ -1,0 +1,168 @@
+!> Loads: forces that act on material.
+!>
+!> A load is carried by points. Each point belongs to a particle, its host, and stands at the material place X_host + dX,
+!> that is at x_host + (I + H) dX. Its force goes to the nodes of the host's cell by their shape functions, extrapolated
+!> where the point stands outside. So the resultant and its moment are exact, a traction acts on the very edge of the
+!> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other.
+module hampm_loads
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions
+   use hampm_forest, only: outside
+   use hampm_grid, only: grid_t
+   use hampm_load_history, only: load_history_t
+   use hampm_particles, only: particles_t
+   use hampm_tensors, only: identity
+   implicit none
+   private
+   public :: load_t, load_on_points, load_on_particles, follow_sort, apply_loads, work_of_loads
+
+   type :: load_t
+      real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
+      type(load_history_t) :: history
+      real(dp), allocatable :: share(:)          !! part of the resultant at each point [-], (points)
+      integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
+      real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
+   end type load_t
+
+contains
+
+   !> A load shared equally by the material places `points`, each hosted by the nearest particle.
+   subroutine load_on_points(p, grid, points, load)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
+      type(load_t), intent(inout) :: load
+      integer :: k, n
+      n = size(points, 2)
+      allocate (load%share(n), source=1/real(n, dp))
+      allocate (load%host(n), load%offset(ndim, n))
+      do k = 1, n
+         load%host(k) = nearest_particle(p, grid, points(:, k))
+         load%offset(:, k) = points(:, k) - p%reference(:, load%host(k))
+      end do
+   end subroutine load_on_points
+
+   !> A load shared by the particles within a box in proportion to their mass.
+   subroutine load_on_particles(p, lower, upper, load)
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
+      type(load_t), intent(inout) :: load
+      integer :: i
+      load%host = pack([(i, i=1, p%n)], [(all(p%reference(:, i) >= lower .and. p%reference(:, i) <= upper), i=1, p%n)])
+      load%share = p%mass(load%host)/sum(p%mass(load%host))
+      allocate (load%offset(ndim, size(load%host)), source=0.0_dp)
+   end subroutine load_on_particles
+
+   !> After a sort of the particles: follow the hosts to their new places.
+   subroutine follow_sort(loads, new_place)
+      type(load_t), intent(inout) :: loads(:)
+      integer, intent(in) :: new_place(:)        !! where the sort moved each particle
+      integer :: k
+      do k = 1, size(loads)
+         loads(k)%host = new_place(loads(k)%host)
+      end do
+   end subroutine follow_sort
+
+   !> Add the loads at a time to the nodal `force` [N], after clearing it where they act.
+   subroutine apply_loads(loads, time, grid, p, force)
+      type(load_t), intent(in) :: loads(:)
+      real(dp), intent(in) :: time               !! [s]
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_nodes)
+      real(dp) :: n(corners), point_force(ndim)
+      integer :: l, k, c, node
+      do l = 1, size(loads)
+         do k = 1, size(loads(l)%host)
+            force(:, grid%element_nodes(:, p%cell(loads(l)%host(k)))) = 0
+         end do
+      end do
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            do k = 1, size(load%host)
+               n = weights(load, k, grid, p)
+               point_force = load%share(k)*load%history%factor(time)*load%force
+               do c = 1, corners
+                  node = grid%element_nodes(c, p%cell(load%host(k)))
+                  force(:, node) = force(:, node) + n(c)*point_force
+               end do
+            end do
+         end associate
+      end do
+   end subroutine apply_loads
+
+   !> Power of the loads [W] with a nodal velocity: the sum of force times the velocity at the loaded points.
+   real(dp) function work_of_loads(loads, time, grid, p, velocity) result(power)
+      type(load_t), intent(in) :: loads(:)
+      real(dp), intent(in) :: time               !! [s]
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in), contiguous :: velocity(:, :)  !! [m/s], (ndim, n_nodes)
+      integer :: l, k
+      power = 0
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            do k = 1, size(load%host)
+               power = power + load%share(k)*load%history%factor(time)*dot_product(load%force, &
+                       matmul(velocity(:, grid%element_nodes(:, p%cell(load%host(k)))), weights(load, k, grid, p)))
+            end do
+         end associate
+      end do
+   end function work_of_loads
+
+   !> Shape functions of the nodes of the host's cell at point `k` of a load.
+   pure function weights(load, k, grid, p) result(n)
+      type(load_t), intent(in) :: load
+      integer, intent(in) :: k
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp) :: n(corners)
+      real(dp) :: x(ndim)
+      associate (host => load%host(k))
+         x = p%position(host) + matmul(identity + p%gradient(:, :, host), load%offset(:, k))
+         n = shape_functions(grid%local_coordinate(p%cell(host), x))
+      end associate
+   end function weights
+
+   !> The particle nearest to a place: rings of cells around it are searched until one ring more cannot help.
+   integer function nearest_particle(p, grid, x) result(nearest)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: distance, best
+      integer :: ring, home(ndim), offset(ndim), k, e, i
+      associate (forest => grid%forest)
+         home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
+         nearest = 0
+         best = huge(best)
+         do ring = 0, maxval(forest%cells)
+            if (nearest > 0 .and. best <= ((ring - 1)*forest%cell)**2) exit
+            do k = 0, (2*ring + 1)**ndim - 1
+               offset = box_offset(k, ring)
+               if (maxval(abs(offset)) /= ring) cycle
+               e = forest%leaf_at(forest%corner_position(home + offset) + 0.5_dp*forest%cell)
+               if (e == outside) cycle
+               do i = p%cell_start(e), p%cell_start(e + 1) - 1
+                  distance = sum((p%position(i) - x)**2)
+                  if (distance < best) then
+                     best = distance
+                     nearest = i
+                  end if
+               end do
+            end do
+         end do
+      end associate
+   end function nearest_particle
+
+   !> The `k`-th integer offset, from 0, within a box that reaches `ring` cells to each side.
+   pure function box_offset(k, ring) result(offset)
+      integer, intent(in) :: k, ring
+      integer :: offset(ndim)
+      integer :: d, rest
+      rest = k
+      do d = 1, ndim
+         offset(d) = mod(rest, 2*ring + 1) - ring
+         rest = rest/(2*ring + 1)
+      end do
+   end function box_offset
+end module hampm_loads

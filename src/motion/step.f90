@@ -1,0 +1,197 @@
+!> One time step of the material point method.
+module hampm_step
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_constraints, only: constraints_t, hold
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_grid, only: grid_t
+   use hampm_loads, only: load_t, apply_loads, work_of_loads, follow_sort
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
+                                 gather_mass_and_momentum, gather_internal_force
+   use hampm_nodal_motion, only: velocity_from_momentum, accelerate
+   use hampm_particles, only: particles_t, sort_into_cells
+   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: motion_t, start_motion, advance, stable_time_step
+
+   !> Everything that moves, and what moves it.
+   type :: motion_t
+      type(grid_t) :: grid
+      type(particles_t) :: particles
+      type(material_t), allocatable :: materials(:)
+      type(constraints_t) :: constraints
+      type(load_t), allocatable :: loads(:)
+      real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
+      logical :: audit = .false.                 !! whether to book the numerical loss
+      type(sweep_t), allocatable :: sweeps(:)    !! the scheme
+      type(nodal_fields_t) :: fields
+      real(dp) :: time = 0                       !! [s]
+      integer(long) :: steps = 0                 !! steps done
+      real(dp) :: external_work = 0              !! work of the loads so far [J]
+      real(dp) :: damping_loss = 0               !! energy taken by the damping so far [J]
+      real(dp) :: numerical_loss = 0             !! energy lost by the method so far, booked with `audit` [J]
+   end type motion_t
+
+contains
+
+   !> Prepare for the first step with a scheme: 'usf', 'usl', 'usavg' or 'musl'.
+   subroutine start_motion(m, scheme, failure)
+      type(motion_t), intent(inout) :: m
+      character(*), intent(in) :: scheme
+      type(failure_t), intent(inout) :: failure
+      m%sweeps = sweeps_of_scheme(scheme)
+      if (.not. allocated(m%loads)) allocate (m%loads(0))
+      call new_nodal_fields(m%grid, m%fields, failure)
+      if (failure%failed()) return
+      call find_active_nodes(m%grid, m%particles, m%fields)
+   end subroutine start_motion
+
+   !> The sweeps of each scheme. They differ in when the stress, that is H, is updated in a step:
+   !>
+   !>   usf    first, with the velocities mapped from the particles at the start;
+   !>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
+   !>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
+   !>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
+   pure function sweeps_of_scheme(scheme) result(sweeps)
+      character(*), intent(in) :: scheme
+      type(sweep_t), allocatable :: sweeps(:)
+      type(sweep_t) :: map_motion, map_all, strain_and_map_force, kick_and_move, kick_and_map, strain_and_move, &
+                       kick_strain_and_move
+      map_motion = sweep_t(map_motion=.true.)
+      map_all = sweep_t(map_motion=.true., map_force=.true.)
+      strain_and_map_force = sweep_t(strain_fraction=1.0_dp, strain_by=at_start, map_force=.true.)
+      kick_and_move = sweep_t(kick=.true., move=.true.)
+      kick_and_map = sweep_t(kick=.true., map_motion=.true.)
+      strain_and_move = sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true.)
+      kick_strain_and_move = sweep_t(kick=.true., strain_fraction=1.0_dp, strain_by=new, move=.true.)
+      select case (scheme)
+      case ('usf')
+         sweeps = [map_motion, strain_and_map_force, kick_and_move]
+      case ('usl')
+         sweeps = [map_all, kick_strain_and_move]
+      case ('musl')
+         sweeps = [map_all, kick_and_map, strain_and_move]
+      case default
+         strain_and_map_force%strain_fraction = 0.5_dp
+         strain_and_move%strain_fraction = 0.5_dp
+         sweeps = [map_motion, strain_and_map_force, kick_and_map, strain_and_move]
+      end select
+   end function sweeps_of_scheme
+
+   !> Advance by one step `dt`. Fails where a particle leaves the grid, jumps, or is turned inside out.
+   subroutine advance(m, dt, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      type(sweep_report_t) :: report
+      integer :: k
+      do k = 1, size(m%sweeps)
+         associate (sweep => m%sweeps(k))
+            call sweep_particles(sweep, dt, m%grid, m%materials, m%particles, m%fields, m%audit, report)
+            call check_sweep(m, report, failure)
+            if (failure%failed()) return
+            if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
+            if (sweep%map_motion) then
+               call gather_mass_and_momentum(m%grid, m%fields)
+               call find_velocity(m, after_kick=sweep%kick)
+            end if
+            if (sweep%map_force) then
+               call gather_internal_force(m%grid, m%fields)
+               call find_acceleration(m, dt)
+            end if
+         end associate
+      end do
+      m%time = m%time + dt
+      m%steps = m%steps + 1
+      if (report%left_cell) call sort_particles(m, failure)
+   end subroutine advance
+
+   !> Velocities from the mapped momentum: those at the start of the step, or those after the kick.
+   subroutine find_velocity(m, after_kick)
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: after_kick          !! whether the particles have their new velocities
+      integer :: which
+      which = at_start
+      if (after_kick) which = mapped
+      call velocity_from_momentum(m%fields, which)
+      call hold(m%constraints, m%fields%velocity(:, :, which))
+   end subroutine find_velocity
+
+   !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
+   subroutine find_acceleration(m, dt)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt
+      real(dp) :: damping_power, mapping_power
+      call apply_loads(m%loads, m%time, m%grid, m%particles, m%fields%external_force)
+      call accelerate(m%fields, m%constraints, m%damping_rate, dt, damping_power, mapping_power)
+      m%external_work = m%external_work &
+                        + dt*work_of_loads(m%loads, m%time, m%grid, m%particles, m%fields%velocity(:, :, new))
+      m%damping_loss = m%damping_loss + dt*damping_power
+      if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
+   end subroutine find_acceleration
+
+   !> Sort the particles that have moved to other cells.
+   subroutine sort_particles(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      call sort_into_cells(m%particles, m%grid, failure)
+      if (failure%failed()) return
+      call find_active_nodes(m%grid, m%particles, m%fields)
+      call follow_sort(m%loads, m%particles%new_place)
+      m%fields%external_force = 0
+   end subroutine sort_particles
+   !> Fail where a particle has moved further than a stable run would, naming it and the likely cause.
+   subroutine check_sweep(m, report, failure)
+      type(motion_t), intent(in) :: m
+      type(sweep_report_t), intent(in) :: report
+      type(failure_t), intent(inout) :: failure
+      integer :: i
+      if (.not. report%jumped) return
+      do i = 1, m%particles%n
+         if (.not. has_jumped(m, i)) cycle
+         call failure%report(exit_computation, 'step '//to_text(m%steps + 1)//', t = '//to_text(m%time)// &
+                             ' s: the particle that started at '//place(m%particles, i)// &
+                             ' moved by more than a cell in one step or is no longer a number. Likely cause: '// &
+                             'the run is unstable, or a body is too fast for its cells; reduce &method courant')
+         return
+      end do
+   end subroutine check_sweep
+
+   !> Whether a particle is no longer in its cell or one beside it.
+   pure logical function has_jumped(m, i)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: xi(ndim)
+      xi = m%grid%local_coordinate(m%particles%cell(i), m%particles%position(i))
+      has_jumped = .not. all(xi >= -1 .and. xi < 2)
+   end function has_jumped
+
+   !> Reference position of a particle, for messages.
+   function place(p, i) result(text)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      character(:), allocatable :: text
+      text = '('//to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))//') m'
+   end function place
+
+   !> The time step (31): courant times the smallest cell over the largest wave speed [s].
+   pure real(dp) function stable_time_step(grid, materials, courant, wave_speed) result(dt)
+      type(grid_t), intent(in) :: grid
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: courant            !! [-]
+      character(*), intent(in) :: wave_speed     !! 'shear', as in (32), or 'dilatational'
+      real(dp) :: speed
+      integer :: k
+      speed = 0
+      do k = 1, size(materials)
+         if (wave_speed == 'shear') then
+            speed = max(speed, materials(k)%shear_wave_speed())
+         else
+            speed = max(speed, materials(k)%dilatational_wave_speed())
+         end if
+      end do
+      dt = courant*minval(grid%element_size)/speed
+   end function stable_time_step
+end module hampm_step

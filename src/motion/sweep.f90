@@ -1,0 +1,262 @@
+!> The one loop over the particles. A sweep visits each occupied cell, and in it each particle, once. It does what its
+!> `sweep_t` asks for, always in this order and with the shape functions at the particle's position before the sweep:
+!>
+!>   1. velocity: v <- v + a dt;
+!>   2. strain:   H <- H + dt L (I + H), L = grad of a nodal velocity;
+!>   3. map mass, momentum and internal force to the grid, from the new v and H: the sums over the particles of the
+!>      cell are kept beside the cell, to be gathered by node;
+!>   4. move:     u <- u + (v_i + a_i dt) dt, and look whether the particle has left its cell.
+!>
+!> The schemes USF, USL, USAVG and MUSL are short lists of such sweeps (`hampm_step`). Cells do not share what they
+!> write: the result has the same bytes on any number of threads.
+module hampm_sweep
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: interpolate, interpolate_gradient, add_shares, add_divergence, inside_cell
+   use hampm_grid, only: grid_t
+   use hampm_material, only: material_t
+   use hampm_particles, only: particles_t
+   use hampm_nodal_fields, only: nodal_fields_t, at_start, new
+   use hampm_tensors, only: product_of
+   implicit none
+   private
+   public :: sweep_t, sweep_report_t, sweep_particles
+
+   integer, parameter :: cells_per_block = 128   !! what a thread does at a time
+   integer, parameter :: batch = 64              !! particles of a cell that are done together
+
+   type :: sweep_t
+      logical :: kick = .false.                  !! v <- v + a dt
+      real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
+      integer :: strain_by = at_start             !! which nodal velocity strains the particles
+      logical :: map_motion = .false.            !! mass and momentum to the grid
+      logical :: map_force = .false.             !! internal force to the grid
+      logical :: move = .false.                  !! u <- u + (v_i + a_i dt) dt
+   end type sweep_t
+
+   !> What a sweep noticed and, for the energy audit, summed.
+   type :: sweep_report_t
+      logical :: left_cell = .false.             !! some particle has left its cell
+      logical :: jumped = .false.                !! some particle moved past the next cell or is no longer a number
+      real(dp) :: velocity_change_energy = 0     !! sum of m |dv|**2 / 2 [J]
+      real(dp) :: stress_work = 0                !! sum of V (P + P_new) : dH / 2 [J]
+   end type sweep_report_t
+
+contains
+
+   !> Do one sweep. `audit` asks for the two sums of the report.
+   subroutine sweep_particles(sweep, dt, grid, materials, p, f, audit, report)
+      type(sweep_t), intent(in) :: sweep
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(grid_t), intent(in) :: grid
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: audit
+      type(sweep_report_t), intent(out) :: report
+      logical :: left_cell, jumped
+      integer :: block, first, last
+      left_cell = .false.
+      jumped = .false.
+      !$omp parallel do schedule(static) private(first, last) reduction(.or.: left_cell, jumped)
+      do block = 1, (p%n_occupied - 1)/cells_per_block + 1
+         first = (block - 1)*cells_per_block + 1
+         last = min(block*cells_per_block, p%n_occupied)
+         call sweep_cells(sweep, dt, audit, materials, last - first + 1, p%occupied(first), &
+                          grid%element_lower, grid%element_size, grid%element_nodes, p%cell_start, &
+                          p%mass, p%volume, p%reference, p%displacement, p%velocity, p%gradient, p%material, &
+                          f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
+                          f%cell_mass, f%cell_momentum, f%cell_force, f%cell_audit, left_cell, jumped)
+      end do
+      report%left_cell = left_cell
+      report%jumped = jumped
+      if (audit) then
+         do block = 1, p%n_occupied
+            report%velocity_change_energy = report%velocity_change_energy + f%cell_audit(1, p%occupied(block))
+            report%stress_work = report%stress_work + f%cell_audit(2, p%occupied(block))
+         end do
+      end if
+   end subroutine sweep_particles
+
+   !> The sweep over the particles of some elements. Arrays come bare, so that the compiler knows that they do not overlap.
+   subroutine sweep_cells(sweep, dt, audit, materials, n_cells, cells, element_lower, element_size, element_nodes, &
+                          cell_start, mass, volume, reference, displacement, velocity, gradient, material, &
+                          acceleration, new_velocity, strain_velocity, &
+                          cell_mass, cell_momentum, cell_force, cell_audit, left_cell, jumped)
+      type(sweep_t), intent(in) :: sweep
+      real(dp), intent(in) :: dt
+      logical, intent(in) :: audit
+      type(material_t), intent(in) :: materials(:)
+      integer, intent(in) :: n_cells, cells(n_cells)
+      real(dp), intent(in) :: element_lower(ndim, *), element_size(*)
+      integer, intent(in) :: element_nodes(corners, *), cell_start(*), material(*)
+      real(dp), intent(in) :: mass(*), volume(*), reference(ndim, *)
+      real(dp), intent(inout) :: displacement(ndim, *), velocity(ndim, *), gradient(ndim, ndim, *)
+      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
+      real(dp), intent(inout) :: cell_mass(corners, *), cell_momentum(ndim, corners, *), cell_force(ndim, corners, *)
+      real(dp), intent(inout) :: cell_audit(2, *)
+      logical, intent(inout) :: left_cell, jumped
+      real(dp) :: xi(ndim, batch), at_corner(ndim, corners), size
+      integer :: k, e, i, n
+      do k = 1, n_cells
+         e = cells(k)
+         size = element_size(e)
+         if (sweep%map_motion) then
+            cell_mass(:, e) = 0
+            cell_momentum(:, :, e) = 0
+         end if
+         if (sweep%map_force) cell_force(:, :, e) = 0
+         if (audit) cell_audit(:, e) = 0
+         do i = cell_start(e), cell_start(e + 1) - 1, batch
+            n = min(batch, cell_start(e + 1) - i)
+            call find_local_coordinates(n, element_lower(:, e), 1/size, reference(1, i), displacement(1, i), xi)
+            if (sweep%kick) then
+               call take_corners(dt, acceleration, element_nodes(:, e), at_corner)
+               call kick(n, xi, at_corner, velocity(1, i))
+               if (audit) call audit_kick(n, xi, at_corner, mass(i), cell_audit(1, e))
+            end if
+            if (sweep%strain_fraction > 0) then
+               call take_corners(sweep%strain_fraction*dt, strain_velocity, element_nodes(:, e), at_corner)
+               if (audit) call audit_strain(n, xi, 1/size, at_corner, materials, material(i), volume(i), &
+                                            gradient(1, 1, i), cell_audit(2, e))
+               call strain(n, xi, 1/size, at_corner, gradient(1, 1, i))
+            end if
+            if (sweep%map_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), cell_momentum(1, 1, e))
+            if (sweep%map_force) call map_force(n, xi, 1/size, materials, material(i), volume(i), gradient(1, 1, i), &
+                                                cell_force(1, 1, e))
+            if (sweep%move) then
+               call take_corners(dt, new_velocity, element_nodes(:, e), at_corner)
+               call move(n, xi, 1/size, at_corner, displacement(1, i), left_cell, jumped)
+            end if
+         end do
+      end do
+   end subroutine sweep_cells
+
+   !> Local coordinates of `n` particles of a cell, kept inside it.
+   pure subroutine find_local_coordinates(n, lower, inverse_size, reference, displacement, xi)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: lower(ndim), inverse_size, reference(ndim, n), displacement(ndim, n)
+      real(dp), intent(out) :: xi(ndim, n)
+      integer :: i
+      do i = 1, n
+         xi(:, i) = inside_cell(((reference(:, i) - lower) + displacement(:, i))*inverse_size)
+      end do
+   end subroutine find_local_coordinates
+
+   !> A nodal field at the corners of a cell, times a factor.
+   pure subroutine take_corners(factor, field, nodes, at_corner)
+      real(dp), intent(in) :: factor, field(ndim, *)
+      integer, intent(in) :: nodes(corners)
+      real(dp), intent(out) :: at_corner(ndim, corners)
+      integer :: c
+      do c = 1, corners
+         at_corner(:, c) = factor*field(:, nodes(c))
+      end do
+   end subroutine take_corners
+
+   !> v <- v + change, which is interpolated from the corners [m/s].
+   pure subroutine kick(n, xi, change, velocity)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: xi(ndim, n), change(ndim, corners)
+      real(dp), intent(inout) :: velocity(ndim, n)
+      integer :: i
+      do i = 1, n
+         velocity(:, i) = velocity(:, i) + interpolate(xi(:, i), change)
+      end do
+   end subroutine kick
+
+   !> Add the sum of m dv**2 / 2 [J].
+   pure subroutine audit_kick(n, xi, change, mass, energy)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: xi(ndim, n), change(ndim, corners), mass(n)
+      real(dp), intent(inout) :: energy
+      integer :: i
+      do i = 1, n
+         energy = energy + 0.5_dp*mass(i)*sum(interpolate(xi(:, i), change)**2)
+      end do
+   end subroutine audit_kick
+
+   !> H <- H + dL (I + H), where dL is the gradient of the displacement `change` of the corners [m].
+   pure subroutine strain(n, xi, inverse_size, change, gradient)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners)
+      real(dp), intent(inout) :: gradient(ndim, ndim, n)
+      integer :: i
+      do i = 1, n
+         gradient(:, :, i) = gradient(:, :, i) + gradient_change(xi(:, i), inverse_size, change, gradient(:, :, i))
+      end do
+   end subroutine strain
+
+   !> Add the work of the stress in the strain step that follows, sum of V (P + P_new) : dH / 2 [J].
+   pure subroutine audit_strain(n, xi, inverse_size, change, materials, material, volume, gradient, work)
+      integer, intent(in) :: n, material(n)
+      real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners), volume(n), gradient(ndim, ndim, n)
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(inout) :: work
+      real(dp) :: dh(ndim, ndim)
+      integer :: i
+      do i = 1, n
+         dh = gradient_change(xi(:, i), inverse_size, change, gradient(:, :, i))
+         associate (m => materials(material(i)), h => gradient(:, :, i))
+            work = work + 0.5_dp*volume(i)*sum(dh*(m%conjugate_stress(h) + m%conjugate_stress(h + dh)))
+         end associate
+      end do
+   end subroutine audit_strain
+
+   !> Add the mass (9) and momentum (8) of the particles to the sums of their cell.
+   pure subroutine map_motion(n, xi, mass, velocity, mass_sum, momentum_sum)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: xi(ndim, n), mass(n), velocity(ndim, n)
+      real(dp), intent(inout) :: mass_sum(corners), momentum_sum(ndim, corners)
+      real(dp) :: m(corners), p(ndim, corners)
+      integer :: i
+      m = mass_sum
+      p = momentum_sum
+      do i = 1, n
+         call add_shares(xi(:, i), mass(i), mass(i)*velocity(:, i), m, p)
+      end do
+      mass_sum = m
+      momentum_sum = p
+   end subroutine map_motion
+
+   !> Add the internal force (7) of the particles to the sum of their cell.
+   pure subroutine map_force(n, xi, inverse_size, materials, material, volume, gradient, force_sum)
+      integer, intent(in) :: n, material(n)
+      real(dp), intent(in) :: xi(ndim, n), inverse_size, volume(n), gradient(ndim, ndim, n)
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(inout) :: force_sum(ndim, corners)
+      real(dp) :: f(ndim, corners)
+      integer :: i
+      f = force_sum
+      do i = 1, n
+         call add_divergence(xi(:, i), (-inverse_size*volume(i))*materials(material(i))%kirchhoff_stress(gradient(:, :, i)), f)
+      end do
+      force_sum = f
+   end subroutine map_force
+
+   !> u <- u + change, which is interpolated from the corners [m]; see whether particles leave the cell.
+   pure subroutine move(n, xi, inverse_size, change, displacement, left_cell, jumped)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners)
+      real(dp), intent(inout) :: displacement(ndim, n)
+      logical, intent(inout) :: left_cell, jumped
+      real(dp) :: du(ndim), xi_new(ndim)
+      integer :: i
+      do i = 1, n
+         du = interpolate(xi(:, i), change)
+         displacement(:, i) = displacement(:, i) + du
+         xi_new = xi(:, i) + du*inverse_size
+         if (.not. all(xi_new >= 0 .and. xi_new < 1)) then
+            left_cell = .true.
+            jumped = jumped .or. .not. all(xi_new >= -1 .and. xi_new < 2)
+         end if
+      end do
+   end subroutine move
+
+   !> Change of H under the displacement `change` of the corners: dL (I + H).
+   pure function gradient_change(xi, inverse_size, change, h) result(dh)
+      real(dp), intent(in) :: xi(ndim), inverse_size, change(ndim, corners), h(ndim, ndim)
+      real(dp) :: dh(ndim, ndim)
+      dh = inverse_size*interpolate_gradient(xi, change)
+      dh = dh + product_of(dh, h)
+   end function gradient_change
+end module hampm_sweep

@@ -1,0 +1,421 @@
+!> A thin layer over HDF5 with what the program needs: a file, groups, links, attributes and whole datasets.
+!> Objects are named by their path in the file. HDF5 prints nothing itself: what goes wrong is reported as
+!> `exit_file` with the file's path. No object carries a time stamp: the same data give the same bytes.
+module hampm_hdf5_file
+   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr
+   use hdf5, only: hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, &
+      h5f_close_strong_f, h5f_scope_global_f, h5fcreate_f, h5fopen_f, h5fflush_f, h5fclose_f, h5pcreate_f, h5pclose_f, &
+      h5pset_fclose_degree_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5p_file_access_f, &
+      h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, &
+      h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5oopen_f, h5oclose_f, h5acreate_f, h5aopen_f, h5aexists_f, &
+      h5awrite_f, h5aclose_f, h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5dcreate_f, &
+      h5dopen_f, h5dget_space_f, h5dread_f, h5dwrite_f, h5dclose_f, h5tclose_f, h5t_ieee_f64le, h5t_std_i32le, &
+      h5t_std_i64le
+   use hampm_kinds, only: dp, long
+   use hampm_failure, only: failure_t, exit_file
+   use hampm_hdf5_types, only: native_real, native_integer, native_long, text_type, label_type, scalar_space, &
+      simple_space, c_string
+   implicit none
+   private
+   public :: hdf5_file_t
+
+   logical, save :: library_open = .false. !! whether HDF5 has been initialised
+
+   type :: hdf5_file_t
+      integer(hid_t) :: id = -1                 !! HDF5's handle, negative while no file is open
+      character(:), allocatable :: path         !! path of the file
+   contains
+      procedure :: create
+      procedure :: open => open_file
+      procedure :: flush => flush_file
+      procedure :: close => close_file
+      procedure :: is_open
+      procedure :: make_group
+      procedure :: make_link
+      procedure :: unwritten
+      procedure :: put_label
+      generic :: put_attribute => put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
+      generic :: put => put_text, put_real_1, put_real_2, put_integer_1, put_long_1
+      generic :: get => get_real_1, get_real_2, get_integer_1, get_long_1
+      procedure, private :: put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
+      procedure, private :: put_text, put_real_1, put_real_2, put_integer_1, put_long_1
+      procedure, private :: get_real_1, get_real_2, get_integer_1, get_long_1
+   end type hdf5_file_t
+
+contains
+
+   !> Make a new file, in place of an old one of that name. `exit_file` says why where that is impossible.
+   subroutine create(self, path, failure)
+      class(hdf5_file_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: access
+      integer :: e(3)
+      call open_library()
+      self%path = path
+      call h5pcreate_f(h5p_file_access_f, access, e(1))
+      call h5pset_fclose_degree_f(access, h5f_close_strong_f, e(2))
+      call h5fcreate_f(path, h5f_acc_trunc_f, self%id, e(3), access_prp=access)
+      call h5pclose_f(access, e(1))
+      if (e(3) < 0) then
+         self%id = -1
+         call self%unwritten(why_not(path, 'write', 'its disk is full, or another program has it open'), failure)
+      end if
+   end subroutine create
+
+   !> Open an existing file for reading.
+   subroutine open_file(self, path, failure)
+      class(hdf5_file_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      type(failure_t), intent(inout) :: failure
+      integer :: e
+      call open_library()
+      self%path = path
+      call h5fopen_f(path, h5f_acc_rdonly_f, self%id, e)
+      if (e < 0) then
+         self%id = -1
+         call unread(self, why_not(path, 'read', 'it is no HDF5 file, or a program is still writing it'), failure)
+      end if
+   end subroutine open_file
+
+   !> Hand everything written so far to the operating system: from here on the program's death does not lose it.
+   subroutine flush_file(self, failure)
+      class(hdf5_file_t), intent(in) :: self
+      type(failure_t), intent(inout) :: failure
+      integer :: e
+      call h5fflush_f(self%id, h5f_scope_global_f, e)
+      if (e < 0) call self%unwritten('flushing failed (is the disk full?)', failure)
+   end subroutine flush_file
+
+   !> Close the file and every object in it. Nothing happens where none is open.
+   subroutine close_file(self, failure)
+      class(hdf5_file_t), intent(inout) :: self
+      type(failure_t), intent(inout) :: failure
+      integer :: e
+      if (.not. self%is_open()) return
+      call h5fclose_f(self%id, e)
+      self%id = -1
+      if (e < 0) call self%unwritten('closing failed (is the disk full?)', failure)
+   end subroutine close_file
+
+   !> Whether a file is open.
+   pure logical function is_open(self)
+      class(hdf5_file_t), intent(in) :: self
+      is_open = self%id >= 0
+   end function is_open
+
+   !> Report that the file cannot be written, and why.
+   subroutine unwritten(self, why, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: why
+      type(failure_t), intent(inout) :: failure
+      call failure%report(exit_file, self%path//': cannot be written: '//why)
+   end subroutine unwritten
+
+   !> Make a group; its parent exists. Its members keep the order in which they are made.
+   subroutine make_group(self, path, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: group, list
+      integer :: e(5)
+      call h5pcreate_f(h5p_group_create_f, list, e(1))
+      call h5pset_link_creation_order_f(list, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), e(2))
+      call h5gcreate_f(self%id, path, group, e(3), gcpl_id=list)
+      call h5gclose_f(group, e(4))
+      call h5pclose_f(list, e(5))
+      if (any(e < 0)) call self%unwritten('making the group '//path//' failed', failure)
+   end subroutine make_group
+
+   !> Make `path` another name of the object `target`.
+   subroutine make_link(self, target, path, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: target, path
+      type(failure_t), intent(inout) :: failure
+      integer :: e
+      call h5lcreate_soft_f(target, self%id, path, e)
+      if (e < 0) call self%unwritten('making the link '//path//' failed', failure)
+   end subroutine make_link
+
+   !> Attach a text of any length (UTF-8) to the group or dataset `object`, or replace the one of that name.
+   subroutine put_attribute_text(self, object, name, value, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: object, name, value
+      type(failure_t), intent(inout) :: failure
+      character(c_char), target :: chars(len(value) + 1)
+      type(c_ptr), target :: address
+      integer(hid_t) :: type_id
+      integer :: e
+      chars = c_string(value)
+      address = c_loc(chars)
+      type_id = text_type()
+      call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(address), failure)
+      call h5tclose_f(type_id, e)
+   end subroutine put_attribute_text
+
+   !> Attach a text of fixed length (ASCII) that is never replaced: the form in which VTKHDF wants its keywords.
+   subroutine put_label(self, object, name, value, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: object, name, value
+      type(failure_t), intent(inout) :: failure
+      character(c_char), target :: chars(len(value) + 1)
+      integer(hid_t) :: type_id
+      integer :: e
+      chars = c_string(value)
+      type_id = label_type(len(value))
+      call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(chars), failure)
+      call h5tclose_f(type_id, e)
+   end subroutine put_label
+
+   !> Attach a real number, or replace the one of that name.
+   subroutine put_attribute_real(self, object, name, value, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: object, name
+      real(dp), intent(in), target :: value
+      type(failure_t), intent(inout) :: failure
+      call write_attribute(self, object, name, h5t_ieee_f64le, native_real(), scalar_space(), c_loc(value), failure)
+   end subroutine put_attribute_real
+
+   !> Attach an integer, or replace the one of that name.
+   subroutine put_attribute_integer(self, object, name, value, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: object, name
+      integer, intent(in), target :: value
+      type(failure_t), intent(inout) :: failure
+      call write_attribute(self, object, name, h5t_std_i64le, native_integer(), scalar_space(), c_loc(value), failure)
+   end subroutine put_attribute_integer
+
+   !> Attach a few integers, or replace those of that name.
+   subroutine put_attribute_integers(self, object, name, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: object, name
+      integer, intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call write_attribute(self, object, name, h5t_std_i64le, native_integer(), &
+                           simple_space(shape(values, hsize_t)), c_loc(values), failure)
+   end subroutine put_attribute_integers
+
+   !> Write the dataset `path`: a text of any length (UTF-8).
+   subroutine put_text(self, path, text, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path, text
+      type(failure_t), intent(inout) :: failure
+      character(c_char), allocatable, target :: chars(:)
+      type(c_ptr), target :: address
+      integer(hid_t) :: type_id
+      integer :: e
+      allocate (chars, source=c_string(text))
+      address = c_loc(chars)
+      type_id = text_type()
+      call write_dataset(self, path, type_id, type_id, scalar_space(), c_loc(address), failure)
+      call h5tclose_f(type_id, e)
+   end subroutine put_text
+
+   !> Write the dataset `path`: a vector of reals.
+   subroutine put_real_1(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      real(dp), intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call write_dataset(self, path, h5t_ieee_f64le, native_real(), simple_space(shape(values, hsize_t)), &
+                         c_loc(values), failure)
+   end subroutine put_real_1
+
+   !> Write the dataset `path`: a matrix of reals.
+   subroutine put_real_2(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      real(dp), intent(in), target, contiguous :: values(:, :)
+      type(failure_t), intent(inout) :: failure
+      call write_dataset(self, path, h5t_ieee_f64le, native_real(), simple_space(shape(values, hsize_t)), &
+                         c_loc(values), failure)
+   end subroutine put_real_2
+
+   !> Write the dataset `path`: a vector of integers.
+   subroutine put_integer_1(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      integer, intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call write_dataset(self, path, h5t_std_i32le, native_integer(), simple_space(shape(values, hsize_t)), &
+                         c_loc(values), failure)
+   end subroutine put_integer_1
+
+   !> Write the dataset `path`: a vector of 64-bit integers.
+   subroutine put_long_1(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      integer(long), intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call write_dataset(self, path, h5t_std_i64le, native_long(), simple_space(shape(values, hsize_t)), &
+                         c_loc(values), failure)
+   end subroutine put_long_1
+
+   !> Read the dataset `path`, a vector of reals.
+   subroutine get_real_1(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      real(dp), allocatable, intent(out), target :: values(:)
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: dataset
+      integer(hsize_t) :: extent(1)
+      call find_dataset(self, path, dataset, extent, failure)
+      allocate (values(extent(1)))
+      call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
+   end subroutine get_real_1
+
+   !> Read the dataset `path`, a matrix of reals.
+   subroutine get_real_2(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      real(dp), allocatable, intent(out), target :: values(:, :)
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: dataset
+      integer(hsize_t) :: extent(2)
+      call find_dataset(self, path, dataset, extent, failure)
+      allocate (values(extent(1), extent(2)))
+      call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
+   end subroutine get_real_2
+
+   !> Read the dataset `path`, a vector of integers.
+   subroutine get_integer_1(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      integer, allocatable, intent(out), target :: values(:)
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: dataset
+      integer(hsize_t) :: extent(1)
+      call find_dataset(self, path, dataset, extent, failure)
+      allocate (values(extent(1)))
+      call read_dataset(self, path, dataset, native_integer(), c_loc(values), failure)
+   end subroutine get_integer_1
+
+   !> Read the dataset `path`, a vector of 64-bit integers.
+   subroutine get_long_1(self, path, values, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      integer(long), allocatable, intent(out), target :: values(:)
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: dataset
+      integer(hsize_t) :: extent(1)
+      call find_dataset(self, path, dataset, extent, failure)
+      allocate (values(extent(1)))
+      call read_dataset(self, path, dataset, native_long(), c_loc(values), failure)
+   end subroutine get_long_1
+
+   !> Write a new dataset whole, in the given space, which is closed.
+   subroutine write_dataset(file, path, file_type, memory_type, space, address, failure)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path
+      integer(hid_t), intent(in) :: file_type, memory_type, space
+      type(c_ptr), intent(in) :: address
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: dataset, list
+      integer :: e(7)
+      call h5pcreate_f(h5p_dataset_create_f, list, e(1))
+      call h5pset_obj_track_times_f(list, .false., e(2))
+      call h5dcreate_f(file%id, path, file_type, space, dataset, e(3), dcpl_id=list)
+      call h5dwrite_f(dataset, memory_type, address, e(4))
+      call h5dclose_f(dataset, e(5))
+      call h5pclose_f(list, e(6))
+      call h5sclose_f(space, e(7))
+      if (any(e < 0)) call file%unwritten('writing '//path//' failed (is the disk full?)', failure)
+   end subroutine write_dataset
+
+   !> Open a dataset of rank `size(extent)` and get its extent, which is 0 where there is no such dataset.
+   subroutine find_dataset(file, path, dataset, extent, failure)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path
+      integer(hid_t), intent(out) :: dataset
+      integer(hsize_t), intent(out) :: extent(:)
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: space
+      integer(hsize_t) :: limit(size(extent))
+      integer :: e(4), rank
+      extent = 0
+      rank = 0
+      call h5dopen_f(file%id, path, dataset, e(1))
+      call h5dget_space_f(dataset, space, e(2))
+      call h5sget_simple_extent_ndims_f(space, rank, e(3))
+      if (all(e(1:3) >= 0) .and. rank == size(extent)) then
+         call h5sget_simple_extent_dims_f(space, extent, limit, e(4))
+      else
+         call unread(file, 'there is no '//path//' of the expected shape', failure)
+      end if
+      call h5sclose_f(space, e(4))
+   end subroutine find_dataset
+
+   !> Read a whole dataset to `address` and close it; nothing where `find_dataset` has failed.
+   subroutine read_dataset(file, path, dataset, memory_type, address, failure)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path
+      integer(hid_t), intent(in) :: dataset, memory_type
+      type(c_ptr), value :: address
+      type(failure_t), intent(inout) :: failure
+      integer :: e(2)
+      if (failure%failed()) return
+      call h5dread_f(dataset, memory_type, address, e(1))
+      call h5dclose_f(dataset, e(2))
+      if (any(e < 0)) call unread(file, 'reading '//path//' failed', failure)
+   end subroutine read_dataset
+
+   !> Write an attribute, making it where there is none yet; the space is closed.
+   subroutine write_attribute(file, object, name, file_type, memory_type, space, address, failure)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: object, name
+      integer(hid_t), intent(in) :: file_type, memory_type, space
+      type(c_ptr), intent(in) :: address
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: owner, attribute
+      logical :: exists
+      integer :: e(7)
+      call h5oopen_f(file%id, object, owner, e(1))
+      call h5aexists_f(owner, name, exists, e(2))
+      if (exists) then
+         call h5aopen_f(owner, name, attribute, e(3))
+      else
+         call h5acreate_f(owner, name, file_type, space, attribute, e(3))
+      end if
+      call h5awrite_f(attribute, memory_type, address, e(4))
+      call h5aclose_f(attribute, e(5))
+      call h5oclose_f(owner, e(6))
+      call h5sclose_f(space, e(7))
+      if (any(e < 0)) call file%unwritten('writing the attribute '//name//' of '//object//' failed', failure)
+   end subroutine write_attribute
+
+   !> Initialise HDF5 once. Keep it from printing, and from cleaning up when the program ends: after a full disk that
+   !> crashes, and every file is closed by then.
+   subroutine open_library()
+      integer :: e
+      if (library_open) return
+      call h5dont_atexit_f(e)
+      call h5open_f(e)
+      call h5eset_auto_f(0, e)
+      library_open = .true.
+   end subroutine open_library
+
+   !> Report that the file cannot be read, and why.
+   subroutine unread(file, why, failure)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: why
+      type(failure_t), intent(inout) :: failure
+      call failure%report(exit_file, file%path//': cannot be read: '//why)
+   end subroutine unread
+
+   !> Why HDF5 cannot open a file: the operating system's reason, which HDF5 does not pass on, where it has one.
+   function why_not(path, action, otherwise) result(reason)
+      character(*), intent(in) :: path
+      character(*), intent(in) :: action        !! 'read' or 'write'
+      character(*), intent(in) :: otherwise     !! the likely reason where the operating system has none
+      character(:), allocatable :: reason
+      character(512) :: message
+      integer :: unit, status
+      open (newunit=unit, file=path, action=action, iostat=status, iomsg=message)
+      if (status /= 0) then
+         reason = trim(message)
+      else
+         close (unit)
+         reason = otherwise
+      end if
+   end function why_not
+end module hampm_hdf5_file

@@ -1,0 +1,150 @@
+!> A dataset that grows: a vector, or a matrix whose last dimension grows, stored in chunks. Reals that never reached
+!> the file, because the disk was full or the program was killed while it wrote them, are read as NaN, not as 0.
+module hampm_hdf5_series
+   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use hdf5, only: hid_t, hsize_t, h5s_unlimited_f, h5s_select_set_f, h5screate_simple_f, h5sclose_f, &
+      h5sselect_hyperslab_f, h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fill_value_f, h5pset_obj_track_times_f, &
+      h5p_dataset_create_f, h5dcreate_f, h5dset_extent_f, h5dget_space_f, h5dwrite_f, h5t_ieee_f64le, h5t_std_i64le, &
+      h5t_std_u8le
+   use hampm_kinds, only: dp, long
+   use hampm_failure, only: failure_t
+   use hampm_hdf5_types, only: native_real, native_integer, native_long
+   use hampm_hdf5_file, only: hdf5_file_t
+   implicit none
+   private
+   public :: hdf5_series_t, real_values, long_values, byte_values
+
+   integer, parameter :: real_values = 1   !! 64-bit reals in the file
+   integer, parameter :: long_values = 2   !! 64-bit integers in the file
+   integer, parameter :: byte_values = 3   !! unsigned 8-bit integers in the file
+
+   type :: hdf5_series_t
+      integer(hid_t) :: id = -1                  !! HDF5's handle; closed together with the file
+      integer(hsize_t) :: rows = 1               !! values an entry
+      integer(hsize_t) :: length = 0             !! entries so far
+      character(:), allocatable :: path          !! path in the file
+   contains
+      procedure :: create
+      generic :: append => append_real_1, append_real_2, append_integer, append_long
+      procedure, private :: append_real_1, append_real_2, append_integer, append_long
+   end type hdf5_series_t
+
+contains
+
+   !> Make the empty dataset `path`: shape (n) where `rows` is one, else (rows, n).
+   subroutine create(self, file, path, values, rows, chunk, failure)
+      class(hdf5_series_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path
+      integer, intent(in) :: values              !! what it stores: `real_values`, `long_values` or `byte_values`
+      integer, intent(in) :: rows                !! values an entry
+      integer, intent(in) :: chunk               !! entries stored together
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: list, space
+      integer(hsize_t) :: none_yet(2), limit(2), chunks(2)
+      integer :: e(8), first
+      self%path = path
+      self%rows = rows
+      self%length = 0
+      first = first_dimension(self)
+      none_yet = [self%rows, 0_hsize_t]
+      limit = [self%rows, h5s_unlimited_f]
+      chunks = [self%rows, int(chunk, hsize_t)]
+      call h5screate_simple_f(3 - first, none_yet(first:), space, e(1), limit(first:))
+      call h5pcreate_f(h5p_dataset_create_f, list, e(2))
+      call h5pset_chunk_f(list, 3 - first, chunks(first:), e(3))
+      call h5pset_obj_track_times_f(list, .false., e(4))
+      e(5) = 0
+      if (values == real_values) call h5pset_fill_value_f(list, native_real(), ieee_value(1.0_dp, ieee_quiet_nan), e(5))
+      call h5dcreate_f(file%id, path, file_type(values), space, self%id, e(6), dcpl_id=list)
+      call h5pclose_f(list, e(7))
+      call h5sclose_f(space, e(8))
+      if (any(e < 0)) call file%unwritten('making '//path//' failed', failure)
+   end subroutine create
+
+   !> Append the entries of a vector.
+   subroutine append_real_1(self, file, values, failure)
+      class(hdf5_series_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      real(dp), intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call append_raw(self, file, native_real(), size(values), c_loc(values), failure)
+   end subroutine append_real_1
+
+   !> Append the columns of a matrix.
+   subroutine append_real_2(self, file, values, failure)
+      class(hdf5_series_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      real(dp), intent(in), target, contiguous :: values(:, :)   !! shape (rows, n)
+      type(failure_t), intent(inout) :: failure
+      call append_raw(self, file, native_real(), size(values, 2), c_loc(values), failure)
+   end subroutine append_real_2
+
+   !> Append integers.
+   subroutine append_integer(self, file, values, failure)
+      class(hdf5_series_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      integer, intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call append_raw(self, file, native_integer(), size(values), c_loc(values), failure)
+   end subroutine append_integer
+
+   !> Append 64-bit integers.
+   subroutine append_long(self, file, values, failure)
+      class(hdf5_series_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      integer(long), intent(in), target, contiguous :: values(:)
+      type(failure_t), intent(inout) :: failure
+      call append_raw(self, file, native_long(), size(values), c_loc(values), failure)
+   end subroutine append_long
+
+   !> Append `entries` entries that lie one after the other in memory from `address` on.
+   subroutine append_raw(self, file, memory_type, entries, address, failure)
+      class(hdf5_series_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      integer(hid_t), intent(in) :: memory_type
+      integer, intent(in) :: entries
+      type(c_ptr), intent(in) :: address
+      type(failure_t), intent(inout) :: failure
+      integer(hid_t) :: space, memory
+      integer(hsize_t) :: extent(2), start(2), counts(2)
+      integer :: e(7), first
+      if (entries == 0) return
+      first = first_dimension(self)
+      start = [0_hsize_t, self%length]
+      counts = [self%rows, int(entries, hsize_t)]
+      extent = [self%rows, self%length + entries]
+      call h5dset_extent_f(self%id, extent(first:), e(1))
+      call h5dget_space_f(self%id, space, e(2))
+      call h5sselect_hyperslab_f(space, h5s_select_set_f, start(first:), counts(first:), e(3))
+      call h5screate_simple_f(3 - first, counts(first:), memory, e(4))
+      call h5dwrite_f(self%id, memory_type, address, e(5), memory, space)
+      call h5sclose_f(memory, e(6))
+      call h5sclose_f(space, e(7))
+      if (any(e < 0)) then
+         call file%unwritten('adding to '//self%path//' failed (is the disk full?)', failure)
+      else
+         self%length = extent(2)
+      end if
+   end subroutine append_raw
+
+   !> The first of the dimensions (rows, n) that the dataset has: a series of single values has no rows.
+   pure integer function first_dimension(self)
+      class(hdf5_series_t), intent(in) :: self
+      first_dimension = merge(2, 1, self%rows == 1)
+   end function first_dimension
+
+   !> HDF5's type of the values in the file.
+   integer(hid_t) function file_type(values)
+      integer, intent(in) :: values
+      select case (values)
+      case (long_values)
+         file_type = h5t_std_i64le
+      case (byte_values)
+         file_type = h5t_std_u8le
+      case default
+         file_type = h5t_ieee_f64le
+      end select
+   end function file_type
+end module hampm_hdf5_series

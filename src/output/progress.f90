@@ -1,0 +1,225 @@
+!> What the user sees of a run in progress: on a terminal one line that is refreshed, in a file or pipe a line now
+!> and then, in the quiet mode nothing.
+module hampm_progress
+   use, intrinsic :: iso_c_binding, only: c_int
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use hampm_kinds, only: dp, long
+   implicit none
+   private
+   public :: progress_t
+
+   real(dp), parameter :: terminal_interval = 0.2_dp   !! least time between two lines on a terminal [s]
+   real(dp), parameter :: file_interval = 10.0_dp      !! and in a file or pipe [s]
+   integer, parameter :: longest_line = 110            !! characters
+   character(*), parameter :: escape = achar(27)
+   character(*), parameter :: line_start = achar(13)//escape//'[?7l' !! to the first column; cut long lines, do not wrap
+   character(*), parameter :: line_end = escape//'[K'//escape//'[?7h' !! erase the rest; wrap again
+
+   type :: progress_t
+      private
+      real(dp) :: end_time = 0.0_dp              !! of the simulation [s]
+      logical :: quiet = .true.
+      logical :: terminal = .false.
+      integer(long) :: clock_start = 0           !! ticks at the start
+      integer(long) :: clock_last = 0            !! ticks at the last line
+      integer(long) :: clock_rate = 1            !! ticks a second
+      logical :: begun = .false.                 !! whether `first_time` and `last_step` are known
+      real(dp) :: first_time = 0.0_dp            !! simulated time when this run began [s]: not 0 where one was resumed
+      integer(long) :: last_step = 0             !! step of the last line
+      real(dp) :: particle_steps = 0.0_dp        !! sum of particles over the steps of this run
+   contains
+      procedure :: start
+      procedure :: show
+      procedure :: finish
+   end type progress_t
+
+   interface
+      integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_isatty
+   end interface
+
+contains
+
+   !> Begin: start the clock, look whether the standard output is a terminal.
+   subroutine start(self, end_time, quiet)
+      class(progress_t), intent(out) :: self
+      real(dp), intent(in) :: end_time           !! of the simulation [s]
+      logical, intent(in) :: quiet               !! print nothing at all
+      integer(c_int), parameter :: standard_output = 1
+      self%end_time = end_time
+      self%quiet = quiet
+      self%terminal = c_isatty(standard_output) /= 0
+      call system_clock(self%clock_start, self%clock_rate)
+      self%clock_last = self%clock_start
+   end subroutine start
+
+   !> Print how far the run is, if the last time was long enough ago. The first call is made before the first step.
+   subroutine show(self, time, step, cells, particles, finest_level, g_ratio, energy_residual)
+      class(progress_t), intent(inout) :: self
+      real(dp), intent(in) :: time                       !! simulated time [s]
+      integer(long), intent(in) :: step
+      integer, intent(in) :: cells, particles, finest_level
+      real(dp), intent(in), optional :: g_ratio          !! energy release rate over its reference value
+      real(dp), intent(in), optional :: energy_residual  !! what is missing in the energy balance, relative
+      integer(long) :: now
+      if (self%quiet) return
+      if (.not. self%begun) call begin_count(self, time, step)
+      call system_clock(now)
+      if (seconds_between(self, self%clock_last, now) < interval(self)) return
+      call count_work(self, step, particles)
+      call print_line(self, line(self, now, time, step, cells, particles, finest_level, g_ratio, energy_residual))
+      self%clock_last = now
+   end subroutine show
+
+   !> Print the last line, and what the run took. To be called before anything else is printed, also when it failed.
+   subroutine finish(self, time, step, cells, particles, finest_level, g_ratio, energy_residual)
+      class(progress_t), intent(inout) :: self
+      real(dp), intent(in) :: time                       !! simulated time [s]
+      integer(long), intent(in) :: step
+      integer, intent(in) :: cells, particles, finest_level
+      real(dp), intent(in), optional :: g_ratio          !! energy release rate over its reference value
+      real(dp), intent(in), optional :: energy_residual  !! what is missing in the energy balance, relative
+      integer(long) :: now
+      if (self%quiet) return
+      if (.not. self%begun) call begin_count(self, time, step)
+      call system_clock(now)
+      call count_work(self, step, particles)
+      call print_line(self, line(self, now, time, step, cells, particles, finest_level, g_ratio, energy_residual))
+      if (self%terminal) write (output_unit, '(a)') ''
+      write (output_unit, '(a)') 'ran '//clock_text(seconds_between(self, self%clock_start, now))
+      flush (output_unit)
+   end subroutine finish
+
+   !> Remember where this run began.
+   subroutine begin_count(self, time, step)
+      class(progress_t), intent(inout) :: self
+      real(dp), intent(in) :: time
+      integer(long), intent(in) :: step
+      self%first_time = time
+      self%last_step = step
+      self%begun = .true.
+   end subroutine begin_count
+
+   !> Add the steps since the last line to the work done; the number of particles hardly changes between two lines.
+   subroutine count_work(self, step, particles)
+      class(progress_t), intent(inout) :: self
+      integer(long), intent(in) :: step
+      integer, intent(in) :: particles
+      self%particle_steps = self%particle_steps + real(step - self%last_step, dp)*real(particles, dp)
+      self%last_step = step
+   end subroutine count_work
+
+   !> Print a line: over the last one on a terminal, below it elsewhere.
+   subroutine print_line(self, text)
+      class(progress_t), intent(in) :: self
+      character(*), intent(in) :: text
+      associate (cut => text(:min(len(text), longest_line)))
+         if (self%terminal) then
+            write (output_unit, '(a)', advance='no') line_start//cut//line_end
+         else
+            write (output_unit, '(a)') cut
+         end if
+      end associate
+      flush (output_unit)
+   end subroutine print_line
+
+   !> The progress line, what matters most first. Mp/s are millions of particles times steps a second.
+   function line(self, now, time, step, cells, particles, finest_level, g_ratio, energy_residual) result(text)
+      class(progress_t), intent(in) :: self
+      integer(long), intent(in) :: now, step
+      real(dp), intent(in) :: time
+      integer, intent(in) :: cells, particles, finest_level
+      real(dp), intent(in), optional :: g_ratio, energy_residual
+      character(:), allocatable :: text
+      real(dp) :: elapsed
+      elapsed = seconds_between(self, self%clock_start, now)
+      text = percent(self, time)//' '//time_text(time, self%end_time)//' '//left_text(self, time, elapsed)//' left'
+      if (present(g_ratio)) text = text//' G/Gref '//number(g_ratio, '(f12.4)')
+      text = text//' step '//count_text(step)//' cells '//count_text(int(cells, long))
+      text = text//' particles '//count_text(int(particles, long))//' level '//count_text(int(finest_level, long))
+      if (present(energy_residual)) text = text//' energy '//number(energy_residual, '(es12.1)')
+      if (elapsed > 0.0_dp) text = text//' '//number(1.0e-6_dp*self%particle_steps/elapsed, '(f12.1)')//' Mp/s'
+   end function line
+
+   !> Least time between two lines [s].
+   pure real(dp) function interval(self)
+      class(progress_t), intent(in) :: self
+      interval = merge(terminal_interval, file_interval, self%terminal)
+   end function interval
+
+   !> Time between two readings of the clock [s].
+   pure real(dp) function seconds_between(self, earlier, later)
+      class(progress_t), intent(in) :: self
+      integer(long), intent(in) :: earlier, later
+      seconds_between = real(later - earlier, dp)/real(self%clock_rate, dp)
+   end function seconds_between
+
+   !> How much of the simulated time is done, as in ' 42.3%'.
+   function percent(self, time) result(text)
+      class(progress_t), intent(in) :: self
+      real(dp), intent(in) :: time
+      character(:), allocatable :: text
+      text = number(100.0_dp*time/self%end_time, '(f12.1)')//'%'
+      text = repeat(' ', max(0, 6 - len(text)))//text
+   end function percent
+
+   !> A simulated time in the unit that suits the whole run, as in '0.634 ms'.
+   function time_text(time, longest) result(text)
+      real(dp), intent(in) :: time, longest      !! [s]
+      character(:), allocatable :: text
+      if (longest >= 1.0_dp) then
+         text = number(time, '(f12.4)')//' s'
+      else if (longest >= 1.0e-3_dp) then
+         text = number(1.0e3_dp*time, '(f12.4)')//' ms'
+      else if (longest >= 1.0e-6_dp) then
+         text = number(1.0e6_dp*time, '(f12.4)')//' us'
+      else
+         text = number(1.0e9_dp*time, '(f12.4)')//' ns'
+      end if
+   end function time_text
+
+   !> The wall time left if the rest of the simulated time takes as long as what is done, '-' while that is unknown.
+   function left_text(self, time, elapsed) result(text)
+      class(progress_t), intent(in) :: self
+      real(dp), intent(in) :: time, elapsed      !! simulated and wall time [s]
+      character(:), allocatable :: text
+      real(dp) :: left
+      text = '-'
+      if (.not. time > self%first_time) return
+      left = elapsed*max(self%end_time - time, 0.0_dp)/(time - self%first_time)
+      text = clock_text(left)
+   end function left_text
+
+   !> A wall time as h:mm:ss.
+   function clock_text(seconds) result(text)
+      real(dp), intent(in) :: seconds
+      character(:), allocatable :: text
+      real(dp), parameter :: longest = 1.0e9_dp  !! 30 years: more is not worth an overflow [s]
+      character(32) :: buffer
+      integer :: s
+      s = nint(min(seconds, longest))
+      write (buffer, '(i0,":",i2.2,":",i2.2)') s/3600, mod(s/60, 60), mod(s, 60)
+      text = trim(buffer)
+   end function clock_text
+
+   !> A real number in the given format, without blanks.
+   function number(value, format) result(text)
+      real(dp), intent(in) :: value
+      character(*), intent(in) :: format
+      character(:), allocatable :: text
+      character(32) :: buffer
+      write (buffer, format) value
+      text = trim(adjustl(buffer))
+   end function number
+
+   !> A whole number, without blanks.
+   function count_text(value) result(text)
+      integer(long), intent(in) :: value
+      character(:), allocatable :: text
+      character(32) :: buffer
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function count_text
+end module hampm_progress

@@ -1,0 +1,305 @@
+!> Snapshots of the run in the result file, as ParaView opens them: a VTKHDF time series of several blocks, each an
+!> unstructured grid whose numbers of points and cells may change from snapshot to snapshot.
+!>
+!> Layout: /VTKHDF/<block> holds the data of all snapshots one after the other, /VTKHDF/<block>/Steps where each
+!> snapshot begins, and /VTKHDF/Assembly the tree of blocks. Nothing is made before the first snapshot.
+module hampm_snapshots
+   use hampm_kinds, only: dp, ndim
+   use hampm_failure, only: failure_t
+   use hampm_hdf5_file, only: hdf5_file_t
+   use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values, byte_values
+   implicit none
+   private
+   public :: snapshots_t, block_t, field_t, vtk_vertex, vtk_polygon, vtk_quad
+
+   integer, parameter :: vtk_vertex = 1, vtk_polygon = 7, vtk_quad = 9 !! VTK's numbers of the kinds of cells
+   integer, parameter :: vtk_dim = 3            !! components of a point or vector in VTK
+   integer, parameter :: format_version(2) = [2, 2] !! of VTKHDF
+   character(*), parameter :: root = '/VTKHDF'
+
+   !> A field on the points or cells of a block.
+   type :: field_t
+      character(:), allocatable :: name
+      real(dp), allocatable :: values(:, :)      !! shape (k, n); k = ndim is a vector, completed with zeros
+   end type field_t
+
+   !> A set of points, of cells between them, and fields on both.
+   type :: block_t
+      character(:), allocatable :: name          !! 'particles' or 'mesh': letters, digits and _ only
+      real(dp), allocatable :: points(:, :)      !! positions [m], shape (ndim, points)
+      integer, allocatable :: connectivity(:)    !! the points of all cells, counted from 0
+      integer, allocatable :: offsets(:)         !! where each cell begins there, and where the last ends; (cells + 1)
+      integer, allocatable :: cell_types(:)      !! kind of each cell, VTK's number, shape (cells)
+      type(field_t), allocatable :: point_fields(:), cell_fields(:)
+   contains
+      procedure :: set_vertices
+      procedure :: add_point_field
+      procedure :: add_cell_field
+   end type block_t
+
+   !> The growing datasets of one block.
+   type :: block_series_t
+      type(hdf5_series_t) :: points, connectivity, offsets, types
+      type(hdf5_series_t) :: point_number, cell_number, connectivity_number
+      type(hdf5_series_t) :: times, first_part, first_point, first_cell, first_connectivity
+      type(hdf5_series_t), allocatable :: point_fields(:), cell_fields(:)
+   end type block_series_t
+
+   type :: snapshots_t
+      private
+      type(block_series_t), allocatable :: blocks(:)
+   contains
+      procedure :: write => write_snapshot
+   end type snapshots_t
+
+contains
+
+   !> Make the block a cloud of points, one cell each.
+   subroutine set_vertices(self, name, points)
+      class(block_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(dp), intent(in) :: points(:, :)       !! positions [m], shape (ndim, n)
+      integer :: i
+      self%name = name
+      self%points = points
+      self%offsets = [(i, i=0, size(points, 2))]
+      self%connectivity = self%offsets(:size(points, 2))
+      self%cell_types = spread(vtk_vertex, 1, size(points, 2))
+   end subroutine set_vertices
+
+   !> Add a field on the points.
+   subroutine add_point_field(self, name, values)
+      class(block_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(dp), intent(in) :: values(:, :)       !! shape (k, points)
+      call add_field(self%point_fields, name, values)
+   end subroutine add_point_field
+
+   !> Add a field on the cells.
+   subroutine add_cell_field(self, name, values)
+      class(block_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(dp), intent(in) :: values(:, :)       !! shape (k, cells)
+      call add_field(self%cell_fields, name, values)
+   end subroutine add_cell_field
+
+   !> Add a field to a list of fields.
+   subroutine add_field(fields, name, values)
+      type(field_t), allocatable, intent(inout) :: fields(:)
+      character(*), intent(in) :: name
+      real(dp), intent(in) :: values(:, :)
+      type(field_t), allocatable :: longer(:)
+      integer :: i, n
+      n = 0
+      if (allocated(fields)) n = size(fields)
+      allocate (longer(n + 1))
+      do i = 1, n
+         call move_alloc(fields(i)%name, longer(i)%name)
+         call move_alloc(fields(i)%values, longer(i)%values)
+      end do
+      longer(n + 1)%name = name
+      longer(n + 1)%values = values
+      call move_alloc(longer, fields)
+   end subroutine add_field
+
+   !> Append a snapshot. The first one fixes the blocks and the names and components of their fields.
+   subroutine write_snapshot(self, file, time, blocks, failure)
+      class(snapshots_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      real(dp), intent(in) :: time               !! [s]
+      type(block_t), intent(in) :: blocks(:)
+      type(failure_t), intent(inout) :: failure
+      integer :: i
+      if (.not. allocated(self%blocks)) call create_blocks(self, file, blocks, failure)
+      do i = 1, size(blocks)
+         if (failure%failed()) return
+         call append_step(self%blocks(i), file, time, blocks(i), failure)
+         call append_block(self%blocks(i), file, blocks(i), failure)
+         call file%put_attribute(steps_path(blocks(i)), 'NSteps', int(self%blocks(i)%times%length), failure)
+      end do
+   end subroutine write_snapshot
+
+   !> Make the groups and the empty datasets of all blocks, and the tree that names them.
+   subroutine create_blocks(self, file, blocks, failure)
+      class(snapshots_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      type(block_t), intent(in) :: blocks(:)
+      type(failure_t), intent(inout) :: failure
+      integer :: i
+      allocate (self%blocks(size(blocks)))
+      call make_typed_group(file, root, 'PartitionedDataSetCollection', failure)
+      do i = 1, size(blocks)
+         call make_typed_group(file, block_path(blocks(i)), 'UnstructuredGrid', failure)
+         call file%put_attribute(block_path(blocks(i)), 'Index', i - 1, failure)
+         call create_geometry(self%blocks(i), file, blocks(i), failure)
+         call create_steps(self%blocks(i), file, blocks(i), failure)
+         call create_fields(self%blocks(i)%point_fields, file, blocks(i), 'Point', blocks(i)%point_fields, failure)
+         call create_fields(self%blocks(i)%cell_fields, file, blocks(i), 'Cell', blocks(i)%cell_fields, failure)
+      end do
+      call create_assembly(file, blocks, failure)
+   end subroutine create_blocks
+
+   !> Make a group that VTK recognises.
+   subroutine make_typed_group(file, path, type_name, failure)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: path, type_name
+      type(failure_t), intent(inout) :: failure
+      call file%make_group(path, failure)
+      call file%put_label(path, 'Type', type_name, failure)
+      call file%put_attribute(path, 'Version', format_version, failure)
+   end subroutine make_typed_group
+
+   !> Make the tree of blocks: a node a block, with a link to it.
+   subroutine create_assembly(file, blocks, failure)
+      type(hdf5_file_t), intent(in) :: file
+      type(block_t), intent(in) :: blocks(:)
+      type(failure_t), intent(inout) :: failure
+      integer :: i
+      call file%make_group(root//'/Assembly', failure)
+      do i = 1, size(blocks)
+         associate (node => root//'/Assembly/'//blocks(i)%name)
+            call file%make_group(node, failure)
+            call file%make_link(block_path(blocks(i)), node//'/'//blocks(i)%name, failure)
+         end associate
+      end do
+   end subroutine create_assembly
+
+   !> Make the datasets of points and cells.
+   subroutine create_geometry(series, file, block, failure)
+      type(block_series_t), intent(inout) :: series
+      type(hdf5_file_t), intent(in) :: file
+      type(block_t), intent(in) :: block
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: path
+      integer :: cells, points, corners
+      path = block_path(block)
+      points = chunk(size(block%points, 2))
+      cells = chunk(size(block%cell_types))
+      corners = chunk(size(block%connectivity))
+      call series%points%create(file, path//'/Points', real_values, vtk_dim, points, failure)
+      call series%connectivity%create(file, path//'/Connectivity', long_values, 1, corners, failure)
+      call series%offsets%create(file, path//'/Offsets', long_values, 1, cells, failure)
+      call series%types%create(file, path//'/Types', byte_values, 1, cells, failure)
+      call series%point_number%create(file, path//'/NumberOfPoints', long_values, 1, chunk(1), failure)
+      call series%cell_number%create(file, path//'/NumberOfCells', long_values, 1, chunk(1), failure)
+      call series%connectivity_number%create(file, path//'/NumberOfConnectivityIds', long_values, 1, chunk(1), failure)
+   end subroutine create_geometry
+
+   !> Make the datasets that say where each snapshot begins.
+   subroutine create_steps(series, file, block, failure)
+      type(block_series_t), intent(inout) :: series
+      type(hdf5_file_t), intent(in) :: file
+      type(block_t), intent(in) :: block
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: path
+      path = steps_path(block)
+      call file%make_group(path, failure)
+      call series%times%create(file, path//'/Values', real_values, 1, chunk(1), failure)
+      call series%first_part%create(file, path//'/PartOffsets', long_values, 1, chunk(1), failure)
+      call series%first_point%create(file, path//'/PointOffsets', long_values, 1, chunk(1), failure)
+      call series%first_cell%create(file, path//'/CellOffsets', long_values, 1, chunk(1), failure)
+      call series%first_connectivity%create(file, path//'/ConnectivityIdOffsets', long_values, 1, chunk(1), failure)
+   end subroutine create_steps
+
+   !> Make the datasets of the fields on the points or cells. They begin where the points or cells begin.
+   subroutine create_fields(series, file, block, place, fields, failure)
+      type(hdf5_series_t), allocatable, intent(inout) :: series(:)
+      type(hdf5_file_t), intent(in) :: file
+      type(block_t), intent(in) :: block
+      character(*), intent(in) :: place          !! 'Point' or 'Cell'
+      type(field_t), allocatable, intent(in) :: fields(:)
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: data_path, first_path
+      integer :: i, rows
+      if (.not. allocated(fields)) return
+      data_path = block_path(block)//'/'//place//'Data'
+      first_path = steps_path(block)//'/'//place//'DataOffsets'
+      call file%make_group(data_path, failure)
+      call file%make_group(first_path, failure)
+      allocate (series(size(fields)))
+      do i = 1, size(fields)
+         rows = size(fields(i)%values, 1)
+         if (rows == ndim) rows = vtk_dim
+         call series(i)%create(file, data_path//'/'//fields(i)%name, real_values, rows, &
+                               chunk(size(fields(i)%values, 2)), failure)
+         call file%make_link(steps_path(block)//'/'//place//'Offsets', first_path//'/'//fields(i)%name, failure)
+      end do
+   end subroutine create_fields
+
+   !> Note when the snapshot is, where its data begin, and how many they are. Offsets hold one entry more than cells
+   !> for each snapshot, which VTK accounts for itself.
+   subroutine append_step(series, file, time, block, failure)
+      type(block_series_t), intent(inout) :: series
+      type(hdf5_file_t), intent(in) :: file
+      real(dp), intent(in) :: time
+      type(block_t), intent(in) :: block
+      type(failure_t), intent(inout) :: failure
+      call series%first_part%append(file, [series%first_part%length], failure)
+      call series%first_point%append(file, [series%points%length], failure)
+      call series%first_cell%append(file, [series%types%length], failure)
+      call series%first_connectivity%append(file, [series%connectivity%length], failure)
+      call series%point_number%append(file, [size(block%points, 2)], failure)
+      call series%cell_number%append(file, [size(block%cell_types)], failure)
+      call series%connectivity_number%append(file, [size(block%connectivity)], failure)
+      call series%times%append(file, [time], failure)
+   end subroutine append_step
+
+   !> Append the points, cells and fields of a block.
+   subroutine append_block(series, file, block, failure)
+      type(block_series_t), intent(inout) :: series
+      type(hdf5_file_t), intent(in) :: file
+      type(block_t), intent(in) :: block
+      type(failure_t), intent(inout) :: failure
+      call series%points%append(file, completed(block%points), failure)
+      call series%connectivity%append(file, block%connectivity, failure)
+      call series%offsets%append(file, block%offsets, failure)
+      call series%types%append(file, block%cell_types, failure)
+      if (allocated(series%point_fields)) call append_fields(series%point_fields, file, block%point_fields, failure)
+      if (allocated(series%cell_fields)) call append_fields(series%cell_fields, file, block%cell_fields, failure)
+   end subroutine append_block
+
+   !> Append fields, in the order of the first snapshot.
+   subroutine append_fields(series, file, fields, failure)
+      type(hdf5_series_t), intent(inout) :: series(:)
+      type(hdf5_file_t), intent(in) :: file
+      type(field_t), intent(in) :: fields(:)
+      type(failure_t), intent(inout) :: failure
+      integer :: i
+      do i = 1, size(series)
+         if (size(fields(i)%values, 1) == ndim) then
+            call series(i)%append(file, completed(fields(i)%values), failure)
+         else
+            call series(i)%append(file, fields(i)%values, failure)
+         end if
+      end do
+   end subroutine append_fields
+
+   !> Vectors completed with zeros to VTK's three components.
+   pure function completed(vectors)
+      real(dp), intent(in) :: vectors(:, :)      !! shape (ndim, n)
+      real(dp), allocatable :: completed(:, :)   !! shape (3, n)
+      allocate (completed(vtk_dim, size(vectors, 2)))
+      completed(:ndim, :) = vectors
+      completed(ndim + 1:, :) = 0.0_dp
+   end function completed
+
+   !> Entries of a dataset stored together, where a snapshot has n: neither many small pieces nor a mostly empty one.
+   pure integer function chunk(n)
+      integer, intent(in) :: n
+      chunk = max(64, min(n, 16384))
+   end function chunk
+
+   !> Path of the group of a block.
+   pure function block_path(block) result(path)
+      type(block_t), intent(in) :: block
+      character(:), allocatable :: path
+      path = root//'/'//block%name
+   end function block_path
+
+   !> Path of the group that says where each snapshot of a block begins.
+   pure function steps_path(block) result(path)
+      type(block_t), intent(in) :: block
+      character(:), allocatable :: path
+      path = block_path(block)//'/Steps'
+   end function steps_path
+end module hampm_snapshots

@@ -1,0 +1,78 @@
+!> What the program does with its options.
+module hampm_program
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use hampm_command_line, only: options_t, usage_text
+   use hampm_failure, only: failure_t
+   use hampm_namelist_text, only: template_text
+   use hampm_reading, only: read_scene
+   use hampm_scene, only: scene_t
+   use hampm_simulation, only: simulation_t, build, run, summary
+   use hampm_version, only: version
+   implicit none
+   private
+   public :: act, print_message
+
+contains
+
+   !> Do what the options ask for.
+   subroutine act(options, failure)
+      type(options_t), intent(in) :: options
+      type(failure_t), intent(inout) :: failure
+      if (options%help) then
+         write (output_unit, '(a)', advance='no') usage_text()
+      else if (options%version) then
+         write (output_unit, '(a)') 'hampm '//version
+      else if (options%template) then
+         write (output_unit, '(a)', advance='no') template_text()
+      else
+         call simulate(options, failure)
+      end if
+   end subroutine act
+
+   !> Read the scene, then check or run it.
+   subroutine simulate(options, failure)
+      type(options_t), intent(in) :: options
+      type(failure_t), intent(inout) :: failure
+      type(scene_t) :: scene
+      type(simulation_t) :: simulation
+      call read_scene(options%input, options%overrides, scene, failure)
+      if (failure%failed()) return
+      call build(scene, options%threads, simulation, failure)
+      if (failure%failed()) return
+      if (options%check) then
+         write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(simulation)
+      else
+         call run(simulation, options%output, options%quiet, failure)
+         if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
+      end if
+   end subroutine simulate
+
+   !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
+   function summary_as_comments(simulation) result(text)
+      type(simulation_t), intent(in) :: simulation
+      character(:), allocatable :: text
+      text = with_prefix('! ', summary(simulation))
+   end function summary_as_comments
+
+   !> Print every line of a message to the standard error, behind the name of the program.
+   subroutine print_message(message)
+      character(*), intent(in) :: message
+      flush (output_unit)
+      write (error_unit, '(a)', advance='no') with_prefix('hampm: ', message//new_line('a'))
+      flush (error_unit)
+   end subroutine print_message
+
+   !> Put a prefix before every line of a text whose lines all end with a line feed.
+   pure function with_prefix(prefix, text) result(prefixed)
+      character(*), intent(in) :: prefix, text
+      character(:), allocatable :: prefixed
+      integer :: first, last
+      prefixed = ''
+      first = 1
+      do while (first <= len(text))
+         last = first + index(text(first:), new_line('a')) - 1
+         prefixed = prefixed//prefix//text(first:last)
+         first = last + 1
+      end do
+   end function with_prefix
+end module hampm_program

@@ -1,0 +1,200 @@
+!> The command line: `hampm [options] case.nml`.
+module hampm_command_line
+   use hampm_failure, only: failure_t
+   use hampm_kinds, only: name_len
+   use hampm_mistakes, only: mistakes_t
+   use hampm_text, only: string_t, did_you_mean, printable
+   implicit none
+   private
+   public :: options_t, command_arguments, parse_arguments, usage_text
+
+   type :: options_t
+      character(:), allocatable :: input           !! path of the namelist file; '' where none is needed
+      character(:), allocatable :: output          !! folder for results
+      type(string_t), allocatable :: overrides(:)  !! `group.key=value`, in the order given
+      integer :: threads = 0                       !! 0: chosen by the program
+      logical :: check = .false.                   !! validate and print the scene, do not run it
+      logical :: template = .false.                !! print a complete namelist
+      logical :: quiet = .false.                   !! no progress on the terminal
+      logical :: version = .false.
+      logical :: help = .false.
+   end type options_t
+
+   type :: option_t
+      character(name_len) :: name
+      logical :: takes_value
+      character(32) :: synopsis
+      character(96) :: meaning
+   end type option_t
+
+   type(option_t), parameter :: known(*) = [ &
+      option_t('--check', .false., '--check', 'validate the scene and print it as it is understood; do not run it'), &
+      option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
+      option_t('--set', .true., '--set GROUP.KEY=VALUE', 'use this value instead of the file''s; may be given many times'), &
+      option_t('--output', .true., '--output DIR', 'folder for the results; default: the current one'), &
+      option_t('--threads', .true., '--threads N', 'number of threads, 1 to 1024; 0 (default): chosen by the program'), &
+      option_t('--quiet', .false., '--quiet', 'show no progress'), &
+      option_t('--version', .false., '--version', 'print the version'), &
+      option_t('--help', .false., '--help', 'print this')]
+
+   integer, parameter :: most_threads = 1024
+
+contains
+
+   !> The arguments of the program.
+   function command_arguments() result(arguments)
+      type(string_t), allocatable :: arguments(:)
+      integer :: i, length
+      allocate (arguments(command_argument_count()))
+      do i = 1, size(arguments)
+         call get_command_argument(i, length=length)
+         allocate (character(length) :: arguments(i)%text)
+         if (length > 0) call get_command_argument(i, arguments(i)%text)
+      end do
+   end function command_arguments
+
+   !> Understand the arguments. Every mistake in them is reported. `--name value` and `--name=value` are the same;
+   !> behind `--` no argument is an option.
+   pure subroutine parse_arguments(arguments, options, failure)
+      type(string_t), intent(in) :: arguments(:)
+      type(options_t), intent(out) :: options
+      type(failure_t), intent(inout) :: failure
+      type(mistakes_t) :: mistakes
+      logical :: options_over
+      integer :: i
+      options%output = '.'
+      options%input = ''
+      allocate (options%overrides(0))
+      options_over = .false.
+      i = 1
+      do while (i <= size(arguments))
+         if (options_over .or. index(arguments(i)%text, '-') /= 1) then
+            call take_file(arguments(i)%text, options, mistakes)
+         else if (arguments(i)%text == '--') then
+            options_over = .true.
+         else
+            call take_option(arguments, i, options, mistakes)
+         end if
+         i = i + 1
+      end do
+      if (options%input == '' .and. mistakes%count == 0 .and. .not. (options%help .or. options%version .or. options%template)) &
+         call mistakes%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
+      call mistakes%tell(failure)
+   end subroutine parse_arguments
+
+   pure subroutine take_file(name, options, mistakes)
+      character(*), intent(in) :: name
+      type(options_t), intent(inout) :: options
+      type(mistakes_t), intent(inout) :: mistakes
+      if (name == '') then
+         call mistakes%add('an argument is empty: the name of the namelist file is expected')
+      else if (options%input /= '') then
+         call mistakes%add('one namelist file at a time: '''//printable(options%input, 200)//''' and then '''// &
+                           printable(name, 200)//'''')
+      else
+         options%input = name
+      end if
+   end subroutine take_file
+
+   !> The option at position `i`, which moves on where the value is the next argument.
+   pure subroutine take_option(arguments, i, options, mistakes)
+      type(string_t), intent(in) :: arguments(:)
+      integer, intent(inout) :: i
+      type(options_t), intent(inout) :: options
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: name, value
+      character(name_len) :: names(size(known))
+      integer :: equals, k
+      logical :: has_value
+      names = known%name
+      equals = index(arguments(i)%text//'=', '=')
+      has_value = equals <= len(arguments(i)%text)
+      name = arguments(i)%text(:equals - 1)
+      value = arguments(i)%text(equals + 1:)
+      do k = size(known), 1, -1
+         if (names(k) == name) exit
+      end do
+      if (k == 0) then
+         call mistakes%add('there is no option '//printable(name, 60)//did_you_mean(name, names)// &
+                           ' (hampm --help lists them)')
+         return
+      end if
+      if (has_value .and. .not. known(k)%takes_value) call mistakes%add(name//' takes no value')
+      if (known(k)%takes_value .and. .not. has_value) then
+         if (i < size(arguments)) has_value = index(arguments(i + 1)%text, '--') /= 1
+         if (has_value) then
+            i = i + 1
+            value = arguments(i)%text
+         end if
+      end if
+      if (known(k)%takes_value .and. (.not. has_value .or. value == '')) then
+         call mistakes%add(name//': its value is missing: '//trim(known(k)%synopsis))
+         return
+      end if
+      call apply_option(name, value, options, mistakes)
+   end subroutine take_option
+
+   pure subroutine apply_option(name, value, options, mistakes)
+      character(*), intent(in) :: name, value
+      type(options_t), intent(inout) :: options
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: ios
+      select case (name)
+       case ('--check')
+         options%check = .true.
+       case ('--template')
+         options%template = .true.
+       case ('--quiet')
+         options%quiet = .true.
+       case ('--version')
+         options%version = .true.
+       case ('--help')
+         options%help = .true.
+       case ('--output')
+         options%output = value
+       case ('--set')
+         call append(options%overrides, value)
+       case ('--threads')
+         options%threads = most_threads + 1
+         ios = 0
+         if (len(value) <= 6 .and. verify(value, '0123456789') == 0) read (value, '(i6)', iostat=ios) options%threads
+         if (ios /= 0 .or. options%threads > most_threads) call mistakes%add( &
+            '--threads '//printable(value, 40)//': must be an integer in [0, 1024], 0 for automatic')
+      end select
+   end subroutine apply_option
+
+   !> Add a text to a list.
+   pure subroutine append(list, text)
+      type(string_t), allocatable, intent(inout) :: list(:)
+      character(*), intent(in) :: text
+      type(string_t), allocatable :: longer(:)
+      integer :: i
+      allocate (longer(size(list) + 1))
+      do i = 1, size(list)
+         call move_alloc(list(i)%text, longer(i)%text)
+      end do
+      longer(size(longer))%text = text
+      call move_alloc(longer, list)
+   end subroutine append
+
+   !> The explanation that `--help` prints.
+   pure function usage_text() result(text)
+      character(:), allocatable :: text
+      integer :: k
+      text = line('Usage: hampm [options] case.nml')//line('') &
+             //line('Computes the motion of the scene that the namelist file describes and the energy release rate of') &
+             //line('its crack, by the material point method. hampm --template > case.nml gives a scene to start from.') &
+             //line('')
+      do k = 1, size(known)
+         text = text//line('  '//known(k)%synopsis(:24)//trim(known(k)%meaning))
+      end do
+      text = text//line('')//line('Exit codes: 0 done; 2 a mistake on the command line or in the file; 3 the computation') &
+             //line('failed; 4 a file could not be read or written.')
+   end function usage_text
+
+   pure function line(text)
+      character(*), intent(in) :: text
+      character(:), allocatable :: line
+      line = text//new_line('a')
+   end function line
+end module hampm_command_line

@@ -1,0 +1,188 @@
+!> Whether the keys of a scene agree with each other: the grid, the bodies and their materials, the outputs.
+!> A check whose ingredients were already found to be wrong is passed over.
+module hampm_consistency
+   use hampm_crack_consistency, only: check_crack, check_energy_release
+   use hampm_kinds, only: dp, name_len
+   use hampm_load_consistency, only: check_constraints, check_loads
+   use hampm_mistakes, only: mistakes_t
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, point_text
+   use hampm_scene, only: scene_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text, did_you_mean
+   implicit none
+   private
+   public :: check_consistency
+
+   real(dp), parameter :: most_cells = 1e9_dp       !! cells of the lattice
+   real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
+   real(dp), parameter :: most_samples = 1e8_dp     !! of a history
+
+contains
+
+   !> Check a whole scene.
+   pure subroutine check_consistency(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: has_grid
+      integer :: before
+      call check_materials(scene, settings, mistakes)
+      before = mistakes%count
+      call check_grid(scene, settings, mistakes, has_grid)
+      call check_bodies(scene, settings, has_grid, mistakes)
+      if (has_grid .and. mistakes%count == before) call check_particle_number(scene, settings, mistakes)
+      call check_constraints(scene, settings, has_grid, mistakes)
+      call check_loads(scene, settings, has_grid, mistakes)
+      call check_crack(scene, settings, has_grid, mistakes)
+      call check_energy_release(scene, settings, mistakes)
+      call check_output(scene, settings, mistakes)
+   end subroutine check_consistency
+
+   !> Materials need different names, and bodies name one of them.
+   pure subroutine check_materials(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(name_len) :: names(size(scene%materials))
+      integer :: i, b
+      names = scene%materials%name
+      do i = 2, size(names)
+         b = settings%find('material', i)
+         if (.not. settings%good(b, 'name')) cycle
+         if (any(names(:i - 1) == names(i))) &
+            call settings%complain(mistakes, b, 'name', 'must differ from the name of every other material')
+      end do
+      do i = 1, size(scene%bodies)
+         b = settings%find('body', i)
+         if (.not. settings%good(b, 'material') .or. scene%bodies(i)%material_index > 0) cycle
+         call settings%complain(mistakes, b, 'material', 'must be the name of a &material'// &
+                                did_you_mean(trim(scene%bodies(i)%material), names))
+      end do
+   end subroutine check_materials
+
+   !> The lattice must be of a size that can be stored, and its nodes must be different numbers.
+   pure subroutine check_grid(scene, settings, mistakes, has_grid)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      logical, intent(out) :: has_grid             !! whether there is a lattice to check other things against
+      integer :: g
+      g = settings%find('grid', 1)
+      has_grid = settings%good(g, 'lower') .and. settings%good(g, 'cell') .and. settings%good(g, 'cells')
+      if (settings%good(g, 'cells')) then
+         if (product(real(scene%grid%cells, dp)) > most_cells) then
+            call settings%complain(mistakes, g, 'cells', 'their product must be in [1, 1e9]')
+            has_grid = .false.
+         end if
+      end if
+      if (.not. has_grid) return
+      if (maxval(abs(scene%grid%lower)) <= most_cells*scene%grid%cell) return
+      call settings%complain(mistakes, g, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
+      has_grid = .false.
+   end subroutine check_grid
+
+   !> Bodies have an extent, lie within the grid and do not overlap.
+   pure subroutine check_bodies(scene, settings, has_grid, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_grid
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: usable(size(scene%bodies))
+      real(dp) :: tol
+      integer :: i, j, b
+      tol = 0
+      if (has_grid) tol = tolerance(scene%grid)
+      do i = 1, size(scene%bodies)
+         b = settings%find('body', i)
+         usable(i) = settings%good(b, 'lower') .and. settings%good(b, 'upper')
+         if (.not. usable(i)) cycle
+         associate (body => scene%bodies(i))
+            usable(i) = all(body%upper - body%lower > tol)
+            if (.not. usable(i)) then
+               call settings%complain(mistakes, b, 'upper', 'must be above lower = '//point_text(body%lower)// &
+                                      ' in every direction')
+               cycle
+            end if
+            if (has_grid) call check_within_grid(scene, settings, i, mistakes)
+            do j = 1, i - 1
+               if (.not. usable(j)) cycle
+               if (overlap(body%lower, body%upper, scene%bodies(j)%lower, scene%bodies(j)%upper, tol)) &
+                  call settings%complain(mistakes, b, 'lower', 'the body must not overlap body '//to_text(j))
+            end do
+         end associate
+      end do
+   end subroutine check_bodies
+
+   !> Both corners of a body are in the grid.
+   pure subroutine check_within_grid(scene, settings, i, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: i                     !! which body
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: extent
+      real(dp) :: tol
+      integer :: b
+      b = settings%find('body', i)
+      tol = tolerance(scene%grid)
+      associate (body => scene%bodies(i), lower => scene%grid%lower, upper => upper_corner(scene%grid))
+         extent = 'must be within the grid, from '//point_text(lower)//' to '//point_text(upper)
+         if (.not. within(body%lower, body%lower, lower, upper, tol)) call settings%complain(mistakes, b, 'lower', extent)
+         if (.not. within(body%upper, body%upper, lower, upper, tol)) call settings%complain(mistakes, b, 'upper', extent)
+      end associate
+   end subroutine check_within_grid
+
+   !> The material points must be so few that an integer can count them.
+   pure subroutine check_particle_number(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp) :: particles
+      integer :: i, b
+      particles = 0
+      do i = 1, size(scene%bodies)
+         b = settings%find('body', i)
+         if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper') .and. settings%good(b, 'points_per_cell'))) return
+         particles = particles + product((scene%bodies(i)%upper - scene%bodies(i)%lower)/scene%grid%cell &
+                                         *scene%bodies(i)%points_per_cell)
+         if (particles <= most_particles) cycle
+         call settings%complain(mistakes, b, 'points_per_cell', 'there would be '//to_text(anint(particles))// &
+                                ' material points; their number must be in [1, 2e9]')
+         return
+      end do
+   end subroutine check_particle_number
+
+   !> The result file has a plain name, and samples fall within the run.
+   pure subroutine check_output(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: o
+      o = settings%find('output', 1)
+      if (settings%good(o, 'file')) then
+         if (scene%output%file == '' .or. scene%output%file == '.' .or. scene%output%file == '..' &
+             .or. scan(scene%output%file, '/\') > 0) call settings%complain(mistakes, o, 'file', &
+            'must be the name of a file, not empty and without folders; the option --output gives the folder')
+      end if
+      if (.not. settings%good(settings%find('run', 1), 'end_time')) return
+      call check_interval(scene, settings, 'history_interval', scene%output%history_interval, mistakes)
+      call check_interval(scene, settings, 'snapshot_interval', scene%output%snapshot_interval, mistakes)
+   end subroutine check_output
+
+   !> An interval between outputs fits the length of the run.
+   pure subroutine check_interval(scene, settings, key, interval, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      character(*), intent(in) :: key
+      real(dp), intent(in) :: interval             !! [s], 0 for no such output
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: o
+      o = settings%find('output', 1)
+      if (.not. settings%good(o, key) .or. interval <= 0) return
+      if (interval > scene%run%end_time) then
+         call settings%complain(mistakes, o, key, 'must be in [0, end_time = '//to_text(scene%run%end_time)//'] [s]')
+      else if (scene%run%end_time/interval > most_samples) then
+         call settings%complain(mistakes, o, key, 'must be at least a 1e-8 part of end_time = '// &
+                                to_text(scene%run%end_time)//' [s]')
+      end if
+   end subroutine check_interval
+end module hampm_consistency

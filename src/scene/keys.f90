@@ -1,0 +1,273 @@
+!> Every group and key of the namelist file, in two tables. Validation, `--template`, the canonical text of a scene and
+!> the reference documentation all come from them: a new key is one row here and one assignment in `hampm_reading`.
+module hampm_keys
+   use hampm_kinds, only: ndim, name_len
+   use hampm_text, only: did_you_mean, printable
+   implicit none
+   private
+   public :: group_t, key_t, groups, keys, find_group, find_key, first_key, key_count, choices, default_count, &
+             default_value, unknown_group, unknown_key, is_text, max_values, &
+             kind_real, kind_integer, kind_name, kind_text, is_required, is_assumed, is_optional
+
+   integer, parameter :: kind_real = 1, kind_integer = 2
+   integer, parameter :: kind_name = 3             !! text of at most `name_len` characters: a name or a choice
+   integer, parameter :: kind_text = 4             !! text of at most `path_len` characters
+
+   integer, parameter :: is_required = 1           !! a scene without the group is refused
+   integer, parameter :: is_assumed = 2            !! a scene without the group gets it with its defaults
+   integer, parameter :: is_optional = 3           !! a scene without the group does without it
+
+   integer, parameter :: max_values = 1000         !! most values of any key
+   logical, parameter :: must = .true., may = .false., repeats = .true., once = .false.
+
+   type :: group_t
+      character(name_len) :: name
+      logical :: repeats                           !! whether it may stand several times
+      integer :: presence                          !! what its absence means: `is_required`, `is_assumed`, `is_optional`
+      character(96) :: meaning
+   end type group_t
+
+   type :: key_t
+      character(name_len) :: group
+      character(name_len) :: name
+      integer :: kind
+      integer :: fewest, most                      !! number of values
+      logical :: required                          !! whether it must be given
+      character(name_len) :: default               !! value where it is not given, without quotes
+      character(name_len) :: example               !! value in the template where that is not the default
+      character(16) :: unit
+      character(name_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, '' for any text
+      character(96) :: meaning
+   end type key_t
+
+   type(group_t), parameter :: groups(*) = [ &
+      group_t('run', once, is_required, 'what is computed, and for how long'), &
+      group_t('grid', once, is_required, 'the lattice of square root cells that the material moves through'), &
+      group_t('material', repeats, is_required, 'a material; bodies name it'), &
+      group_t('body', repeats, is_required, 'a piece of material; bodies must not overlap'), &
+      group_t('constraint', repeats, is_optional, 'fixed displacement components of all grid nodes in a box'), &
+      group_t('load', repeats, is_optional, 'a force on the material, with its history in time'), &
+      group_t('damping', once, is_assumed, 'a force -rate*m*v on all material'), &
+      group_t('method', once, is_assumed, 'how the equations of motion are integrated'), &
+      group_t('crack', once, is_optional, 'the crack; without this group the scene has none'), &
+      group_t('energy_release', once, is_assumed, 'which energy quantities are recorded'), &
+      group_t('output', once, is_assumed, 'what is written, and how often')]
+
+   character(*), parameter :: any_number = '(-inf, inf)', positive = '(0, inf)', not_negative = '[0, inf)'
+
+   ! group, name, kind, fewest values, most values, required, default, example, unit,
+   !    allowed, meaning
+   type(key_t), parameter :: keys(*) = [ &
+      key_t('run', 'title', kind_text, 1, 1, may, '', 'DCB, suddenly loaded', '', &
+            '', 'what the run is about'), &
+      key_t('run', 'plane', kind_name, 1, 1, may, 'stress', '', '', &
+            'stress|strain', 'plane stress or plane strain'), &
+      key_t('run', 'thickness', kind_real, 1, 1, may, '1.0', '0.01', 'm', &
+            positive, 'thickness of the plane'), &
+      key_t('run', 'end_time', kind_real, 1, 1, must, '', '1.5e-3', 's', &
+            positive, 'the run goes from time 0 to this time'), &
+      key_t('grid', 'lower', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'lower corner of the lattice'), &
+      key_t('grid', 'cell', kind_real, 1, 1, must, '', '1.25e-3', 'm', &
+            positive, 'size of a root cell'), &
+      key_t('grid', 'cells', kind_integer, ndim, ndim, must, '', '80, 9', '', &
+            '[1, inf)', 'number of root cells in each direction'), &
+      key_t('material', 'name', kind_name, 1, 1, must, '', 'aluminium', '', &
+            '', 'name that bodies refer to'), &
+      key_t('material', 'law', kind_name, 1, 1, may, 'linear_elastic', '', '', &
+            'linear_elastic|neo_hookean', 'small strain, or any stretch and rotation'), &
+      key_t('material', 'young', kind_real, 1, 1, must, '', '70e9', 'Pa', &
+            positive, 'Young''s modulus'), &
+      key_t('material', 'poisson', kind_real, 1, 1, may, '0.0', '0.3', '', &
+            '(-1, 0.5)', 'Poisson''s ratio'), &
+      key_t('material', 'density', kind_real, 1, 1, must, '', '2700.0', 'kg/m3', &
+            positive, 'mass per undeformed volume'), &
+      key_t('body', 'material', kind_name, 1, 1, must, '', 'aluminium', '', &
+            '', 'name of its material'), &
+      key_t('body', 'shape', kind_name, 1, 1, may, 'rectangle', '', '', &
+            'rectangle', 'a rectangle along the grid lines'), &
+      key_t('body', 'lower', kind_real, ndim, ndim, must, '', '0.0, 0.0', 'm', &
+            any_number, 'its lower corner'), &
+      key_t('body', 'upper', kind_real, ndim, ndim, must, '', '0.1, 0.01', 'm', &
+            any_number, 'its upper corner'), &
+      key_t('body', 'points_per_cell', kind_integer, 1, 1, may, '2', '', '', &
+            '[1, 16]', 'material points per cell in each direction'), &
+      key_t('body', 'velocity', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
+            any_number, 'initial velocity'), &
+      key_t('constraint', 'lower', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
+            any_number, 'lower corner of the box'), &
+      key_t('constraint', 'upper', kind_real, ndim, ndim, must, '', '0.1, 0.0', 'm', &
+            any_number, 'upper corner of the box, may equal the lower one'), &
+      key_t('constraint', 'fix', kind_name, 1, 1, must, '', 'y', '', &
+            'x|y|xy', 'components that are held'), &
+      key_t('load', 'kind', kind_name, 1, 1, must, '', 'traction', '', &
+            'point|traction|body', 'acts at a point, on part of a body''s edge, or on the material in a box'), &
+      key_t('load', 'lower', kind_real, ndim, ndim, must, '', '0.0, 0.0', 'm', &
+            any_number, 'lower corner of where it acts'), &
+      key_t('load', 'upper', kind_real, ndim, ndim, must, '', '0.0, 0.01', 'm', &
+            any_number, 'upper corner of where it acts, for a point equal to the lower one'), &
+      key_t('load', 'force', kind_real, ndim, ndim, must, '', '0.0, 1.0', 'N', &
+            any_number, 'resultant of the whole load'), &
+      key_t('load', 'history', kind_name, 1, 1, may, 'step', '', '', &
+            'step|ramp|sine|table', 'factor over time'), &
+      key_t('load', 'start', kind_real, 1, 1, may, '0.0', '', 's', &
+            any_number, 'time at which the history begins'), &
+      key_t('load', 'rise_time', kind_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'of a ramp: from 0 to 1; needed there'), &
+      key_t('load', 'frequency', kind_real, 1, 1, may, '0.0', '', 'Hz', &
+            not_negative, 'of a sine; needed there'), &
+      key_t('load', 'times', kind_real, 0, max_values, may, '', '', 's', &
+            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
+      key_t('load', 'factors', kind_real, 0, max_values, may, '', '', '', &
+            any_number, 'of a table: as many as times'), &
+      key_t('damping', 'rate', kind_real, 1, 1, may, '0.0', '1.0e4', '1/s', &
+            not_negative, 'damping force per mass and velocity'), &
+      key_t('method', 'scheme', kind_name, 1, 1, may, 'musl', '', '', &
+            'usf|usl|usavg|musl', 'when in a step the stress is updated'), &
+      key_t('method', 'courant', kind_real, 1, 1, may, '0.1', '', '', &
+            '(0, 10]', 'time step in units of cell size / wave speed'), &
+      key_t('method', 'wave_speed', kind_name, 1, 1, may, 'shear', '', '', &
+            'shear|dilatational', 'which wave speed limits the time step'), &
+      key_t('crack', 'kind', kind_name, 1, 1, may, 'symmetry', '', '', &
+            'symmetry', 'along the constrained edge of a symmetric half'), &
+      key_t('crack', 'tip', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
+            any_number, 'crack tip, on a node of the lattice'), &
+      key_t('crack', 'direction', kind_real, ndim, ndim, may, '1.0, 0.0', '', '', &
+            any_number, 'direction of growth, along a grid line'), &
+      key_t('energy_release', 'estimators', kind_name, 0, 3, may, '', 'nodal_force, stress_closure, energy_balance', '', &
+            'nodal_force|stress_closure|energy_balance', 'columns of the history; none by default'), &
+      key_t('energy_release', 'reference', kind_name, 1, 1, may, 'none', 'dcb', '', &
+            'none|dcb|value', 'where the reference value G_ref comes from'), &
+      key_t('energy_release', 'reference_value', kind_real, 1, 1, may, '0.0', '', 'J/m2', &
+            not_negative, 'G_ref where reference = ''value''; needed there'), &
+      key_t('output', 'file', kind_text, 1, 1, may, '', 'dcb.h5', '', &
+            '', 'result file in the output folder; by default named after the namelist file'), &
+      key_t('output', 'history_interval', kind_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'time between samples of the history; 0: a thousandth of end_time'), &
+      key_t('output', 'snapshot_interval', kind_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'time between snapshots of particles and mesh; 0: none')]
+
+contains
+
+   !> Row of a group in the table, 0 for an unknown name.
+   pure integer function find_group(name)
+      character(*), intent(in) :: name             !! in lower case
+      do find_group = size(groups), 1, -1
+         if (groups(find_group)%name == name) return
+      end do
+   end function find_group
+
+   !> Position of a key among the keys of its group, 0 for an unknown name.
+   pure integer function find_key(group, name)
+      integer, intent(in) :: group                 !! row of the group
+      character(*), intent(in) :: name             !! in lower case
+      do find_key = key_count(group), 1, -1
+         if (keys(first_key(group) + find_key - 1)%name == name) return
+      end do
+   end function find_key
+
+   !> Row of the first key of a group; the keys of a group stand together.
+   pure integer function first_key(group)
+      integer, intent(in) :: group
+      do first_key = 1, size(keys)
+         if (keys(first_key)%group == groups(group)%name) return
+      end do
+   end function first_key
+
+   !> Number of keys of a group.
+   pure integer function key_count(group)
+      integer, intent(in) :: group
+      key_count = count(keys%group == groups(group)%name)
+   end function key_count
+
+   !> Whether the values of a key are text.
+   pure logical function is_text(key)
+      type(key_t), intent(in) :: key
+      is_text = key%kind == kind_name .or. key%kind == kind_text
+   end function is_text
+
+   !> The texts that a key allows; none where it allows any text.
+   pure subroutine choices(key, list)
+      type(key_t), intent(in) :: key
+      character(name_len), allocatable, intent(out) :: list(:)
+      integer :: i
+      allocate (list(part_count(key%allowed, '|')))
+      do i = 1, size(list)
+         list(i) = part(key%allowed, '|', i)
+      end do
+   end subroutine choices
+
+   !> Number of values of a key that is not given, or of its values in the template.
+   pure integer function default_count(key, as_example)
+      type(key_t), intent(in) :: key
+      logical, intent(in) :: as_example            !! whether the template is meant
+      default_count = 1
+      if (key%most > 1) default_count = part_count(default_list(key, as_example), ',')
+   end function default_count
+
+   !> One of these values.
+   pure function default_value(key, as_example, i) result(text)
+      type(key_t), intent(in) :: key
+      logical, intent(in) :: as_example
+      integer, intent(in) :: i
+      character(:), allocatable :: text
+      text = trim(default_list(key, as_example))
+      if (key%most > 1) text = part(text, ',', i)
+   end function default_value
+
+   pure character(name_len) function default_list(key, as_example)
+      type(key_t), intent(in) :: key
+      logical, intent(in) :: as_example
+      default_list = key%default
+      if (as_example .and. key%example /= '') default_list = key%example
+   end function default_list
+
+   !> How many parts a text has between separators; an empty text has none.
+   pure integer function part_count(text, separator)
+      character(*), intent(in) :: text
+      character, intent(in) :: separator
+      integer :: i
+      part_count = 0
+      if (text /= '') part_count = count([(text(i:i) == separator, i=1, len(text))]) + 1
+   end function part_count
+
+   !> The n-th part of a text between separators, without the blanks around it.
+   pure function part(text, separator, n)
+      character(*), intent(in) :: text
+      character, intent(in) :: separator
+      integer, intent(in) :: n
+      character(:), allocatable :: part
+      integer :: i
+      part = text//separator
+      do i = 2, n
+         part = part(index(part, separator) + 1:)
+      end do
+      part = trim(adjustl(part(:index(part, separator) - 1)))
+   end function part
+
+   !> Complaint about a group that does not exist.
+   pure function unknown_group(name) result(message)
+      character(*), intent(in) :: name
+      character(:), allocatable :: message
+      character(name_len) :: names(size(groups))
+      names = groups%name
+      message = 'there is no group &'//printable(name, 40)//did_you_mean(name, names)
+      if (name == '') message = 'the name of a group is missing behind ''&'''
+   end function unknown_group
+
+   !> Complaint about a key that does not exist in a group; names the group that has one of this name.
+   pure function unknown_key(group, name) result(message)
+      integer, intent(in) :: group
+      character(*), intent(in) :: name
+      character(:), allocatable :: message, question
+      character(name_len) :: names(key_count(group))
+      integer :: first, i
+      first = first_key(group)
+      names = keys(first:first + size(names) - 1)%name
+      question = did_you_mean(name, names)
+      do i = size(keys), 1, -1
+         if (keys(i)%name == name) question = '; '''//name//''' is a key of &'//trim(keys(i)%group)
+      end do
+      message = '&'//trim(groups(group)%name)//' has no key '''//printable(name, 40)//''''//question
+   end function unknown_key
+end module hampm_keys

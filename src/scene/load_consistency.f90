@@ -1,0 +1,138 @@
+!> Whether constraints and loads act on something: on nodes of the lattice, on material.
+module hampm_load_consistency
+   use hampm_kinds, only: dp
+   use hampm_mistakes, only: mistakes_t
+   use hampm_placement, only: tolerance, within, overlap, nodes_touched, on_face, point_text
+   use hampm_scene, only: scene_t, load_spec_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: check_constraints, check_loads
+
+contains
+
+   !> The box of a constraint holds at least one node of the lattice.
+   pure subroutine check_constraints(scene, settings, has_grid, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_grid
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: i, b
+      do i = 1, size(scene%constraints)
+         b = settings%find('constraint', i)
+         if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper'))) cycle
+         associate (constraint => scene%constraints(i))
+            if (any(constraint%upper < constraint%lower)) then
+               call settings%complain(mistakes, b, 'upper', 'must not be below lower = '//point_text(constraint%lower))
+            else if (has_grid) then
+               if (.not. nodes_touched(scene%grid, constraint%lower, constraint%upper)) &
+                  call settings%complain(mistakes, b, 'lower', 'the box up to '//point_text(constraint%upper)// &
+                                         ' must hold at least one node of the grid (nodes are at lower + i*cell)')
+            end if
+         end associate
+      end do
+   end subroutine check_constraints
+
+   !> Loads act on material and have a complete history.
+   pure subroutine check_loads(scene, settings, has_grid, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_grid
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: has_places
+      integer :: i, b
+      has_places = has_grid .and. bodies_good(settings)
+      do i = 1, size(scene%loads)
+         b = settings%find('load', i)
+         call check_history(scene%loads(i), b, settings, mistakes)
+         if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper') .and. settings%good(b, 'kind'))) cycle
+         if (any(scene%loads(i)%upper < scene%loads(i)%lower)) then
+            call settings%complain(mistakes, b, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
+         else if (has_places) then
+            call check_place(scene, scene%loads(i), b, settings, mistakes)
+         end if
+      end do
+   end subroutine check_loads
+
+   !> Whether the corners of all bodies are known.
+   pure logical function bodies_good(settings)
+      type(settings_t), intent(in) :: settings
+      integer :: i, b
+      bodies_good = settings%count_of('body') > 0
+      do i = 1, settings%count_of('body')
+         b = settings%find('body', i)
+         bodies_good = bodies_good .and. settings%good(b, 'lower') .and. settings%good(b, 'upper')
+      end do
+   end function bodies_good
+
+   !> There is material where a load acts.
+   pure subroutine check_place(scene, load, b, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: b                     !! its position in the settings
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp) :: tol
+      logical :: found
+      integer :: i
+      tol = tolerance(scene%grid)
+      found = .false.
+      do i = 1, size(scene%bodies)
+         associate (body => scene%bodies(i))
+            select case (load%kind)
+             case ('point')
+               found = found .or. within(load%lower, load%lower, body%lower, body%upper, tol)
+             case ('traction')
+               found = found .or. on_face(load%lower, load%upper, body, tol)
+             case ('body')
+               found = found .or. overlap(load%lower, load%upper, body%lower, body%upper, tol)
+            end select
+         end associate
+      end do
+      if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
+         call settings%complain(mistakes, b, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
+      else if (found) then
+         return
+      else if (load%kind == 'point') then
+         call settings%complain(mistakes, b, 'lower', 'the point of a load must be in or on a body')
+      else if (load%kind == 'body') then
+         call settings%complain(mistakes, b, 'lower', 'the box up to '//point_text(load%upper)//' must contain material of a body')
+      else if (count(load%upper - load%lower <= tol) /= 1) then
+         call settings%complain(mistakes, b, 'upper', 'must equal lower = '//point_text(load%lower)// &
+                                ' in exactly one direction: a traction acts on an edge')
+      else
+         call settings%complain(mistakes, b, 'lower', 'the line up to '//point_text(load%upper)// &
+                                ' must lie on one edge of a body: a traction acts on an edge')
+      end if
+   end subroutine check_place
+
+   !> A history needs the keys of its kind.
+   pure subroutine check_history(load, b, settings, mistakes)
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: b
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: n
+      if (.not. settings%good(b, 'history')) return
+      select case (load%history)
+       case ('ramp')
+         if (settings%good(b, 'rise_time') .and. load%rise_time <= 0) &
+            call settings%complain(mistakes, b, 'rise_time', 'must be in (0, inf) [s] for history = ''ramp''')
+       case ('sine')
+         if (settings%good(b, 'frequency') .and. load%frequency <= 0) &
+            call settings%complain(mistakes, b, 'frequency', 'must be in (0, inf) [Hz] for history = ''sine''')
+       case ('table')
+         n = size(load%times)
+         if (.not. settings%good(b, 'times')) return
+         if (n < 2) then
+            call settings%complain(mistakes, b, 'times', 'must have at least 2 values for history = ''table''')
+         else if (any(load%times(2:) <= load%times(:n - 1))) then
+            call settings%complain(mistakes, b, 'times', 'must increase from value to value')
+         end if
+         if (settings%good(b, 'factors') .and. size(load%factors) /= n) &
+            call settings%complain(mistakes, b, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
+                                   to_text(size(load%factors)))
+      end select
+   end subroutine check_history
+end module hampm_load_consistency

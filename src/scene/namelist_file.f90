@@ -1,0 +1,347 @@
+!> Namelist syntax: `&group key = value, value ... /`. The compiler's own namelist reader passes over misspelt groups and
+!> half of a group where its `/` is missing without a word; this scanner reports every mistake, with its line.
+module hampm_namelist_file
+   use hampm_failure, only: failure_t, exit_input, exit_file
+   use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, max_values
+   use hampm_mistakes, only: mistakes_t
+   use hampm_scanner, only: scanner_t, blanks, line_feed, peek, at_end, advance, skip_blanks, take_word, skip_word, take_name, &
+                            is_name_character, place, excerpt
+   use hampm_settings, only: setting_t, block_t, settings_t, new_block
+   use hampm_text, only: to_text, lower_case, printable, is_letter, is_digit
+   implicit none
+   private
+   public :: read_text, scan_namelist, scan_value_text
+
+   integer, parameter :: most_bytes = 2**24                    !! longer than any input file
+
+contains
+
+   !> The bytes of a file. Fails where it cannot be read or is far too long.
+   !> They are read one by one: that serves pipes, which have no size, as well.
+   subroutine read_text(path, text, failure)
+      character(*), intent(in) :: path
+      character(:), allocatable, intent(out) :: text
+      type(failure_t), intent(inout) :: failure
+      integer :: unit, status, n
+      character(256) :: reason
+      character(:), allocatable :: buffer
+      character :: byte
+      text = ''
+      open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', &
+            iostat=status, iomsg=reason)
+      if (status /= 0) then
+         call failure%report(exit_file, path//': cannot be read: '//trim(reason))
+         return
+      end if
+      allocate (character(4096) :: buffer)
+      n = 0
+      do
+         read (unit, iostat=status, iomsg=reason) byte
+         if (status /= 0 .or. n == most_bytes) exit
+         if (n == len(buffer)) buffer = buffer//repeat(' ', n)
+         n = n + 1
+         buffer(n:n) = byte
+      end do
+      close (unit)
+      text = buffer(:n)
+      if (index(text, achar(0)) > 0) call failure%report(exit_input, path//': is no text file: it has bytes of value 0')
+      if (status == 0) call failure%report(exit_input, path//': is longer than '//to_text(most_bytes)//' bytes: no namelist file')
+      if (status > 0) call failure%report(exit_file, path//': cannot be read: '//trim(reason))
+   end subroutine read_text
+
+   !> The groups of a namelist text.
+   pure subroutine scan_namelist(path, text, settings, mistakes)
+      character(*), intent(in) :: path             !! for messages
+      character(*), intent(in) :: text
+      type(settings_t), intent(inout) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      type(scanner_t) :: s
+      s%text = text
+      s%source = path
+      if (index(text, char(239)//char(187)//char(191)) == 1) s%at = 4   ! byte order mark of UTF-8
+      do
+         call skip_blanks(s)
+         if (at_end(s)) exit
+         if (peek(s) == '&') then
+            call scan_group(s, settings, mistakes)
+         else
+            call mistakes%add(place(s)//': '//excerpt(s)//' stands outside of the groups (a group is &name key = value /)')
+            call skip_to_group(s)
+         end if
+      end do
+   end subroutine scan_namelist
+
+   !> The values of one key, given without a file.
+   pure subroutine scan_value_text(source, text, group, setting, mistakes)
+      character(*), intent(in) :: source           !! where the text stood, for messages
+      character(*), intent(in) :: text
+      integer, intent(in) :: group
+      type(setting_t), intent(inout) :: setting
+      type(mistakes_t), intent(inout) :: mistakes
+      type(scanner_t) :: s
+      s%text = text
+      s%source = source
+      s%counts_lines = .false.
+      call scan_values(s, group, setting, mistakes)
+      if (at_end(s)) return
+      setting%good = .false.
+      call mistakes%add(source//': '//excerpt(s)//' is no value')
+   end subroutine scan_value_text
+
+   !> One group, from its `&` to its `/`.
+   pure subroutine scan_group(s, settings, mistakes)
+      type(scanner_t), intent(inout) :: s
+      type(settings_t), intent(inout) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: name, start
+      type(block_t) :: block
+      logical :: ended
+      integer :: group, earlier
+      start = place(s)
+      call advance(s)
+      call take_name(s, name)
+      group = find_group(name)
+      if (group == 0) then
+         call mistakes%add(start//': '//unknown_group(name))
+         call skip_group(s)
+         return
+      end if
+      block = new_block(group, start)
+      do
+         call check_end(s, start, name, mistakes, ended)
+         if (ended) exit
+         if (is_letter(peek(s))) then
+            call scan_assignment(s, block, mistakes)
+         else
+            call mistakes%add(place(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
+            call skip_word(s)
+         end if
+      end do
+      if (.not. groups(group)%repeats) then
+         earlier = settings%find(name, 1)
+         if (earlier > 0) then
+            call mistakes%add(start//': &'//name//' stands a second time, it may only once (first: ' &
+                              //settings%blocks(earlier)%place//')')
+            return
+         end if
+      end if
+      call settings%add_block(block)
+   end subroutine scan_group
+
+   !> Whether the group is over: with its `/`, which is consumed, or because another group or the end of the file comes first.
+   pure subroutine check_end(s, start, name, mistakes, ended)
+      type(scanner_t), intent(inout) :: s
+      character(*), intent(in) :: start, name
+      type(mistakes_t), intent(inout) :: mistakes
+      logical, intent(out) :: ended
+      call skip_blanks(s)
+      ended = .true.
+      if (at_end(s)) then
+         call mistakes%add(start//': &'//name//': its ''/'' is missing: the file ends before')
+      else if (peek(s) == '&') then
+         call mistakes%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
+      else if (peek(s) == '/') then
+         call advance(s)
+      else
+         ended = .false.
+      end if
+   end subroutine check_end
+
+   !> `key = values`.
+   pure subroutine scan_assignment(s, block, mistakes)
+      type(scanner_t), intent(inout) :: s
+      type(block_t), intent(inout) :: block
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: name, start, label
+      type(setting_t) :: setting
+      integer :: key
+      start = place(s)
+      call take_name(s, name)
+      label = start//': &'//trim(groups(block%group)%name)//' '//name
+      key = find_key(block%group, name)
+      setting%given = .true.
+      setting%place = start
+      call take_equals(s, label, setting, mistakes)
+      call scan_values(s, block%group, setting, mistakes)
+      if (key == 0) then
+         call mistakes%add(start//': '//unknown_key(block%group, name))
+      else if (block%settings(key)%given) then
+         call mistakes%add(label//': is given twice in this group (first: '//block%settings(key)%place//')')
+      else
+         block%settings(key) = setting
+      end if
+   end subroutine scan_assignment
+
+   !> The `=` behind a key, past the subscript that some namelist files have there.
+   pure subroutine take_equals(s, label, setting, mistakes)
+      type(scanner_t), intent(inout) :: s
+      character(*), intent(in) :: label
+      type(setting_t), intent(inout) :: setting
+      type(mistakes_t), intent(inout) :: mistakes
+      call skip_blanks(s)
+      if (peek(s) == '(' .or. peek(s) == '%') then
+         setting%good = .false.
+         call mistakes%add(label//': subscripts and components are not read here; give all values as one list: key = 1.0, 2.0')
+         do while (.not. at_end(s) .and. index('=/&'//line_feed, peek(s)) == 0)
+            call advance(s)
+         end do
+      else if (peek(s) /= '=') then
+         setting%good = .false.
+         call mistakes%add(label//': ''='' is missing behind the key')
+      end if
+      if (peek(s) == '=') call advance(s)
+   end subroutine take_equals
+
+   !> The values behind a `=`, up to the next key or the end of the group.
+   pure subroutine scan_values(s, group, setting, mistakes)
+      type(scanner_t), intent(inout) :: s
+      integer, intent(in) :: group
+      type(setting_t), intent(inout) :: setting
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: after_comma
+      after_comma = .true.
+      do
+         call skip_blanks(s)
+         if (at_end(s)) exit
+         if (index('/&=', peek(s)) > 0 .or. key_ahead(s, group)) exit
+         if (peek(s) == ',') then
+            if (after_comma) then
+               setting%good = .false.
+               call mistakes%add(place(s)//': a value is missing before the comma')
+            end if
+            after_comma = .true.
+            call advance(s)
+         else
+            after_comma = .false.
+            call scan_value(s, setting, mistakes)
+         end if
+      end do
+   end subroutine scan_values
+
+   !> One value: a word, a quoted text, or a repeat such as `3*0.0`.
+   pure subroutine scan_value(s, setting, mistakes)
+      type(scanner_t), intent(inout) :: s
+      type(setting_t), intent(inout) :: setting
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: start, word, value
+      logical :: quoted
+      integer :: star, times, i
+      start = place(s)
+      call take_word(s, word)
+      star = scan(word, '*')
+      times = 1
+      if (star == 1) star = 0
+      if (star > 1) times = repeat_count(word(:star - 1))
+      if (times == 0) then
+         setting%good = .false.
+         call mistakes%add(start//': '//printable(word, 40)//': the count of a repeat must be an integer in [1, ' &
+                           //to_text(max_values)//']')
+         times = 1
+      end if
+      value = word(star + 1:)
+      quoted = len(value) == 0 .and. index('''"', peek(s)) > 0
+      if (quoted) then
+         call take_quoted(s, value, setting, mistakes)
+      else if (len(value) == 0) then
+         setting%good = .false.
+         call mistakes%add(start//': '//printable(word, 40)//': the value of a repeat is missing')
+      end if
+      do i = 1, times
+         call setting%append(value, quoted)
+      end do
+   end subroutine scan_value
+
+   !> The number before the `*` of a repeat, 0 where it is none that is allowed.
+   pure integer function repeat_count(digits)
+      character(*), intent(in) :: digits
+      integer :: i
+      repeat_count = 0
+      do i = 1, len(digits)
+         if (.not. is_digit(digits(i:i)) .or. repeat_count > max_values) then
+            repeat_count = 0
+            return
+         end if
+         repeat_count = 10*repeat_count + iachar(digits(i:i)) - iachar('0')
+      end do
+      if (repeat_count > max_values) repeat_count = 0
+   end function repeat_count
+
+   !> The text between quotes; a doubled quote stands for itself.
+   pure subroutine take_quoted(s, text, setting, mistakes)
+      type(scanner_t), intent(inout) :: s
+      character(:), allocatable, intent(out) :: text
+      type(setting_t), intent(inout) :: setting
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: start
+      character :: quote
+      integer :: begin
+      start = place(s)
+      quote = peek(s)
+      call advance(s)
+      text = ''
+      begin = s%at
+      do
+         if (at_end(s) .or. peek(s) == line_feed) exit
+         if (peek(s) /= quote) then
+            call advance(s)
+            cycle
+         end if
+         text = text//s%text(begin:s%at - 1)
+         call advance(s)
+         if (peek(s) /= quote) return
+         begin = s%at
+         call advance(s)
+      end do
+      text = text//s%text(begin:s%at - 1)
+      setting%good = .false.
+      call mistakes%add(start//': the closing '//quote//' of '//quote//printable(text, 40)//' is missing on this line')
+      ! The '/' at the end of such a line was meant to end the group, most likely.
+      begin = len_trim(s%text(:s%at - 1))
+      if (s%text(begin:begin) == '/') s%at = begin
+   end subroutine take_quoted
+
+   !> Whether a key comes next: a name before `=`, `(` or `%`, or the name of a key of this group that lacks its `=`.
+   pure logical function key_ahead(s, group)
+      type(scanner_t), intent(in) :: s
+      integer, intent(in) :: group
+      integer :: i, j
+      key_ahead = .false.
+      if (.not. is_letter(peek(s))) return
+      do i = s%at, len(s%text) - 1
+         if (.not. is_name_character(s%text(i + 1:i + 1))) exit
+      end do
+      i = min(i, len(s%text))
+      j = verify(s%text(i + 1:), blanks)
+      if (j > 0) key_ahead = index('=(%', s%text(i + j:i + j)) > 0
+      if (key_ahead .or. i - s%at > 64) return
+      if (j > 1) key_ahead = find_key(group, lower_case(s%text(s%at:i))) > 0
+   end function key_ahead
+
+   !> Pass over the rest of a group whose name is unknown.
+   pure subroutine skip_group(s)
+      type(scanner_t), intent(inout) :: s
+      type(setting_t) :: ignored
+      type(mistakes_t) :: nobody
+      do
+         call skip_blanks(s)
+         if (at_end(s) .or. peek(s) == '&') return
+         if (peek(s) == '/') exit
+         if (index('''"', peek(s)) > 0) then
+            call scan_value(s, ignored, nobody)
+         else
+            call skip_word(s)
+         end if
+      end do
+      call advance(s)
+   end subroutine skip_group
+
+   !> Pass over text outside of groups.
+   pure subroutine skip_to_group(s)
+      type(scanner_t), intent(inout) :: s
+      do
+         call skip_blanks(s)
+         if (at_end(s) .or. peek(s) == '&') return
+         call advance(s)
+      end do
+   end subroutine skip_to_group
+end module hampm_namelist_file

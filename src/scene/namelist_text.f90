@@ -1,0 +1,138 @@
+!> Scenes as namelist text: the template with every key, and the canonical text of what was set.
+module hampm_namelist_text
+   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, choices, default_count, default_value, is_text, &
+                         kind_integer, is_required
+   use hampm_kinds, only: name_len
+   use hampm_settings, only: settings_t, setting_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: template_text, canonical_text
+
+   character, parameter :: line_feed = new_line('a')
+   integer, parameter :: comment_column = 48       !! where the comments of the template begin
+
+contains
+
+   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a scene that runs.
+   pure function template_text() result(text)
+      character(:), allocatable :: text
+      integer :: g, k
+      text = '! A scene for hampm, with every group and key. Numbers are in SI units. A comment gives: meaning [unit];'//line_feed &
+             //'! what is allowed; the default. Keys and groups may stand in any order.'//line_feed
+      do g = 1, size(groups)
+         text = text//line_feed//'&'//trim(groups(g)%name)//'  ! '//trim(groups(g)%meaning)//group_note(groups(g))//line_feed
+         do k = first_key(g), first_key(g) + key_count(g) - 1
+            text = text//template_line(keys(k))//line_feed
+         end do
+         text = text//'/'//line_feed
+      end do
+   end function template_text
+
+   !> How often a group stands in a scene.
+   pure function group_note(group) result(note)
+      type(group_t), intent(in) :: group
+      character(:), allocatable :: note
+      note = ' ('
+      if (group%presence == is_required) note = note//'required'
+      if (group%presence /= is_required) note = note//'optional'
+      if (group%repeats) note = note//', may stand several times'
+      note = note//')'
+   end function group_note
+
+   !> One key of the template: `   young = 70e9   ! Young's modulus [Pa]; (0, inf); required`.
+   pure function template_line(key) result(line)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: line
+      line = '   '//trim(key%name)//' ='//example_list(key, .true.)
+      line = line//repeat(' ', max(comment_column - len(line), 1))//' ! '//trim(key%meaning)
+      if (key%unit /= '') line = line//' ['//trim(key%unit)//']'
+      line = line//'; '//allowed_text(key)
+      if (key%required) then
+         line = line//'; required'
+      else if (key%default /= '') then
+         line = line//'; default'//example_list(key, .false.)
+      end if
+   end function template_line
+
+   !> What a key allows: `a | b`, `integer in [1, 16]`, `(0, inf)`, `text`.
+   pure function allowed_text(key) result(text)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: text
+      character(name_len), allocatable :: list(:)
+      integer :: i
+      text = trim(key%allowed)
+      if (key%kind == kind_integer) text = 'integer in '//text
+      if (.not. is_text(key)) return
+      call choices(key, list)
+      text = 'text'
+      do i = 1, size(list)
+         if (i == 1) text = trim(list(i))
+         if (i > 1) text = text//' | '//trim(list(i))
+      end do
+   end function allowed_text
+
+   !> The values of a key in the template or its defaults, each behind a blank.
+   pure function example_list(key, as_example) result(text)
+      type(key_t), intent(in) :: key
+      logical, intent(in) :: as_example
+      character(:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, default_count(key, as_example)
+         if (i > 1) text = text//','
+         if (is_text(key)) text = text//' '//in_quotes(default_value(key, as_example, i))
+         if (.not. is_text(key)) text = text//' '//default_value(key, as_example, i)
+      end do
+   end function example_list
+
+   !> The complete namelist of a validated scene, every key with its value in force. It reads back as the same scene.
+   pure function canonical_text(settings) result(text)
+      type(settings_t), intent(in) :: settings
+      character(:), allocatable :: text, block_text
+      integer :: g, b, k
+      text = ''
+      do g = 1, size(groups)
+         do b = 1, settings%count
+            if (settings%blocks(b)%group /= g) cycle
+            block_text = '&'//trim(groups(g)%name)//line_feed
+            do k = 1, key_count(g)
+               block_text = block_text//canonical_line(keys(first_key(g) + k - 1), settings%blocks(b)%settings(k))
+            end do
+            text = text//block_text//'/'//line_feed
+         end do
+      end do
+   end function canonical_text
+
+   pure function canonical_line(key, setting) result(line)
+      type(key_t), intent(in) :: key
+      type(setting_t), intent(in) :: setting
+      character(:), allocatable :: line
+      integer :: i
+      line = '   '//trim(key%name)//' ='
+      do i = 1, setting%count
+         if (i > 1) line = line//','
+         if (is_text(key)) then
+            line = line//' '//in_quotes(setting%values(i)%text)
+         else if (key%kind == kind_integer) then
+            line = line//' '//to_text(nint(setting%numbers(i)))
+         else
+            line = line//' '//to_text(setting%numbers(i))
+         end if
+      end do
+      line = line//line_feed
+   end function canonical_line
+
+   !> Text in quotes, quotes in it doubled.
+   pure function in_quotes(text) result(quoted)
+      character(*), intent(in) :: text
+      character(:), allocatable :: quoted
+      integer :: i
+      quoted = ''''
+      do i = 1, len(text)
+         quoted = quoted//text(i:i)
+         if (text(i:i) == '''') quoted = quoted//''''
+      end do
+      quoted = quoted//''''
+   end function in_quotes
+end module hampm_namelist_text

@@ -1,0 +1,80 @@
+!> Where things of the scene lie: boxes against bodies and against the nodes of the root lattice, whose positions are
+!> lower + i*cell. Two positions are the same if they differ by less than a billionth of a cell (and rounding).
+module hampm_placement
+   use hampm_kinds, only: dp, ndim
+   use hampm_scene, only: grid_spec_t, body_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, point_text
+
+contains
+
+   !> Distance below which two positions are the same [m].
+   pure real(dp) function tolerance(grid)
+      type(grid_spec_t), intent(in) :: grid
+      tolerance = 1e-9_dp*grid%cell + 4*epsilon(1.0_dp)*max(maxval(abs(grid%lower)), maxval(abs(upper_corner(grid))))
+   end function tolerance
+
+   !> Upper corner of the lattice [m].
+   pure function upper_corner(grid) result(upper)
+      type(grid_spec_t), intent(in) :: grid
+      real(dp) :: upper(ndim)
+      upper = grid%lower + grid%cells*grid%cell
+   end function upper_corner
+
+   !> Whether a box lies within another one.
+   pure logical function within(lower, upper, outer_lower, outer_upper, tol)
+      real(dp), intent(in) :: lower(ndim), upper(ndim), outer_lower(ndim), outer_upper(ndim), tol
+      within = all(lower >= outer_lower - tol) .and. all(upper <= outer_upper + tol)
+   end function within
+
+   !> Whether the inner parts of two boxes have a common point.
+   pure logical function overlap(lower_1, upper_1, lower_2, upper_2, tol)
+      real(dp), intent(in) :: lower_1(ndim), upper_1(ndim), lower_2(ndim), upper_2(ndim), tol
+      overlap = all(min(upper_1, upper_2) - max(lower_1, lower_2) > tol)
+   end function overlap
+
+   !> Whether a box holds at least one node of the lattice.
+   pure logical function nodes_touched(grid, lower, upper)
+      type(grid_spec_t), intent(in) :: grid
+      real(dp), intent(in) :: lower(ndim), upper(ndim)
+      real(dp) :: first(ndim), last(ndim), tol
+      tol = tolerance(grid)
+      first = max((lower - tol - grid%lower)/grid%cell, 0.0_dp)
+      last = min((upper + tol - grid%lower)/grid%cell, real(grid%cells, dp))
+      nodes_touched = all(first <= last)
+      ! After this check, both are within the lattice, which an integer can count.
+      if (nodes_touched) nodes_touched = all(ceiling(first) <= floor(last))
+   end function nodes_touched
+
+   !> Whether a point is a node of the lattice.
+   pure logical function on_node(grid, point)
+      type(grid_spec_t), intent(in) :: grid
+      real(dp), intent(in) :: point(ndim)
+      on_node = nodes_touched(grid, point, point)
+   end function on_node
+
+   !> Whether a box is part of a face of a body: without extent in one direction, where it coincides with a face, and
+   !> with extent in all others.
+   pure logical function on_face(lower, upper, body, tol)
+      real(dp), intent(in) :: lower(ndim), upper(ndim), tol
+      type(body_t), intent(in) :: body
+      logical :: flat(ndim), at_end(ndim)
+      flat = upper - lower <= tol
+      at_end = abs(lower - body%lower) <= tol .or. abs(lower - body%upper) <= tol
+      on_face = count(flat) == 1 .and. all(at_end .or. .not. flat) .and. within(lower, upper, body%lower, body%upper, tol)
+   end function on_face
+
+   !> A position as text.
+   pure function point_text(point) result(text)
+      real(dp), intent(in) :: point(ndim)
+      character(:), allocatable :: text
+      integer :: d
+      text = '('//to_text(point(1))
+      do d = 2, ndim
+         text = text//', '//to_text(point(d))
+      end do
+      text = text//')'
+   end function point_text
+end module hampm_placement

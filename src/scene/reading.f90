@@ -1,0 +1,210 @@
+!> From a namelist file to a scene. This is the one place where files of scenes are read.
+module hampm_reading
+   use hampm_consistency, only: check_consistency
+   use hampm_failure, only: failure_t
+   use hampm_kinds, only: dp, ndim
+   use hampm_mistakes, only: mistakes_t
+   use hampm_namelist_file, only: read_text, scan_namelist
+   use hampm_namelist_text, only: canonical_text
+   use hampm_overrides, only: override
+   use hampm_scene, only: scene_t, material_spec_t, body_t, constraint_spec_t, load_spec_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: string_t
+   use hampm_validation, only: validate
+   use hampm_values, only: least_magnitude
+   implicit none
+   private
+   public :: read_scene
+
+contains
+
+   !> Read a scene. Every mistake in the file and in the overrides is reported, not only the first.
+   subroutine read_scene(path, overrides, scene, failure)
+      character(*), intent(in) :: path
+      type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
+      type(scene_t), intent(out) :: scene
+      type(failure_t), intent(inout) :: failure
+      type(settings_t) :: settings
+      type(mistakes_t) :: mistakes
+      character(:), allocatable :: text
+      integer :: i
+      call read_text(path, text, failure)
+      if (failure%failed()) return
+      settings%file = path
+      call scan_namelist(path, text, settings, mistakes)
+      do i = 1, size(overrides)
+         call override(overrides(i)%text, settings, mistakes)
+      end do
+      call validate(settings, mistakes)
+      call resolve(settings)
+      call fill(settings, scene)
+      call check_consistency(scene, settings, mistakes)
+      call mistakes%tell(failure)
+      if (.not. failure%failed()) scene%as_used = canonical_text(settings)
+   end subroutine read_scene
+
+   !> Replace values that stand for another one by that one.
+   pure subroutine resolve(settings)
+      type(settings_t), intent(inout) :: settings
+      real(dp) :: direction(ndim)
+      integer :: run, output, crack
+      run = settings%find('run', 1)
+      output = settings%find('output', 1)
+      crack = settings%find('crack', 1)
+      if (.not. settings%given(output, 'file')) call settings%set_text(output, 'file', result_file(settings%file))
+      if (settings%good(output, 'history_interval') .and. settings%good(run, 'end_time')) then
+         if (settings%number(output, 'history_interval') <= 0) &
+            call settings%set_numbers(output, 'history_interval', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
+      end if
+      if (settings%good(crack, 'direction')) then
+         direction = settings%numbers(crack, 'direction')
+         direction = direction/max(maxval(abs(direction)), least_magnitude)
+         where (abs(direction) < 1e-9_dp) direction = 0
+         call settings%set_numbers(crack, 'direction', direction)
+      end if
+   end subroutine resolve
+
+   !> Name of the result file of a namelist file: without folder, `.h5` instead of its ending.
+   pure function result_file(path) result(name)
+      character(*), intent(in) :: path
+      character(:), allocatable :: name
+      integer :: dot
+      name = path(index(path, '/', back=.true.) + 1:)
+      dot = index(name, '.', back=.true.)
+      if (dot > 1) name = name(:dot - 1)
+      name = name//'.h5'
+   end function result_file
+
+   !> One assignment for each key. What is absent or mistaken stays 0, '' or empty.
+   pure subroutine fill(settings, scene)
+      type(settings_t), intent(in) :: settings
+      type(scene_t), intent(inout) :: scene
+      integer :: i
+      allocate (scene%materials(settings%count_of('material')))
+      allocate (scene%bodies(settings%count_of('body')))
+      allocate (scene%constraints(settings%count_of('constraint')))
+      allocate (scene%loads(settings%count_of('load')))
+      call fill_single(settings, scene)
+      do i = 1, size(scene%materials)
+         call fill_material(settings, settings%find('material', i), scene%materials(i))
+      end do
+      do i = 1, size(scene%bodies)
+         call fill_body(settings, settings%find('body', i), scene%bodies(i))
+         scene%bodies(i)%material_index = material_index(scene, scene%bodies(i)%material)
+      end do
+      do i = 1, size(scene%constraints)
+         call fill_constraint(settings, settings%find('constraint', i), scene%constraints(i))
+      end do
+      do i = 1, size(scene%loads)
+         call fill_load(settings, settings%find('load', i), scene%loads(i))
+      end do
+   end subroutine fill
+
+   !> The groups that stand at most once.
+   pure subroutine fill_single(settings, scene)
+      type(settings_t), intent(in) :: settings
+      type(scene_t), intent(inout) :: scene
+      integer :: b
+      b = settings%find('run', 1)
+      scene%run%title = settings%text(b, 'title')
+      scene%run%plane = settings%text(b, 'plane')
+      scene%run%thickness = settings%number(b, 'thickness')
+      scene%run%end_time = settings%number(b, 'end_time')
+      b = settings%find('grid', 1)
+      scene%grid%lower = vector(settings, b, 'lower')
+      scene%grid%cell = settings%number(b, 'cell')
+      scene%grid%cells = nint(vector(settings, b, 'cells'))
+      b = settings%find('damping', 1)
+      scene%damping%rate = settings%number(b, 'rate')
+      b = settings%find('method', 1)
+      scene%method%scheme = settings%text(b, 'scheme')
+      scene%method%courant = settings%number(b, 'courant')
+      scene%method%wave_speed = settings%text(b, 'wave_speed')
+      b = settings%find('crack', 1)
+      scene%crack%present = b > 0
+      scene%crack%kind = settings%text(b, 'kind')
+      scene%crack%tip = vector(settings, b, 'tip')
+      scene%crack%direction = vector(settings, b, 'direction')
+      b = settings%find('energy_release', 1)
+      scene%energy_release%nodal_force = settings%texts(b, 'estimators', 'nodal_force')
+      scene%energy_release%stress_closure = settings%texts(b, 'estimators', 'stress_closure')
+      scene%energy_release%energy_balance = settings%texts(b, 'estimators', 'energy_balance')
+      scene%energy_release%reference = settings%text(b, 'reference')
+      scene%energy_release%reference_value = settings%number(b, 'reference_value')
+      b = settings%find('output', 1)
+      scene%output%file = settings%text(b, 'file')
+      scene%output%history_interval = settings%number(b, 'history_interval')
+      scene%output%snapshot_interval = settings%number(b, 'snapshot_interval')
+   end subroutine fill_single
+
+   pure subroutine fill_material(settings, b, material)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b                     !! position of the group, here and below
+      type(material_spec_t), intent(inout) :: material
+      material%name = settings%text(b, 'name')
+      material%law = settings%text(b, 'law')
+      material%young = settings%number(b, 'young')
+      material%poisson = settings%number(b, 'poisson')
+      material%density = settings%number(b, 'density')
+   end subroutine fill_material
+
+   pure subroutine fill_body(settings, b, body)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b
+      type(body_t), intent(inout) :: body
+      body%material = settings%text(b, 'material')
+      body%shape = settings%text(b, 'shape')
+      body%lower = vector(settings, b, 'lower')
+      body%upper = vector(settings, b, 'upper')
+      body%points_per_cell = nint(settings%number(b, 'points_per_cell'))
+      body%velocity = vector(settings, b, 'velocity')
+   end subroutine fill_body
+
+   !> Position of the material of this name, 0 where there is none.
+   pure integer function material_index(scene, name)
+      type(scene_t), intent(in) :: scene
+      character(*), intent(in) :: name
+      do material_index = size(scene%materials), 1, -1
+         if (scene%materials(material_index)%name == name) return
+      end do
+   end function material_index
+
+   pure subroutine fill_constraint(settings, b, constraint)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b
+      type(constraint_spec_t), intent(inout) :: constraint
+      character(*), parameter :: axis = 'xyz'
+      character(:), allocatable :: fix
+      integer :: d
+      constraint%lower = vector(settings, b, 'lower')
+      constraint%upper = vector(settings, b, 'upper')
+      fix = settings%text(b, 'fix')
+      constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
+   end subroutine fill_constraint
+
+   pure subroutine fill_load(settings, b, load)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b
+      type(load_spec_t), intent(inout) :: load
+      load%kind = settings%text(b, 'kind')
+      load%lower = vector(settings, b, 'lower')
+      load%upper = vector(settings, b, 'upper')
+      load%force = vector(settings, b, 'force')
+      load%history = settings%text(b, 'history')
+      load%start = settings%number(b, 'start')
+      load%rise_time = settings%number(b, 'rise_time')
+      load%frequency = settings%number(b, 'frequency')
+      load%times = settings%numbers(b, 'times')
+      load%factors = settings%numbers(b, 'factors')
+   end subroutine fill_load
+
+   !> The components of a vector that a key holds.
+   pure function vector(settings, b, key)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b
+      character(*), intent(in) :: key
+      real(dp) :: vector(ndim)
+      vector = 0
+      if (settings%good(b, key)) vector = settings%numbers(b, key)
+   end function vector
+end module hampm_reading

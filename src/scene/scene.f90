@@ -1,0 +1,105 @@
+!> What the user asked for: one type for each group of the namelist, after validation, in SI units.
+!> The meaning, unit, default and range of each field is in the table of `hampm_keys`.
+module hampm_scene
+   use hampm_kinds, only: dp, ndim, name_len, path_len
+   implicit none
+   private
+   public :: scene_t, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
+             damping_t, method_t, crack_spec_t, energy_release_t, output_t
+
+   type :: run_t
+      character(path_len) :: title = ''
+      character(name_len) :: plane = ''          !! 'stress' or 'strain'
+      real(dp) :: thickness = 0                  !! [m]
+      real(dp) :: end_time = 0                   !! [s]
+   end type run_t
+
+   type :: grid_spec_t
+      real(dp) :: lower(ndim) = 0                !! lower corner of the lattice [m]
+      real(dp) :: cell = 0                       !! size of a root cell [m]
+      integer :: cells(ndim) = 0                 !! number of root cells
+   end type grid_spec_t
+
+   type :: material_spec_t
+      character(name_len) :: name = ''
+      character(name_len) :: law = ''            !! 'linear_elastic' or 'neo_hookean'
+      real(dp) :: young = 0                      !! [Pa]
+      real(dp) :: poisson = 0                    !! [-]
+      real(dp) :: density = 0                    !! [kg/m3]
+   end type material_spec_t
+
+   type :: body_t
+      character(name_len) :: material = ''       !! name of its material
+      integer :: material_index = 0              !! position of that material in `scene_t%materials`
+      character(name_len) :: shape = ''          !! 'rectangle'
+      real(dp) :: lower(ndim) = 0                !! [m]
+      real(dp) :: upper(ndim) = 0                !! [m]
+      integer :: points_per_cell = 0             !! material points per cell and direction
+      real(dp) :: velocity(ndim) = 0             !! initial velocity [m/s]
+   end type body_t
+
+   type :: constraint_spec_t
+      real(dp) :: lower(ndim) = 0                !! [m]
+      real(dp) :: upper(ndim) = 0                !! [m]
+      logical :: fixed(ndim) = .false.           !! which components are held
+   end type constraint_spec_t
+
+   type :: load_spec_t
+      character(name_len) :: kind = ''           !! 'point', 'traction' or 'body'
+      real(dp) :: lower(ndim) = 0                !! [m]
+      real(dp) :: upper(ndim) = 0                !! [m]
+      real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
+      character(name_len) :: history = ''        !! 'step', 'ramp', 'sine' or 'table'
+      real(dp) :: start = 0                      !! time at which it begins [s]
+      real(dp) :: rise_time = 0                  !! of a ramp [s]
+      real(dp) :: frequency = 0                  !! of a sine [Hz]
+      real(dp), allocatable :: times(:)          !! of a table, relative to `start` [s]
+      real(dp), allocatable :: factors(:)        !! of a table [-]
+   end type load_spec_t
+
+   type :: damping_t
+      real(dp) :: rate = 0                       !! alpha of the force -alpha m v [1/s]
+   end type damping_t
+
+   type :: method_t
+      character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
+      real(dp) :: courant = 0                    !! [-]
+      character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
+   end type method_t
+
+   type :: crack_spec_t
+      logical :: present = .false.               !! whether the scene has a crack
+      character(name_len) :: kind = ''           !! 'symmetry'
+      real(dp) :: tip(ndim) = 0                  !! [m]
+      real(dp) :: direction(ndim) = 0            !! unit vector along a grid line, from the crack into the body
+   end type crack_spec_t
+
+   type :: energy_release_t
+      logical :: nodal_force = .false.           !! which estimators
+      logical :: stress_closure = .false.
+      logical :: energy_balance = .false.
+      character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
+      real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
+   end type energy_release_t
+
+   type :: output_t
+      character(path_len) :: file = ''           !! name of the result file, within the output folder
+      real(dp) :: history_interval = 0           !! [s], always > 0 after validation
+      real(dp) :: snapshot_interval = 0          !! [s], 0: no snapshots
+   end type output_t
+
+   type :: scene_t
+      type(run_t) :: run
+      type(grid_spec_t) :: grid
+      type(material_spec_t), allocatable :: materials(:)
+      type(body_t), allocatable :: bodies(:)
+      type(constraint_spec_t), allocatable :: constraints(:)
+      type(load_spec_t), allocatable :: loads(:)
+      type(damping_t) :: damping
+      type(method_t) :: method
+      type(crack_spec_t) :: crack
+      type(energy_release_t) :: energy_release
+      type(output_t) :: output
+      character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
+   end type scene_t
+end module hampm_scene

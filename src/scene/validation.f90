@@ -1,0 +1,202 @@
+!> Each key by itself, against the table of keys: is it there, how many values, of which type, in which range.
+!> Keys that are not given get their defaults here.
+module hampm_validation
+   use hampm_kinds, only: dp, name_len, path_len
+   use hampm_keys, only: key_t, groups, keys, first_key, choices, default_count, default_value, is_text, &
+                         kind_integer, kind_name, is_required, is_assumed
+   use hampm_mistakes, only: mistakes_t
+   use hampm_settings, only: settings_t, setting_t, block_t, value_t, new_block
+   use hampm_text, only: to_text, lower_case, did_you_mean
+   use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
+   implicit none
+   private
+   public :: validate, must_be
+
+contains
+
+   !> Check all groups and keys, convert their values, fill in defaults.
+   pure subroutine validate(settings, mistakes)
+      type(settings_t), intent(inout) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: b
+      call check_presence(settings, mistakes)
+      do b = 1, settings%count
+         call validate_block(settings, b, mistakes)
+      end do
+   end subroutine validate
+
+   !> Groups that are absent: refused, or assumed.
+   pure subroutine check_presence(settings, mistakes)
+      type(settings_t), intent(inout) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      type(block_t) :: block
+      integer :: g
+      do g = 1, size(groups)
+         if (settings%count_of(trim(groups(g)%name)) > 0) cycle
+         if (groups(g)%presence == is_required) call mistakes%add(settings%file//': the group &'//trim(groups(g)%name) &
+                                                                  //' is missing: '//trim(groups(g)%meaning))
+         if (groups(g)%presence /= is_assumed) cycle
+         block = new_block(g, settings%file)
+         call settings%add_block(block)
+      end do
+   end subroutine check_presence
+
+   pure subroutine validate_block(settings, b, mistakes)
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: b
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: message
+      integer :: k, first
+      first = first_key(settings%blocks(b)%group)
+      do k = 1, size(settings%blocks(b)%settings)
+         associate (key => keys(first + k - 1))
+            if (.not. settings%blocks(b)%settings(k)%given) then
+               if (key%required) then
+                  settings%blocks(b)%settings(k)%good = .false.
+                  call mistakes%add(settings%blocks(b)%place//': '//missing_key(key))
+                  cycle
+               end if
+               call set_default(key, settings%blocks(b)%settings(k))
+            end if
+            if (.not. settings%blocks(b)%settings(k)%good) cycle
+            call validate_setting(key, settings%blocks(b)%settings(k), message)
+            settings%blocks(b)%settings(k)%good = message == ''
+            if (message /= '') call settings%complain(mistakes, b, trim(key%name), message)
+         end associate
+      end do
+   end subroutine validate_block
+
+   !> Complaint about a key that is missing, with what to add.
+   pure function missing_key(key) result(message)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: message, example
+      example = trim(key%example)
+      if (is_text(key)) example = ''''//example//''''
+      message = '&'//trim(key%group)//' '//trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
+                trim(key%name)//' = '//example//'; '//must_be(key)
+   end function missing_key
+
+   !> Give a key its default values.
+   pure subroutine set_default(key, setting)
+      type(key_t), intent(in) :: key
+      type(setting_t), intent(inout) :: setting
+      integer :: i
+      do i = 1, default_count(key, .false.)
+         call setting%append(default_value(key, .false., i), is_text(key))
+      end do
+   end subroutine set_default
+
+   !> Check one key; numbers are converted, choices brought to lower case.
+   pure subroutine validate_setting(key, setting, message)
+      type(key_t), intent(in) :: key
+      type(setting_t), intent(inout) :: setting
+      character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing
+      integer :: i
+      message = wrong_count(key, setting%count)
+      if (message /= '') return
+      allocate (setting%numbers(merge(0, setting%count, is_text(key))))
+      do i = 1, setting%count
+         if (is_text(key)) then
+            call validate_text(key, setting%values(i), message)
+         else
+            call validate_number(key, setting%values(i), setting%numbers(i), message)
+         end if
+         if (message == '') cycle
+         if (setting%count > 1) message = 'value '//to_text(i)//' '//message
+         return
+      end do
+   end subroutine validate_setting
+
+   pure function wrong_count(key, n) result(message)
+      type(key_t), intent(in) :: key
+      integer, intent(in) :: n
+      character(:), allocatable :: message
+      message = ''
+      if (n >= key%fewest .and. n <= key%most) return
+      if (key%fewest == key%most) then
+         message = 'must have '//values_text(key%most)//', not '//to_text(n)
+      else if (n > key%most) then
+         message = 'may have at most '//values_text(key%most)
+      else
+         message = 'must have at least '//values_text(key%fewest)//', not '//to_text(n)
+      end if
+      message = message//'; each '//must_be(key)
+   end function wrong_count
+
+   pure function values_text(n) result(text)
+      integer, intent(in) :: n
+      character(:), allocatable :: text
+      text = to_text(n)//' values'
+      if (n == 1) text = '1 value'
+   end function values_text
+
+   pure subroutine validate_number(key, value, number, message)
+      type(key_t), intent(in) :: key
+      type(value_t), intent(in) :: value
+      real(dp), intent(out) :: number
+      character(:), allocatable, intent(inout) :: message
+      integer :: status
+      if (key%kind == kind_integer) then
+         call parse_integer(value%text, number, status)
+      else
+         call parse_real(value%text, number, status)
+      end if
+      if (value%quoted) status = is_no_number
+      if (status == is_number .and. .not. in_interval(number, trim(key%allowed))) then
+         message = must_be(key)
+      else if (status == is_extreme .and. key%kind == kind_integer) then
+         message = must_be(key)//' and below 1e9'
+      else if (status == is_extreme) then
+         message = must_be(key)//', finite and in size 0 or from 1e-100 to 1e100'
+      else if (status == is_no_number) then
+         message = must_be(key)//' (it is no number)'
+         if (key%kind == kind_integer) message = must_be(key)//' (it is no integer)'
+      end if
+   end subroutine validate_number
+
+   pure subroutine validate_text(key, value, message)
+      type(key_t), intent(in) :: key
+      type(value_t), intent(inout) :: value
+      character(:), allocatable, intent(inout) :: message
+      character(name_len), allocatable :: list(:)
+      integer :: longest, i
+      value%text = trim(value%text)
+      longest = path_len
+      if (key%kind == kind_name) longest = name_len
+      if (.not. value%quoted) then
+         message = 'must be in quotes: '''//value%text(:min(len(value%text), 40))//''''
+      else if (len(value%text) > longest) then
+         message = 'must not be longer than '//to_text(longest)//' characters'
+      else if (any([(iachar(value%text(i:i)) < 32, i=1, len(value%text))])) then
+         message = 'must not contain control characters'
+      else if (key%allowed /= '') then
+         call choices(key, list)
+         value%text = lower_case(value%text)
+         if (.not. any(list == value%text)) message = must_be(key)//did_you_mean(value%text, list)
+      else if (key%required .and. value%text == '') then
+         message = 'must not be empty'
+      end if
+   end subroutine validate_text
+
+   !> What a value of this key must be: `must be in (0, inf) [Pa]`, `must be 'stress' or 'strain'`.
+   pure function must_be(key) result(text)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: text
+      character(name_len), allocatable :: list(:)
+      integer :: i
+      if (is_text(key)) then
+         call choices(key, list)
+         text = 'must be text in quotes'
+         do i = 1, size(list)
+            if (i == 1) text = 'must be '
+            if (i > 1 .and. i < size(list)) text = text//', '
+            if (i > 1 .and. i == size(list)) text = text//' or '
+            text = text//''''//trim(list(i))//''''
+         end do
+      else
+         text = 'must be in '//trim(key%allowed)
+         if (key%kind == kind_integer) text = 'must be an integer in '//trim(key%allowed)
+         if (key%unit /= '') text = text//' ['//trim(key%unit)//']'
+      end if
+   end function must_be
+end module hampm_validation

@@ -1,0 +1,199 @@
+!> A run from its scene to its results: build, advance, record.
+module hampm_simulation
+   use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
+   use hampm_kinds, only: dp, long
+   use hampm_assembly, only: assemble
+   use hampm_crack, only: crack_t
+   use hampm_energy, only: largest_gradient, smallest_determinant
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_folders, only: ensure_folder
+   use hampm_linear_elastic, only: small_gradient
+   use hampm_measurements, only: measurements_t, new_measurements, measure, declare_columns, energy_residual
+   use hampm_progress, only: progress_t
+   use hampm_results, only: results_t
+   use hampm_scene, only: scene_t
+   use hampm_step, only: motion_t, advance, stable_time_step
+   use hampm_text, only: to_text
+   use hampm_threads, only: use_threads, thread_count, host_name
+   use hampm_version, only: version
+   use hampm_views, only: particle_view, mesh_view
+   implicit none
+   private
+   public :: simulation_t, build, run, summary
+
+   real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
+
+   type :: simulation_t
+      type(scene_t) :: scene
+      type(motion_t) :: motion
+      type(crack_t) :: crack
+      type(measurements_t) :: measurements
+      type(results_t) :: results
+      type(progress_t) :: progress
+      real(dp) :: longest_step = 0               !! time step (31) [s]
+      real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
+      integer(long) :: samples = 0               !! rows of the history so far
+      integer(long) :: snapshots = 0             !! snapshots so far
+      logical :: warned = .false.                !! whether the limit of the small-strain law has been reported
+      character(:), allocatable :: warning       !! text for the user at the end; not allocated where there is none
+   end type simulation_t
+
+contains
+
+   !> Build the simulation of a scene on a number of threads; 0 lets the size of the scene decide.
+   subroutine build(scene, threads, s, failure)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: threads
+      type(simulation_t), intent(out) :: s
+      type(failure_t), intent(inout) :: failure
+      s%scene = scene
+      call assemble(scene, s%motion, s%crack, failure)
+      if (failure%failed()) return
+      call use_threads(threads, s%motion%particles%n)
+      s%longest_step = stable_time_step(s%motion%grid, s%motion%materials, scene%method%courant, scene%method%wave_speed)
+      call new_measurements(scene, s%motion, s%crack, s%measurements)
+   end subroutine build
+
+   !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable.
+   subroutine run(s, folder, quiet, failure)
+      type(simulation_t), intent(inout) :: s
+      character(*), intent(in) :: folder
+      logical, intent(in) :: quiet
+      type(failure_t), intent(inout) :: failure
+      call open_results(s, folder, failure)
+      if (failure%failed()) return
+      call s%progress%start(s%scene%run%end_time, quiet)
+      call show_progress(s, last=.false.)
+      call record(s, failure)
+      do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
+         call advance_to(s, next_output(s), failure)
+         if (.not. failure%failed()) call record(s, failure)
+      end do
+      call show_progress(s, last=.true.)
+      call s%results%close(failure)
+   end subroutine run
+
+   !> Time of the next sample, snapshot or of the end [s].
+   pure real(dp) function next_output(s) result(time)
+      type(simulation_t), intent(in) :: s
+      time = min(s%samples*s%scene%output%history_interval, s%scene%run%end_time)
+      if (s%scene%output%snapshot_interval > 0) time = min(time, s%snapshots*s%scene%output%snapshot_interval)
+   end function next_output
+
+   !> Advance to a time by equal steps, none longer than (31).
+   subroutine advance_to(s, time, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! [s]
+      type(failure_t), intent(inout) :: failure
+      integer(long) :: steps, k
+      steps = max(1_long, ceiling((time - s%motion%time)/s%longest_step - rounding, long))
+      s%dt = (time - s%motion%time)/steps
+      do k = 1, steps
+         call advance(s%motion, s%dt, failure)
+         if (failure%failed()) return
+         call show_progress(s, last=.false.)
+      end do
+      s%motion%time = time
+   end subroutine advance_to
+
+   !> Whether the time of an output has come.
+   pure logical function is_due(s, time)
+      type(simulation_t), intent(in) :: s
+      real(dp), intent(in) :: time               !! of the output [s]
+      is_due = s%motion%time >= time - rounding*s%longest_step
+   end function is_due
+
+   !> Take the samples and snapshots that are due, and look whether all is well.
+   subroutine record(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call measure(s%scene, s%motion, s%crack, s%dt, s%measurements)
+      call check_state(s, failure)
+      if (failure%failed()) return
+      if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
+         call s%results%append(s%measurements%row(:s%measurements%n), failure)
+         s%samples = s%samples + 1
+      end if
+      if (s%scene%output%snapshot_interval > 0) then
+         if (is_due(s, s%snapshots*s%scene%output%snapshot_interval)) then
+            call s%results%write_snapshot(s%motion%time, [particle_view(s%motion), mesh_view(s%motion)], failure)
+            s%snapshots = s%snapshots + 1
+         end if
+      end if
+   end subroutine record
+
+   !> Fail where the energies are not numbers, have grown without work, or the material is turned inside out. Warn once
+   !> where the small-strain law is used beyond what it is meant for.
+   subroutine check_state(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: largest_gain = 0.5_dp  ! of the largest energy so far
+      character(:), allocatable :: when
+      real(dp) :: gain, stored
+      stored = s%measurements%kinetic_energy + s%measurements%strain_energy
+      when = 'step '//to_text(s%motion%steps)//', t = '//to_text(s%motion%time)//' s: '
+      gain = stored + s%motion%damping_loss - s%motion%external_work - s%measurements%initial_energy
+      if (.not. stored <= huge(stored)) then
+         call failure%report(exit_computation, when//'the energy is no longer a number. Likely cause: the run is '// &
+                             'unstable; reduce &method courant')
+      else if (gain > largest_gain*max(s%measurements%largest_energy, s%measurements%initial_energy)) then
+         call failure%report(exit_computation, when//'the energy has grown by '//to_text(gain)// &
+                             ' J more than the loads have done work. Likely cause: the run is unstable; reduce '// &
+                             '&method courant, or choose another &method scheme than ''usl''')
+      else if (smallest_determinant(s%motion%particles, s%motion%materials) <= 0) then
+         call failure%report(exit_computation, when//'material is turned inside out (det F <= 0). Likely cause: a load '// &
+                             'is too large for the material, or the run is unstable; reduce the load or &method courant')
+      else if (.not. allocated(s%warning)) then
+         gain = largest_gradient(s%motion%particles, s%motion%materials)
+         if (gain > small_gradient) s%warning = when//'a displacement gradient has reached '//to_text(gain)// &
+            '; the law ''linear_elastic'' is for small strains and rotations (below '//to_text(small_gradient)// &
+            '). Use law = ''neo_hookean'''
+      end if
+   end subroutine check_state
+
+   !> Create the result file, with what produced it.
+   subroutine open_results(s, folder, failure)
+      type(simulation_t), intent(inout) :: s
+      character(*), intent(in) :: folder
+      type(failure_t), intent(inout) :: failure
+      call ensure_folder(folder, failure)
+      if (failure%failed()) return
+      call s%results%create(folder//'/'//trim(s%scene%output%file), failure)
+      call s%results%add_text('/input/namelist', s%scene%as_used, failure)
+      call s%results%add_attribute('/input', 'version', version, failure)
+      call s%results%add_attribute('/input', 'compiler', compiler_version(), failure)
+      call s%results%add_attribute('/input', 'compiler_options', compiler_options(), failure)
+      call s%results%add_attribute('/input', 'host', host_name(), failure)
+      call s%results%add_attribute('/input', 'threads', thread_count(), failure)
+      call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
+      call declare_columns(s%scene, s%measurements, s%results, failure)
+   end subroutine open_results
+
+   !> Tell the progress line where the run is; `last` ends it.
+   subroutine show_progress(s, last)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: last
+      associate (m => s%motion, g_ratio => s%measurements%g_ratio)
+         if (last) then
+            call s%progress%finish(m%time, m%steps, m%grid%n_elements, m%particles%n, 0, g_ratio, &
+                                   energy_residual(m, s%measurements))
+         else
+            call s%progress%show(m%time, m%steps, m%grid%n_elements, m%particles%n, 0, g_ratio, &
+                                 energy_residual(m, s%measurements))
+         end if
+      end associate
+   end subroutine show_progress
+
+   !> What a run of the scene would do, for people.
+   function summary(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      character(*), parameter :: nl = new_line('a')
+      text = 'particles       '//to_text(s%motion%particles%n)//nl// &
+             'cells           '//to_text(s%motion%grid%n_elements)//', of which occupied '// &
+             to_text(s%motion%particles%n_occupied)//nl// &
+             'time step       '//to_text(s%longest_step)//' s at most'//nl// &
+             'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl
+      if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
+   end function summary
+end module hampm_simulation

@@ -1,0 +1,59 @@
+!> What a snapshot shows: the particles as points and the mesh as cells, with their fields.
+module hampm_views
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_nodal_fields, only: at_start
+   use hampm_snapshots, only: block_t, vtk_quad
+   use hampm_step, only: motion_t
+   implicit none
+   private
+   public :: particle_view, mesh_view
+
+contains
+
+   !> The particles at their present position.
+   function particle_view(motion) result(view)
+      type(motion_t), intent(in) :: motion
+      type(block_t) :: view
+      real(dp) :: stress(ndim, ndim)
+      real(dp), allocatable :: components(:, :), energy(:)
+      integer :: i
+      associate (p => motion%particles)
+         allocate (components(3, p%n), energy(p%n))
+         do i = 1, p%n
+            associate (material => motion%materials(p%material(i)), h => p%gradient(:, :, i))
+               stress = material%kirchhoff_stress(h)
+               components(:, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
+               energy(i) = material%energy_density(h)
+            end associate
+         end do
+         call view%set_vertices('particles', p%reference + p%displacement)
+         call view%add_point_field('id', real(reshape(p%id, [1, p%n]), dp))
+         call view%add_point_field('body', real(reshape(p%body, [1, p%n]), dp))
+         call view%add_point_field('displacement', p%displacement)
+         call view%add_point_field('velocity', p%velocity)
+         call view%add_point_field('stress_xx', components(1:1, :))
+         call view%add_point_field('stress_yy', components(2:2, :))
+         call view%add_point_field('stress_xy', components(3:3, :))
+         call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
+      end associate
+   end function particle_view
+
+   !> The grid, with the mass and velocity that its nodes had in the last step.
+   function mesh_view(motion) result(view)
+      type(motion_t), intent(in) :: motion
+      type(block_t) :: view
+      integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
+      integer :: e, i
+      associate (grid => motion%grid, f => motion%fields, start => motion%particles%cell_start)
+         view%name = 'mesh'
+         view%points = grid%node_position
+         view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
+         view%offsets = [(corners*e, e=0, grid%n_elements)]
+         view%cell_types = spread(vtk_quad, 1, grid%n_elements)
+         call view%add_point_field('mass', reshape(f%mass, [1, grid%n_nodes]))
+         call view%add_point_field('velocity', f%velocity(:, :, at_start))
+         call view%add_cell_field('particles', reshape([(real(start(i + 1) - start(i), dp), i=1, grid%n_elements)], &
+                                                       [1, grid%n_elements]))
+      end associate
+   end function mesh_view
+end module hampm_views

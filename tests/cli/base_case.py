@@ -1,0 +1,78 @@
+"""A valid scene, one key a line, from which the tests make others by replacing text."""
+
+GOOD = """\
+&run
+  title = 'beam'
+  plane = 'stress'
+  thickness = 0.01
+  end_time = 1.5e-3
+/
+&grid
+  lower = 0.0, 0.0
+  cell = 1.25e-3
+  cells = 80, 9
+/
+&material
+  name = 'aluminium'
+  law = 'linear_elastic'
+  young = 70e9
+  poisson = 0.3
+  density = 2700
+/
+&body
+  material = 'aluminium'
+  shape = 'rectangle'
+  lower = 0.0, 0.0
+  upper = 0.1, 0.01
+  points_per_cell = 2
+  velocity = 0.0, 0.0
+/
+&constraint
+  lower = 0.05, 0.0
+  upper = 0.1, 0.0
+  fix = 'y'
+/
+&load
+  kind = 'traction'
+  lower = 0.0, 0.0
+  upper = 0.0, 0.01
+  force = 0.0, 1.0
+  history = 'step'
+/
+&damping
+  rate = 1e4
+/
+&method
+  scheme = 'musl'
+  courant = 0.1
+  wave_speed = 'shear'
+/
+&crack
+  kind = 'symmetry'
+  tip = 0.05, 0.0
+  direction = 1.0, 0.0
+/
+&energy_release
+  estimators = 'nodal_force', 'stress_closure'
+  reference = 'dcb'
+/
+&output
+  file = 'beam.h5'
+  history_interval = 1e-6
+  snapshot_interval = 1e-4
+/
+"""
+
+
+def changed(*replacements):
+    """The good scene after replacements `(old, new)`, each of which must apply at exactly one place."""
+    text = GOOD
+    for old, new in replacements:
+        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in the good scene"
+        text = text.replace(old, new)
+    return text
+
+
+def line_of(text, fragment):
+    """Number of the first line that holds a fragment."""
+    return text[: text.index(fragment)].count("\n") + 1

@@ -1,0 +1,299 @@
+"""Every mistake of a user ends with exit code 2 (or 4 for files) and a message that says where, what and what is right."""
+
+import os
+
+import pytest
+from base_case import GOOD, changed, line_of
+
+BODY = "  lower = 0.0, 0.0\n  upper = 0.1, 0.01\n"
+TRACTION = "  kind = 'traction'\n  lower = 0.0, 0.0\n  upper = 0.0, 0.01\n"
+HELD = "  lower = 0.05, 0.0\n  upper = 0.1, 0.0\n  fix = 'y'\n"
+
+
+def assert_refused(result, code, *phrases):
+    """The program stopped with this code and these phrases, and not by an accident of its own."""
+    assert result.returncode == code, result.stderr
+    assert result.stdout == ""
+    for line in result.stderr.splitlines():
+        assert line.startswith("hampm: "), result.stderr
+    for accident in ("backtrace", "Fortran runtime", "At line", "Sanitizer", "SIG"):
+        assert accident not in result.stderr
+    for phrase in phrases:
+        assert phrase in result.stderr, result.stderr
+
+
+# One replacement in the good scene; a fragment that finds the line the message must name; phrases of the message.
+VALUES = [
+    ("young = 70e9", "young = -70e9", "young", "&material young = -70e9: must be in (0, inf) [Pa]"),
+    ("young = 70e9", "young = 0", "young", "&material young = 0: must be in (0, inf) [Pa]"),
+    ("young = 70e9", "young = nan", "young", "young = nan: must be in (0, inf) [Pa], finite"),
+    ("young = 70e9", "young = +Infinity", "young", "young = +Infinity: must be in (0, inf) [Pa], finite"),
+    ("young = 70e9", "young = 1e999", "young", "young = 1e999: must be in (0, inf) [Pa], finite"),
+    ("young = 70e9", "young = 1e-99999999999999", "young", "finite and in size 0 or from 1e-100 to 1e100"),
+    ("young = 70e9", "young = 70e9Pa", "young", "young = 70e9Pa: must be in (0, inf) [Pa] (it is no number)"),
+    ("young = 70e9", "young = 70e", "young", "young = 70e: must be in (0, inf) [Pa] (it is no number)"),
+    ("young = 70e9", "young = .", "young", "young = .: must be in (0, inf) [Pa] (it is no number)"),
+    ("young = 70e9", "young = '70e9'", "young", "young = '70e9': must be in (0, inf) [Pa] (it is no number)"),
+    ("young = 70e9", "young = .true.", "young", "(it is no number)"),
+    ("young = 70e9", "young =", "young", "must have 1 value, not 0"),
+    ("young = 70e9", "young = 70e9 71e9", "young", "must have 1 value, not 2"),
+    ("young = 70e9", "young = 1000*70e9 70e9", "young", "must have 1 value, not 1001"),
+    ("young = 70e9", "young = " + "7" * 5000, "young", "(it is no number)"),
+    ("poisson = 0.3", "poisson = 0.5", "poisson", "poisson = 0.5: must be in (-1, 0.5)"),
+    ("poisson = 0.3", "poisson = -1", "poisson", "poisson = -1: must be in (-1, 0.5)"),
+    ("density = 2700", "density = (2700)", "density", "density = (2700): must be in (0, inf) [kg/m3] (it is no number)"),
+    ("thickness = 0.01", "thickness = -0.01", "thickness", "&run thickness = -0.01: must be in (0, inf) [m]"),
+    ("cells = 80, 9", "cells = 80, 0", "cells", "cells = 80, 0: value 2 must be an integer in [1, inf)"),
+    ("cells = 80, 9", "cells = 80.5, 9", "cells", "value 1 must be an integer in [1, inf) (it is no integer)"),
+    ("cells = 80, 9", "cells = 80", "cells", "must have 2 values, not 1; each must be an integer in [1, inf)"),
+    ("cells = 80, 9", "cells = 99999999999, 9", "cells", "value 1 must be an integer in [1, inf) and below 1e9"),
+    ("cells = 80, 9", "cells = 100000, 100000", "cells", "their product must be in [1, 1e9]"),
+    ("points_per_cell = 2", "points_per_cell = 17", "points", "must be an integer in [1, 16]"),
+    ("points_per_cell = 2", "points_per_cell = 2.0", "points", "points_per_cell = 2.0: must be an integer"),
+    ("courant = 0.1", "courant = 10.5", "courant", "&method courant = 10.5: must be in (0, 10]"),
+    ("rate = 1e4", "rate = -1", "rate =", "&damping rate = -1: must be in [0, inf) [1/s]"),
+    ("'musl'", "'mulsl'", "scheme", "scheme = 'mulsl': must be 'usf', 'usl', 'usavg' or 'musl'; did you mean 'musl'?"),
+    ("'musl'", "musl", "scheme", "scheme = musl: must be in quotes: 'musl'"),
+    ("'musl'", "''", "scheme", "scheme = '': must be 'usf', 'usl', 'usavg' or 'musl'"),
+    ("'musl'", "7", "scheme", "scheme = 7: must be in quotes"),
+    ("fix = 'y'", "fix = 'z'", "fix", "&constraint fix = 'z': must be 'x', 'y' or 'xy'"),
+    ("plane = 'stress'", "plane = 'strian'", "plane", "did you mean 'strain'?"),
+    ("'nodal_force',", "'nodal_forces',", "estimators", "value 1 must be 'nodal_force', 'stress_closure' or"),
+    ("'nodal_force',", "4*'nodal_force',", "estimators", "may have at most 3 values"),
+    ("title = 'beam'", "title = '" + "x" * 1100 + "'", "title", "must not be longer than 1024 characters"),
+    ("title = 'beam'", "title = 'a\x07b'", "title", "title = 'a?b': must not contain control characters"),
+    ("name = 'aluminium'", "name = '" + "x" * 70 + "'", "name", "must not be longer than 64 characters"),
+    ("name = 'aluminium'", "name = ''", "name", "&material name = '': must not be empty"),
+]
+
+SYNTAX = [
+    ("young = 70e9", "yuong = 70e9", "yuong", "&material has no key 'yuong'; did you mean 'young'?"),
+    ("young = 70e9", "thickness = 1", "= 1\n  poisson", "&material has no key 'thickness'; 'thickness' is a key of &run"),
+    ("young = 70e9", "young 70e9", "young", "&material young: '=' is missing behind the key"),
+    ("young = 70e9", "young = = 70e9", "young", "'= 70e9' stands where a key is expected"),
+    ("young = 70e9", "young = 70e9, young = 71e9", "young", "&material young: is given twice in this group"),
+    ("young = 70e9", "young = ,70e9", "young", "a value is missing before the comma"),
+    ("young = 70e9", "young = 0*70e9", "young", "the count of a repeat must be an integer in [1, 1000]"),
+    ("young = 70e9", "young = 99999999999*70e9", "young", "the count of a repeat must be an integer in [1, 1000]"),
+    ("young = 70e9", "young = 1*", "young", "1*: the value of a repeat is missing"),
+    ("upper = 0.1, 0.01", "upper(1) = 0.1", "upper(1)", "subscripts and components are not read here"),
+    ("upper = 0.1, 0.01", "upper%x = 0.1", "upper%x", "subscripts and components are not read here"),
+    ("upper = 0.1, 0.01", "upper = 0.1,,0.01", "0.1,,", "a value is missing before the comma"),
+    ("points_per_cell = 2", "points_per_cell 2", "points_per_cell 2", "&body points_per_cell: '=' is missing"),
+    ("name = 'aluminium'", "name = 'aluminium", "name", "the closing ' of 'aluminium is missing on this line"),
+    ("&damping", "&dampng", "&dampng", "there is no group &dampng; did you mean 'damping'?"),
+    ("&damping", "&", "&\n", "the name of a group is missing behind '&'"),
+    ("&damping", "damping", "damping", "'damping' stands outside of the groups"),
+    ("&method", "&grid cell = 1 cells = 1, 1 /\n&method", "&grid cell", "&grid stands a second time"),
+    ("  rate = 1e4\n/\n", "  rate = 1e4\n", "&damping", "&damping: its '/' is missing"),
+    ("snapshot_interval = 1e-4\n/\n", "snapshot_interval = 1e-4\n", "&output", "its '/' is missing: the file ends before"),
+    ("file = 'beam.h5'", "file = beam/beam.h5", "beam/beam.h5", "file = beam: must be in quotes"),
+    ("  file = 'beam.h5'", "  5", "  5", "&output: '5' stands where a key is expected"),
+    ("  end_time = 1.5e-3\n", "", "&run", "&run end_time: is missing"),
+    ("  fix = 'y'\n", "", "&constraint", "&constraint fix: is missing: components that are held; for example fix = 'y'"),
+]
+
+CONSISTENCY = [
+    ("material = 'aluminium'", "material = 'aluminum'", "material =", "must be the name of a &material; did you mean 'aluminium'?"),
+    ("lower = 0.0, 0.0\n  cell", "lower = 1e9, 0.0\n  cell", "lower", "must be within 1e9 cells of the origin"),
+    (BODY, BODY.replace("0.1, 0.01", "0.1, 0.0"), "upper = 0.1, 0.0\n", "must be above lower = (0.0, 0.0) in every direction"),
+    (BODY, BODY.replace("0.1, 0.01", "0.1, 0.02"), "upper = 0.1, 0.02", "must be within the grid, from (0.0, 0.0) to (0.1, 0.01125)"),
+    (BODY, BODY.replace("0.0, 0.0", "-0.1, 0.0"), "lower = -0.1", "&body lower = -0.1, 0.0: must be within the grid"),
+    (HELD, HELD.replace("0.1, 0.0", "0.04, 0.0"), "upper = 0.04", "must not be below lower = (0.05, 0.0)"),
+    (HELD, HELD.replace("0.05, 0.0", "0.05, -1").replace("0.1, 0.0", "0.1, -1e-4"), "lower = 0.05, -1", "must hold at least one node"),
+    (HELD, HELD.replace("0.05", "0.0506").replace("0.1,", "0.0508,"), "lower = 0.0506", "must hold at least one node"),
+    (HELD, HELD.replace("0.05", "0.06"), "tip", "the nodes at the tip and one cell ahead must be held in y"),
+    (HELD, HELD.replace("'y'", "'x'"), "tip", "must be held in y by a &constraint"),
+    (HELD, HELD.replace("0.05", "0.04"), "tip", "the node one cell behind the tip must not be held in y"),
+    (TRACTION, TRACTION.replace("0.0, 0.01", "0.01, 0.01"), "upper = 0.01, 0.01", "in exactly one direction: a traction acts on an edge"),
+    (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, 0.0"), "upper = 0.0, 0.0", "in exactly one direction: a traction acts on an edge"),
+    (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, 0.011"), "lower = 0.0, 0.0\n  upper = 0.0, 0.011", "must lie on one edge of a body"),
+    (TRACTION, TRACTION.replace("= 0.0,", "= 0.02,"), "lower = 0.02", "must lie on one edge of a body"),
+    (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, -0.01"), "upper = 0.0, -0.01", "must not be below lower"),
+    (TRACTION, TRACTION.replace("traction", "point"), "upper = 0.0, 0.01", "must equal lower = (0.0, 0.0) for a point load"),
+    (TRACTION, TRACTION.replace("traction", "body"), "lower = 0.0, 0.0\n  upper = 0.0, 0.01", "must contain material of a body"),
+    (
+        TRACTION,
+        "  kind = 'point'\n  lower = 0.05, 0.0101\n  upper = 0.05, 0.0101\n",
+        "lower = 0.05, 0.0101",
+        "the point of a load must be in or on a body",
+    ),
+    ("history = 'step'", "history = 'ramp'", "&load", "rise_time = 0.0 (default): must be in (0, inf) [s] for history = 'ramp'"),
+    ("history = 'step'", "history = 'sine'", "&load", "frequency = 0.0 (default): must be in (0, inf) [Hz]"),
+    ("history = 'step'", "history = 'table'", "&load", "times =  (default): must have at least 2 values"),
+    ("history = 'step'", "history = 'table' times = 0, 1 factors = 1", "factors", "must have as many values as times, 2, not 1"),
+    ("history = 'step'", "history = 'table' times = 0, 0 factors = 1, 2", "times", "must increase from value to value"),
+    ("tip = 0.05, 0.0", "tip = 0.0501, 0.0", "tip", "must be a node of the grid"),
+    ("tip = 0.05, 0.0", "tip = 0.0, 0.0", "tip", "one cell behind and one cell ahead must be in the grid"),
+    ("tip = 0.05, 0.0", "tip = 0.05, 0.00125", "tip", "must be on an edge of a body"),
+    ("direction = 1.0, 0.0", "direction = 1.0, 1.0", "direction", "must be along a grid line"),
+    ("direction = 1.0, 0.0", "direction = 2*0.0", "direction", "must be along a grid line"),
+    ("force = 0.0, 1.0", "force = 1.0, 0.0", "reference =", "'dcb' needs a &load with a force normal to the crack"),
+    ("reference = 'dcb'", "reference = 'value'", "&energy_release", "must be in (0, inf) [J/m2] for reference = 'value'"),
+    ("history_interval = 1e-6", "history_interval = 1", "history_interval", "must be in [0, end_time = 0.0015] [s]"),
+    ("history_interval = 1e-6", "history_interval = 1e-60", "history_interval", "must be at least a 1e-8 part of end_time"),
+    ("snapshot_interval = 1e-4", "snapshot_interval = 2e-3", "snapshot", "must be in [0, end_time = 0.0015] [s]"),
+    ("file = 'beam.h5'", "file = ''", "file", "must be the name of a file, not empty and without folders"),
+    ("file = 'beam.h5'", "file = '../beam.h5'", "file", "must be the name of a file, not empty and without folders"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "fragment", "phrase"), VALUES + SYNTAX + CONSISTENCY)
+def test_one_mistake_is_refused_with_its_line(hampm, tmp_path, old, new, fragment, phrase):
+    text = changed((old, new))
+    (tmp_path / "case.nml").write_text(text)
+    line = line_of(text, new if fragment in new else fragment)
+    if fragment in new:
+        line += new[: new.index(fragment)].count("\n")
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: ", phrase)
+
+
+def test_a_single_mistake_gives_a_single_line(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(changed(("young = 70e9", "young = -70e9")))
+    result = hampm("case.nml")
+    assert result.stderr == "hampm: case.nml:15: &material young = -70e9: must be in (0, inf) [Pa]\n"
+
+
+def test_all_mistakes_are_reported_at_once(hampm, tmp_path):
+    text = changed(
+        ("&method", "&methd"),
+        ("young = 70e9", "young = -1"),
+        ("cell = 1.25e-3", "cel = 1.25e-3"),
+        ("  density = 2700\n/", "  density = 2700\n"),
+        ("  end_time = 1.5e-3\n", ""),
+        ("file = 'beam.h5'", "file = 'a/b'"),
+    )
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(
+        hampm("case.nml", "--set", "damping.rate=-1"),
+        2,
+        "there is no group &methd",
+        "&material young = -1",
+        "&grid has no key 'cel'; did you mean 'cell'?",
+        "&grid cell: is missing",
+        "&material: its '/' is missing",
+        "&run end_time: is missing",
+        "&output file = 'a/b'",
+        "--set damping.rate=-1: &damping rate = -1: must be in [0, inf) [1/s]",
+    )
+
+
+def test_two_materials_of_one_name(hampm, tmp_path):
+    material = "&material name = 'aluminium' young = 1 density = 1 /\n"
+    (tmp_path / "case.nml").write_text(GOOD + material)
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{GOOD.count(chr(10)) + 1}: &material name", "must differ from the name")
+
+
+def test_overlapping_bodies(hampm, tmp_path):
+    body = "&body material = 'aluminium' lower = 0.09, 0.0 upper = 0.1, 0.01 /\n"
+    (tmp_path / "case.nml").write_text(GOOD + body)
+    assert_refused(hampm("case.nml"), 2, "the body must not overlap body 1", "'dcb' needs exactly one &body, not 2")
+
+
+def test_too_many_particles(hampm, tmp_path):
+    text = changed(
+        ("cell = 1.25e-3", "cell = 1e-6"), ("cells = 80, 9", "cells = 100000, 10000"), ("points_per_cell = 2", "points_per_cell = 16")
+    )
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(hampm("case.nml"), 2, "points_per_cell = 16: there would be", "must be in [1, 2e9]")
+
+
+def test_estimators_and_the_dcb_need_a_crack(hampm, tmp_path):
+    start = GOOD.index("&crack")
+    (tmp_path / "case.nml").write_text(GOOD[:start] + GOOD[GOOD.index("&energy_release") :])
+    assert_refused(hampm("case.nml"), 2, "'nodal_force' and 'stress_closure' need a group &crack", "'dcb' needs a group &crack")
+
+
+@pytest.mark.parametrize("group", ["run", "grid", "material", "body"])
+def test_a_required_group_is_missing(hampm, tmp_path, group):
+    start = GOOD.index(f"&{group}")
+    end = GOOD.index("/\n", start) + 2
+    (tmp_path / "case.nml").write_text(GOOD[:start] + GOOD[end:])
+    assert_refused(hampm("case.nml"), 2, f"case.nml: the group &{group} is missing")
+
+
+@pytest.mark.parametrize("content", [b"", b"\n\n\n", b"! nothing\n", b"\xef\xbb\xbf", b"\r\n"])
+def test_an_empty_file(hampm, tmp_path, content):
+    (tmp_path / "case.nml").write_bytes(content)
+    assert_refused(hampm("case.nml"), 2, "&run is missing", "&grid is missing", "&material is missing", "&body is missing")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [bytes(range(1, 256)) * 50, b"&" * 5000, b"'" * 5001, b"x" * 3_000_000, b"&run title = " + b"x" * 3_000_000, b"=/,!&" * 1000],
+    ids=["all bytes", "ampersands", "quotes", "a huge word", "a huge value", "punctuation"],
+)
+def test_a_file_that_is_no_namelist(hampm, tmp_path, content):
+    (tmp_path / "case.nml").write_bytes(content)
+    result = hampm("case.nml")
+    assert_refused(result, 2, "case.nml:1: ")
+    assert len(result.stderr.splitlines()) <= 51
+
+
+def test_a_binary_file(hampm, tmp_path):
+    (tmp_path / "case.nml").write_bytes(os.urandom(1000) + b"\0" + os.urandom(1000))
+    assert_refused(hampm("case.nml"), 2, "case.nml: is no text file")
+
+
+def test_a_file_that_is_missing(hampm):
+    assert_refused(hampm("nowhere.nml"), 4, "nowhere.nml: cannot be read", "No such file")
+
+
+def test_a_folder_as_file(hampm, tmp_path):
+    (tmp_path / "case.nml").mkdir()
+    assert_refused(hampm("case.nml"), 4, "case.nml: cannot be read", "directory")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
+def test_a_file_that_must_not_be_read(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(GOOD)
+    (tmp_path / "case.nml").chmod(0)
+    assert_refused(hampm("case.nml"), 4, "case.nml: cannot be read")
+
+
+COMMAND_LINES = [
+    ([], "which namelist file?"),
+    (["--check"], "which namelist file?"),
+    (["--chek", "case.nml"], "there is no option --chek; did you mean '--check'?"),
+    (["-x", "case.nml"], "there is no option -x"),
+    (["case.nml", "--set"], "--set: its value is missing"),
+    (["case.nml", "--set="], "--set: its value is missing"),
+    (["--output", "--check", "case.nml"], "--output: its value is missing: --output DIR"),
+    (["--check=yes", "case.nml"], "--check takes no value"),
+    (["--threads", "1025", "case.nml"], "--threads 1025: must be an integer in [0, 1024]"),
+    (["--threads", "-1", "case.nml"], "--threads -1: must be an integer in [0, 1024]"),
+    (["--threads=two", "case.nml"], "--threads two: must be an integer in [0, 1024]"),
+    (["--threads=99999999999", "case.nml"], "must be an integer in [0, 1024]"),
+    (["case.nml", "other.nml"], "one namelist file at a time: 'case.nml' and then 'other.nml'"),
+    ([""], "an argument is empty"),
+    (["case.nml", "--set", "young=1"], "--set young=1: must have the form group.key=value"),
+    (["case.nml", "--set", "material.young"], "--set material.young: must have the form group.key=value"),
+    (["case.nml", "--set", "materal.young=1"], "there is no group &materal; did you mean 'material'?"),
+    (["case.nml", "--set", "material.yung=1"], "&material has no key 'yung'; did you mean 'young'?"),
+    (["case.nml", "--set", "material.young=-1"], "--set material.young=-1: &material young = -1: must be in (0, inf) [Pa]"),
+    (["case.nml", "--set", "material.young="], "must have 1 value, not 0"),
+    (["case.nml", "--set", "material.young=1/2"], "'/2' is no value"),
+    (["case.nml", "--set", "material.young=1 poisson=2"], "'poisson=2' is no value"),
+    (["case.nml", "--set", "material(2).young=1"], "there is no &material(2), the number of &material is 1"),
+    (["case.nml", "--set", "material(0).young=1"], "the number of a group must be an integer in [1, inf)"),
+    (["case.nml", "--set", "material(x.young=1"], "the number of a group must be an integer in [1, inf)"),
+    (["case.nml", "--set", "material().young=1"], "the number of a group must be an integer in [1, inf)"),
+    (["case.nml", "--set", "run(2).title=a"], "there is no &run(2)"),
+    (["case.nml", "--set", "method.scheme=mulsl"], "did you mean 'musl'?"),
+    (["case.nml", "--set", "run.title='a"], "the closing ' of 'a is missing"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "phrase"), COMMAND_LINES)
+def test_a_wrong_command_line(hampm, tmp_path, arguments, phrase):
+    (tmp_path / "case.nml").write_text(GOOD)
+    assert_refused(hampm(*arguments), 2, phrase)
+
+
+def test_all_mistakes_of_a_command_line_are_reported_at_once(hampm):
+    assert_refused(hampm("--chek", "--threads", "0.5", "--output"), 2, "--chek", "--threads 0.5", "--output: its value is missing")
+
+
+def test_one_of_several_groups_must_be_chosen(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(GOOD + "&constraint lower = 0, 0.01 upper = 0, 0.01 fix = 'x' /\n")
+    assert_refused(hampm("case.nml", "--set", "constraint.fix=x"), 2, "there are 2 of &constraint: say which, for example constraint(2)")

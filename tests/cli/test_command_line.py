@@ -1,0 +1,219 @@
+"""The command line and the namelist file as a user means them to work."""
+
+import re
+
+import pytest
+from base_case import GOOD, changed
+
+
+@pytest.fixture
+def check(hampm, tmp_path):
+    """Validate a namelist text with `--check`; returns the scene as it is understood."""
+
+    def run(text, *arguments):
+        (tmp_path / "case.nml").write_bytes(text if isinstance(text, bytes) else text.encode())
+        result = hampm("case.nml", "--check", *arguments)
+        assert result.returncode == 0, result.stderr
+        assert result.stderr == ""
+        return result.stdout
+
+    return run
+
+
+def value_of(scene, group, key):
+    """The value of a key in the first group of a name, as text."""
+    return re.search(rf"&{group}\n(?:.*\n)*?   {key} = ?(.*)\n", scene)[1]
+
+
+def test_help_names_every_option(hampm):
+    result = hampm("--help")
+    assert result.returncode == 0
+    for option in ("--check", "--template", "--set", "--output", "--threads", "--quiet", "--version", "--help"):
+        assert option in result.stdout
+
+
+def test_version(hampm):
+    result = hampm("--version")
+    assert result.returncode == 0
+    assert re.fullmatch(r"hampm \d+\.\d+\.\d+\S*\n", result.stdout)
+
+
+def test_template_is_a_valid_scene(hampm, check):
+    template = hampm("--template")
+    assert template.returncode == 0
+    assert value_of(check(template.stdout), "crack", "tip") == "0.05, 0.0"
+
+
+def test_template_explains_every_key(hampm):
+    template = hampm("--template").stdout
+    for line in template.splitlines():
+        assert line in ("", "/") or " ! " in line or line.startswith("! "), line
+
+
+def test_scene_as_used_reads_back_as_the_same_scene(check, hampm):
+    for text in (GOOD, hampm("--template").stdout):
+        scene = check(text)
+        assert check(scene) == scene
+
+
+def test_scene_as_used_holds_every_key_of_the_template(check, hampm):
+    template = hampm("--template").stdout
+    names = re.compile(r"^(?:&\w+|   \w+ =)", re.MULTILINE)
+    assert names.findall(check(template)) == names.findall(template)
+
+
+def test_values_that_stand_for_others_are_resolved(check):
+    scene = check(changed(("  file = 'beam.h5'\n", ""), ("history_interval = 1e-6", "history_interval = 0"),
+                          ("direction = 1.0, 0.0", "direction = 3.0, 0.0")))  # fmt: skip
+    assert value_of(scene, "output", "file") == "'case.h5'"
+    assert float(value_of(scene, "output", "history_interval")) == pytest.approx(1.5e-6, rel=1e-15)
+    assert value_of(scene, "crack", "direction") == "1.0, 0.0"
+
+
+def test_smallest_scene_gets_the_defaults(check):
+    scene = check("&run end_time = 1 /\n&grid cell = 1 cells = 2, 2 /\n&material name = 'a' young = 1 density = 1 /\n"
+                  "&body material = 'a' lower = 0, 0 upper = 1, 1 /\n")  # fmt: skip
+    assert value_of(scene, "run", "thickness") == "1.0"
+    assert value_of(scene, "method", "scheme") == "'musl'"
+    assert value_of(scene, "method", "courant") == "0.1"
+    assert value_of(scene, "energy_release", "estimators") == ""
+    assert "&crack" not in scene
+    assert "&load" not in scene
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("young = 70e9", "young = 70d9"),
+        ("young = 70e9", "YOUNG=+7.D+10"),
+        ("young = 70e9", "young = 70000000000."),
+        ("young = 70e9", "young = 70e9,"),
+        ("young = 70e9", "young\n=\n70e9 ! of / 'aluminium' &here"),
+        ("young = 70e9", "young = .7e11"),
+        ("young = 70e9\n", "young\t=\t70e9\t"),
+        ("velocity = 0.0, 0.0", "velocity = 2*0.0"),
+        ("velocity = 0.0, 0.0", "velocity = -0.0 0"),
+        ("cells = 80, 9", "cells = 80 , 9"),
+        ("'musl'", '"MUSL"'),
+        ("'nodal_force', 'stress_closure'", "'nodal_force' \"stress_closure\""),
+        ("&damping", "&DAMPING"),
+        ("/\n&damping\n", "/ &damping "),
+        ("  rate = 1e4\n/", "  rate = 1e4/"),
+    ],
+)
+def test_all_spellings_of_a_namelist_mean_the_same(check, old, new):
+    assert check(changed((old, new))).replace("-0.0", "0.0") == check(GOOD)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GOOD.replace("\n", "\r\n").encode(),
+        b"\xef\xbb\xbf" + GOOD.encode(),
+        GOOD.rstrip("\n").encode(),
+        GOOD.replace("  ", "\t").encode(),
+        ("! a scene\n\n" + GOOD + "\n! the end").encode(),
+        b" ".join(line.strip().encode() for line in GOOD.splitlines()),
+    ],
+    ids=["CRLF", "byte order mark", "no final newline", "tabs", "comments", "one line"],
+)
+def test_all_layouts_of_a_file_mean_the_same(check, text):
+    assert check(text) == check(GOOD)
+
+
+@pytest.mark.parametrize("title", ["it's", 'say "A"', "a / b & c ! d = 1, 2", "Träger, β", "3*4", "''"])
+def test_text_is_kept_as_it_is(check, title):
+    scene = check(changed(("'beam'", "'" + title.replace("'", "''") + "'")))
+    assert value_of(scene, "run", "title") == "'" + title.replace("'", "''") + "'"
+    assert check(scene) == scene
+
+
+@pytest.mark.parametrize("number", ["0.1", "1e-99", "1e-100", "1.7976931348623157e99", "3.141592653589793", "123456.789", "2.0e-5", "1e22"])
+def test_numbers_are_kept_to_the_last_bit(check, number):
+    scene = check(changed(("young = 70e9", f"young = {number}")))
+    assert float(value_of(scene, "material", "young")) == float(number)
+
+
+def test_set_replaces_a_value(check):
+    scene = check(GOOD, "--set", "material.young=1e9", "--set=method.scheme=usl", "--set", "GRID.lower = 0.0 , 0.0")
+    assert float(value_of(scene, "material", "young")) == 1e9
+    assert value_of(scene, "method", "scheme") == "'usl'"
+
+
+def test_set_replaces_a_wrong_value(check):
+    assert float(value_of(check(changed(("young = 70e9", "young = -1")), "--set", "material.young=1e9"), "material", "young")) == 1e9
+
+
+def test_the_last_set_wins(check):
+    assert float(value_of(check(GOOD, "--set", "damping.rate=1", "--set", "damping.rate=2"), "damping", "rate")) == 2
+
+
+def test_set_takes_text_and_lists_without_quotes(check):
+    scene = check(GOOD, "--set", "run.title=a b, c/d", "--set", "energy_release.estimators=nodal_force,energy_balance")
+    assert value_of(scene, "run", "title") == "'a b, c/d'"
+    assert value_of(scene, "energy_release", "estimators") == "'nodal_force', 'energy_balance'"
+
+
+def test_set_reaches_each_of_several_groups(check):
+    scene = check(GOOD + "&constraint lower = 0, 0.01 upper = 0, 0.01 fix = 'x' /\n", "--set", "constraint(2).fix=xy")
+    assert re.findall(r"fix = (.*)", scene) == ["'y'", "'xy'"]
+
+
+def test_set_adds_a_group(check):
+    start, end = GOOD.index("&crack"), GOOD.index("&energy_release")
+    scene = check(GOOD[:start] + GOOD[end:], "--set", "crack.tip=0.05,0")
+    assert scene == check(GOOD)
+
+
+def test_options_stand_anywhere_and_end_at_two_dashes(hampm, tmp_path):
+    (tmp_path / "--case.nml").write_text(GOOD)
+    result = hampm("--check", "--threads=2", "--quiet", "--output", ".", "--", "--case.nml")
+    assert result.returncode == 0, result.stderr
+
+
+def test_a_scene_from_a_pipe(hampm):
+    result = hampm("--check", "/dev/stdin", input=GOOD)
+    assert result.returncode == 0, result.stderr
+
+
+def test_bodies_may_touch(check):
+    bodies = changed(("reference = 'dcb'", "reference = 'none'"), ("upper = 0.1, 0.01", "upper = 0.07, 0.01"))
+    check(bodies + "&body material = 'aluminium' lower = 0.07, 0.0 upper = 0.1, 0.01 /\n")
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        "kind = 'point' lower = 0.05, 0.01 upper = 0.05, 0.01",
+        "kind = 'body' lower = 0.0, 0.0 upper = 1.0, 1.0",
+        "kind = 'traction' lower = 0.02, 0.01 upper = 0.03, 0.01",
+        "kind = 'traction' lower = 0.1, 0.0 upper = 0.1, 0.005",
+        "kind = 'point' lower = 0, 0 upper = 0, 0 history = 'ramp' rise_time = 1e-4",
+        "kind = 'point' lower = 0, 0 upper = 0, 0 history = 'sine' frequency = 1e4 start = -1e-5",
+        "kind = 'point' lower = 0, 0 upper = 0, 0 history = 'table' times = 0, 1e-4, 1 factors = 0, 1, 0",
+    ],
+)
+def test_loads_of_all_kinds(check, load):
+    scene = check(GOOD + f"&load {load} force = 0, -1 /\n")
+    assert check(scene) == scene
+
+
+def test_a_table_of_a_thousand_values(check):
+    times = ", ".join(f"{i}e-6" for i in range(1000))
+    scene = check(GOOD + "&load kind = 'point' lower = 0, 0 upper = 0, 0 force = 0, 1 history = 'table'\n"
+                  f"times = {times}\nfactors = 500*0.0, 500*1.0 /\n")  # fmt: skip
+    assert check(scene) == scene
+
+
+def test_a_crack_along_the_other_axis(check):
+    text = """\
+&run end_time = 1e-3 /
+&grid lower = -0.01, -0.1 cell = 1e-3 cells = 20, 200 /
+&material name = 'a' young = 70e9 density = 2700 /
+&body material = 'a' lower = 0.0, -0.1 upper = 0.01, 0.1 /
+&constraint lower = 0.0, -0.1 upper = 0.0, 0.0 fix = 'x' /
+&load kind = 'traction' lower = 0.0, 0.1 upper = 0.01, 0.1 force = 1.0, 0.0 /
+&crack tip = 0.0, 0.0 direction = 0.0, -2.0 /
+&energy_release estimators = 'nodal_force' reference = 'dcb' /
+"""
+    assert value_of(check(text), "crack", "direction") in ("0.0, -1.0", "-0.0, -1.0")

@@ -1,0 +1,215 @@
+"""What other programs find in the result file that the driver tests/unit/test_output.f90 writes.
+
+The driver is taken from the environment variable HAMPM_TEST_OUTPUT, else from build/test_output.
+"""
+
+import os
+import pty
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+ROOT = Path(__file__).resolve().parents[2]
+DRIVER = Path(os.environ.get("HAMPM_TEST_OUTPUT", ROOT / "build" / "test_output")).resolve()
+SAMPLES = 1300
+
+
+def drive(folder, *mode):
+    return subprocess.run([DRIVER, folder, *mode], check=True, capture_output=True, text=True).stdout
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("results")
+    assert drive(path) == "test_output passed\n"
+    return path
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    with h5py.File(folder / "results.h5") as file:
+        yield file
+
+
+def check_samples(history, samples):
+    """The columns hold the first samples as the driver computes them."""
+    number = np.arange(1, samples + 1)
+    np.testing.assert_allclose(history["time"][:], 1e-6 * number, rtol=1e-15)
+    np.testing.assert_array_equal(history["step"][:], 2**40 + number)
+    np.testing.assert_allclose(history["G_domain_I"][:], 1.0 / number, rtol=1e-15)
+
+
+def test_columns_hold_every_sample(results):
+    check_samples(results["history"], SAMPLES)
+
+
+def test_columns_have_the_right_types(results):
+    history = results["history"]
+    assert history["time"].dtype == np.float64
+    assert history["step"].dtype == np.int64
+    assert history["time"].maxshape == (None,)
+
+
+def test_columns_carry_units_and_long_names(results):
+    attributes = results["history/G_domain_I"].attrs
+    assert attributes["units"] == "J/m2"
+    assert attributes["long_name"] == "energy release rate, mode I"
+
+
+def test_attributes_can_be_replaced_and_keep_their_types(results):
+    assert results["history"].attrs["G_ref"] == 0.25
+    assert results["history"].attrs["threads"] == 2
+    assert results["input"].attrs["title"] == "Schälversuch"
+
+
+def test_texts_are_read_as_written(results):
+    assert results["input/namelist"].asstr()[()] == "&run title = 'Schälversuch'\n/"
+    assert results["input/empty"].asstr()[()] == ""
+
+
+def test_no_snapshots_unless_asked_for(folder):
+    with h5py.File(folder / "plain.h5") as file:
+        assert sorted(file) == ["history", "input"]
+        check_samples(file["history"], SAMPLES)
+
+
+def test_history_of_a_failed_run_is_complete(folder):
+    with h5py.File(folder / "failed_run.h5") as file:
+        check_samples(file["history"], 1)
+
+
+def test_same_results_give_the_same_bytes(folder, tmp_path):
+    drive(tmp_path)
+    assert (tmp_path / "results.h5").read_bytes() == (folder / "results.h5").read_bytes()
+
+
+def test_file_in_use_is_not_overwritten(tmp_path):
+    with h5py.File(tmp_path / "results.h5", "w"):
+        outcome = subprocess.run([DRIVER, tmp_path], capture_output=True, text=True)
+    assert outcome.returncode != 0
+    assert "results.h5: cannot be written: its disk is full, or another program has it open" in outcome.stdout
+
+
+@pytest.fixture
+def killed(tmp_path):
+    """The file of a run that was killed after a flush."""
+    with subprocess.Popen([DRIVER, tmp_path, "killed"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"flushed\n"
+        process.kill()
+    return tmp_path / "killed.h5"
+
+
+def test_flushed_samples_outlive_the_program(killed):
+    with h5py.File(killed) as file:
+        check_samples(file["history"], 100)
+        assert file["input"].attrs["title"] == "Schälversuch"
+    assert read_steps(killed)[0] == [0.0, 1e-3]
+
+
+@pytest.mark.skipif(shutil.which("h5dump") is None, reason="h5dump is not installed")
+def test_h5dump_reads_the_file_of_a_killed_program(killed):
+    dump = subprocess.run(["h5dump", "-d", "/history/step", killed], check=True, capture_output=True, text=True).stdout
+    assert str(2**40 + 100) in dump
+    assert str(2**40 + 101) not in dump
+
+
+def read_steps(path):
+    """Times and, for every time, the two blocks as VTK reads them."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    times = list(reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()))
+    steps = []
+    for time in times:
+        reader.UpdateTimeStep(time)
+        data = reader.GetOutputDataObject(0)
+        assert data.GetNumberOfPartitionedDataSets() == 2
+        copies = [data.GetPartition(block, 0).NewInstance() for block in range(2)]
+        for block, copy in enumerate(copies):
+            copy.DeepCopy(data.GetPartition(block, 0))
+        steps.append(copies)
+    return times, steps
+
+
+def points(grid):
+    return vtk_to_numpy(grid.GetPoints().GetData())
+
+
+def field(data, name):
+    return vtk_to_numpy(data.GetArray(name))
+
+
+def test_vtk_reads_the_times_of_all_snapshots(folder):
+    times, _ = read_steps(folder / "results.h5")
+    np.testing.assert_allclose(times, [0.0, 1e-3, 2e-3], rtol=1e-15)
+
+
+def test_vtk_names_the_blocks(folder):
+    reader = vtkHDFReader()
+    reader.SetFileName(str(folder / "results.h5"))
+    reader.Update()
+    assembly = reader.GetOutputDataObject(0).GetDataAssembly()
+    for index, name in enumerate(["particles", "mesh"]):
+        node = assembly.FindFirstNodeWithName(name)
+        assert assembly.GetDataSetIndices(node) == (index,)
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_vtk_reads_a_changing_number_of_particles(folder, k):
+    particles = read_steps(folder / "results.h5")[1][k][0]
+    row = np.arange(1.0, 6 + 3 * k)
+    zero = np.zeros_like(row)
+    assert particles.GetNumberOfCells() == row.size
+    assert all(particles.GetCellType(i) == 1 for i in range(row.size))
+    assert all(particles.GetCell(i).GetPointId(0) == i for i in range(row.size))
+    np.testing.assert_array_equal(points(particles), np.column_stack([row, row + 10 * k, zero]))
+    np.testing.assert_array_equal(field(particles.GetPointData(), "velocity"), np.column_stack([row, -row, zero]))
+    np.testing.assert_array_equal(field(particles.GetPointData(), "mass"), 100 * k + row)
+    assert points(particles).dtype == np.float64
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_vtk_reads_a_changing_mesh(folder, k):
+    mesh = read_steps(folder / "results.h5")[1][k][1]
+    cells = 2 + k
+    assert mesh.GetNumberOfPoints() == 2 * cells + 2
+    assert mesh.GetNumberOfCells() == cells
+    for i in range(cells):
+        assert mesh.GetCellType(i) == 9
+        bounds = mesh.GetCell(i).GetBounds()
+        assert bounds == (i, i + 1, 0.0, 1.0, 0.0, 0.0)
+    np.testing.assert_array_equal(field(mesh.GetCellData(), "level"), 10 * k + np.arange(1.0, cells + 1))
+
+
+def test_progress_in_a_pipe_is_whole_lines(tmp_path):
+    lines = drive(tmp_path, "progress").splitlines()
+    assert len(lines) == 2
+    assert lines[0].startswith("100.0% 1.0000 ms 0:00:00 left step ")
+    assert "cells 720 particles 2880 level 4" in lines[0]
+    assert "G/Gref" not in lines[0] and "energy" not in lines[0]
+    assert re.fullmatch(r"ran 0:00:0\d", lines[1])
+
+
+def test_progress_on_a_terminal_is_one_refreshed_line(tmp_path):
+    terminal, descriptor = pty.openpty()
+    subprocess.run([DRIVER, tmp_path, "progress"], check=True, stdout=descriptor)
+    os.close(descriptor)
+    text = os.read(terminal, 65536).decode()
+    os.close(terminal)
+    shown = [re.sub(r"\x1b\[\?7[hl]|\x1b\[K", "", line) for line in re.split(r"\r(?!\n)", text) if line]
+    assert 2 <= len(shown) <= 4
+    assert "G/Gref 1.2870" in shown[0] and "energy -1.2E-06" in shown[0]
+    assert all(len(line) <= 110 for line in shown[:-1])
+    assert text.count("\n") == 2
+
+
+def test_quiet_progress_prints_nothing(tmp_path):
+    assert drive(tmp_path, "quiet") == ""

@@ -1,0 +1,115 @@
+"""Comparing two results: what counts as a difference, what is named, and the exit codes."""
+
+import numpy as np
+import pytest
+
+from synthetic import dcb, write_result
+
+
+@pytest.fixture
+def against(tmp_path, script, dcb_file):
+    """Compare the complete result with one of other columns; the row of each column is found by its name."""
+    def call(columns, *options):
+        other = write_result(tmp_path / "b.h5", columns)
+        result = script("compare.py", dcb_file, other, *options)
+        return result, {line.split()[0]: line for line in result.stdout.splitlines()}
+    return call
+
+
+def changed(name, values):
+    return {**dcb(), name: values}
+
+
+def test_equal_results(against):
+    result, rows = against(dcb())
+    assert result.returncode == 0 and rows["G_nodal_force_I"].endswith("equal")
+    assert against(dcb(), "--exact")[0].returncode == 0
+
+
+def test_the_largest_difference_and_its_time_are_shown(against):
+    opening = dcb()["crack_opening"].copy()
+    opening[300] += 1e-9
+    result, rows = against(changed("crack_opening", opening))
+    assert result.returncode == 1 and "1 of 6 columns differ" in result.stdout
+    assert rows["crack_opening"].split() == ["crack_opening", "1.000e-09", "0.0003", "1e-09", "rel", "DIFFERS"]
+
+
+def test_tolerance_belongs_to_the_largest_value_of_the_column(against):
+    """1e-3 of the maximum, added where the column is zero: 0.9e-3 is refused, 1.1e-3 is not."""
+    energy = dcb()["kinetic_energy"].copy()
+    energy[0] += 1e-3 * np.max(np.abs(energy))
+    other = changed("kinetic_energy", energy)
+    assert against(other, "--rtol", "0.9e-3")[0].returncode == 1
+    assert against(other, "--rtol", "1.1e-3")[0].returncode == 0
+    assert against(other, "--rtol", "0", "--atol", "1.1e-9")[0].returncode == 0
+
+
+def test_a_column_may_have_its_own_tolerance(against):
+    other = dcb(factor=1.05)
+    assert against(other)[0].returncode == 1
+    assert against(other, "--tolerance", "G_*=0.06")[0].returncode == 0
+    assert against(other, "--tolerance", "G_*=0.06", "--tolerance", "G_nodal_force_I=0,1e-9")[0].returncode == 1
+
+
+def test_columns_may_be_chosen_or_ignored(against):
+    other = dcb(factor=1.05)
+    assert against(other, "--columns", "time", "crack_opening")[0].returncode == 0
+    assert against(other, "--ignore", "G_*")[0].returncode == 0
+
+
+def test_missing_columns_are_named(against):
+    other = dcb()
+    del other["step"]
+    other["extra"] = other["time"]
+    result, rows = against(other)
+    assert result.returncode == 1
+    assert rows["step"].endswith("missing in B") and rows["extra"].endswith("missing in A")
+
+
+def test_different_lengths_are_named(against):
+    result, rows = against(dcb(samples=601))
+    assert result.returncode == 1 and rows["step"].endswith("A has 1201 samples, B has 601")
+
+
+def test_interpolation_onto_other_times(against):
+    assert against(dcb(samples=4801), "--interpolate", "--ignore", "step", "--rtol", "1e-12")[0].returncode == 0
+    result, rows = against(dcb(samples=997), "--interpolate", "--ignore", "step", "--rtol", "1e-3")
+    assert result.returncode == 0
+    assert not rows["crack_opening"].split()[1] == "0"
+
+
+def test_interpolation_does_not_hide_a_run_that_ended_early(against):
+    result, _ = against(dcb(samples=1001, end=1e-3), "--interpolate", "--ignore", "step")
+    assert result.returncode == 1 and "B covers 0 to 0.001 s, A 0 to 0.0012 s" in result.stdout
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_values_that_are_not_finite_differ_whatever_the_tolerance(against, value):
+    opening = dcb()["crack_opening"].copy()
+    opening[5] = value
+    assert against(changed("crack_opening", opening), "--rtol", "1e9")[0].returncode == 1
+
+
+def test_exact_sees_the_last_bit_and_the_type(against):
+    opening = dcb()["crack_opening"].copy()
+    opening[7] = np.nextafter(opening[7], 1)
+    other = changed("crack_opening", opening)
+    assert against(other)[0].returncode == 0
+    result, rows = against(other, "--exact")
+    assert result.returncode == 1 and rows["crack_opening"].endswith("DIFFERS")
+    result, rows = against(changed("step", dcb()["step"].astype(np.int64)), "--exact")
+    assert result.returncode == 1 and rows["step"].endswith("A is int32, B is int64")
+
+
+@pytest.mark.parametrize("options, words", [
+    (["--columns", "none"], "no column 'none'"), (["--tolerance", "none=1"], "no column 'none'"),
+    (["--tolerance", "step"], "not NAME=RTOL"), (["--rtol", "-1"], "not a number >= 0"),
+    (["--ignore", "*"], "nothing is left"), (["--exact", "--interpolate"], "exclude each other")])
+def test_senseless_requests_exit_with_2(against, options, words):
+    result, _ = against(dcb(), *options)
+    assert result.returncode == 2 and words in result.stderr
+
+
+def test_unreadable_files_exit_with_4(script, dcb_file, tmp_path):
+    result = script("compare.py", dcb_file, tmp_path / "none.h5")
+    assert result.returncode == 4 and "none.h5: no such file" in result.stderr

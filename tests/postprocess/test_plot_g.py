@@ -1,0 +1,107 @@
+"""Pictures of G(t)/G_ref: written, non-trivial, in every format; mistakes named."""
+
+import h5py
+import matplotlib.colors
+import matplotlib.image
+import numpy as np
+import pytest
+
+import plot_g
+from history import History
+from synthetic import G_REF, dcb, write_result
+
+
+def test_default_picture_stands_beside_the_first_file(program, dcb_file):
+    result = program("plot_g.py", dcb_file)
+    picture = dcb_file.with_name("dcb_G.png")
+    assert result.returncode == 0 and result.stdout.strip() == str(picture)
+    pixels = matplotlib.image.imread(picture)[..., :3]
+    assert pixels.shape[0] > 700 and pixels.shape[1] > 1000
+    for colour in plot_g.COLOURS[:2]:
+        assert share(pixels, colour) > 1e-3
+    assert share(pixels, plot_g.COLOURS[2]) < 1e-4
+
+
+def share(pixels, colour):
+    """Part of the picture that has this colour."""
+    return np.mean(np.all(np.abs(pixels - matplotlib.colors.to_rgb(colour)) < 0.02, axis=2))
+
+
+@pytest.mark.parametrize("suffix, start", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
+def test_format_follows_the_suffix(script, dcb_file, suffix, start):
+    picture = dcb_file.with_name(f"g.{suffix}")
+    assert script("plot_g.py", dcb_file, "--output", picture).returncode == 0
+    assert picture.read_bytes().startswith(start)
+
+
+def test_labels_name_files_estimators_lines_and_units(script, dcb_file, tmp_path):
+    (tmp_path / "other").mkdir()
+    other = write_result(tmp_path / "other" / "dcb.h5")
+    curve = tmp_path / "curve.csv"
+    curve.write_text("# t_s, G\n0,0\n1e-3,1\n1.2e-3,0.5\n")
+    picture = tmp_path / "g.svg"
+    result = script("plot_g.py", dcb_file, other, "--estimator", "nodal_force_I", "--converged", 1.28737, "--reference",
+                    curve, "--time-unit", "us", "--lowpass", 5e4, "--title", "Two beams", "--output", picture)
+    assert result.returncode == 0, result.stderr
+    text = picture.read_text()
+    for label in ["other/dcb: nodal force I", f"{tmp_path.name}/dcb: nodal force I", "reference: curve",
+                  "beam on elastic foundation: 1.284", "converged static value: 1.287", "Two beams, below 50 kHz", "µs"]:
+        assert label in text
+    assert "stress closure" not in text
+
+
+def test_curves_are_g_over_g_ref_in_the_unit_of_time(dcb_file):
+    options = plot_g.parse([str(dcb_file), "--time-unit", "ms"])
+    axes = plot_g.draw([History(dcb_file)], options).axes[0]
+    t, g = axes.lines[0].get_data()
+    np.testing.assert_allclose(t, dcb()["time"] * 1e3)
+    np.testing.assert_allclose(g, dcb()["G_nodal_force_I"] / G_REF)
+
+
+def test_six_curves_have_six_colours(tmp_path):
+    files = [str(write_result(tmp_path / f"{name}.h5")) for name in "abc"]
+    axes = plot_g.draw([History(file) for file in files], plot_g.parse(files)).axes[0]
+    assert len({line.get_color() for line in axes.lines[:6]}) == 6
+    assert len(axes.lines) == 7  # and one line for the beam that all share
+
+
+def broken(tmp_path, kind):
+    path = tmp_path / f"{kind}.h5"
+    if kind == "text":
+        path.write_text("not HDF5")
+    elif kind == "no_history":
+        h5py.File(path, "w").close()
+    elif kind == "no_g_ref":
+        write_result(path, g_ref=None)
+    elif kind == "empty":
+        write_result(path, {name: values[:0] for name, values in dcb().items()})
+    return path
+
+
+@pytest.mark.parametrize("kind, code, words", [
+    ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_history", 4, "no group /history"),
+    ("no_g_ref", 2, "no attribute G_ref"), ("empty", 4, "no samples")])
+def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
+    path = broken(tmp_path, kind)
+    result = script("plot_g.py", path)
+    assert result.returncode == code
+    assert words in result.stderr and str(path) in result.stderr and len(result.stderr.splitlines()) == 1
+    assert not list(tmp_path.glob("*.png"))
+
+
+@pytest.mark.parametrize("arguments, code, words", [
+    (["--estimator", "nodal"], 2, "it has G_nodal_force_I"), (["--lowpass", "-1"], 2, "not a positive number"),
+    (["--output", "g.doc"], 2, "does not end in .png"), (["--output", "/nowhere/at/all.png"], 4, "cannot be written"),
+    (["--reference", "/nowhere.csv"], 4, "/nowhere.csv"), (["--reference", __file__], 4, "not rows of time")])
+def test_requests_that_cannot_be_met(script, dcb_file, arguments, code, words):
+    result = script("plot_g.py", dcb_file, *arguments)
+    assert result.returncode == code and words in result.stderr
+
+
+@pytest.mark.parametrize("name, option", [
+    ("plot_g.py", "--estimator"), ("export.py", "--columns"), ("compare.py", "--rtol")])
+def test_help_and_errors_of_the_programs(program, name, option):
+    result = program(name, "--help")
+    assert result.returncode == 0 and option in result.stdout
+    result = program(name, *["none.h5"] * (2 if name == "compare.py" else 1))
+    assert (result.returncode, result.stderr) == (4, f"{name}: none.h5: no such file\n")

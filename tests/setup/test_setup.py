@@ -1,0 +1,170 @@
+"""tools/setup.sh on machines it does not run on: every command it finds is a stub that notes how it was called."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+SETUP = Path(__file__).resolve().parents[2] / "tools" / "setup.sh"
+ORDINARY = ["cat", "chmod", "cksum", "cp", "dirname", "env", "mkdir", "mktemp", "rm", "sed", "sh", "tr"]
+LIBRARIES = ["liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libhdf5-dev"]
+PYTHON = """case $1 in
+    -c) exit 0 ;;
+    -m) [ "$2" != venv ] || { for folder; do :; done; mkdir -p "$folder/bin"; cp "$0" "$folder/bin/python"; } ;;
+esac"""
+
+
+class Machine:
+    """A project folder and a PATH that holds stubs and the ordinary commands only."""
+
+    def __init__(self, folder):
+        self.folder, self.bin = folder, folder / "bin"
+        self.log = folder / "calls"
+        (folder / "project" / "tools").mkdir(parents=True)
+        self.bin.mkdir()
+        shutil.copy(SETUP, folder / "project" / "tools")
+        self.require("numpy==2.2.6\n")
+        for name in ORDINARY:
+            (self.bin / name).symlink_to(shutil.which(name))
+        for name in ["gfortran", "make", "gnuplot"]:
+            self.stub(name)
+        self.stub("python3", PYTHON)
+        self.stub("id", "echo 1000")
+
+    def require(self, text):
+        (self.folder / "project" / "requirements.txt").write_text(text)
+
+    def stub(self, name, body="", code=0):
+        path = self.bin / name
+        path.write_text(f'#!/bin/sh\necho "${{0##*/}} $*" >>"{self.log}"\n{body}\nexit {code}\n')
+        path.chmod(0o755)
+
+    def debian(self, *installed):
+        self.stub("dpkg-query", f"printf '%s' '{''.join(f'{name}:installed ' for name in installed)}'")
+        self.stub("apt-get", 'echo "frontend $DEBIAN_FRONTEND" >>"$0.env"')
+
+    def remove(self, name):
+        (self.bin / name).unlink()
+
+    def run(self, *arguments):
+        return subprocess.run([self.folder / "project/tools/setup.sh", *arguments], env={"PATH": str(self.bin)},
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+
+    def calls(self, name):
+        """Arguments of every call of a command so far."""
+        lines = self.log.read_text().splitlines() if self.log.exists() else []
+        return [line.partition(" ")[2] for line in lines if line.split()[0] == name]
+
+
+@pytest.fixture
+def machine(tmp_path):
+    return Machine(tmp_path)
+
+
+def test_what_is_present_is_not_installed_again(machine):
+    machine.debian(*LIBRARIES)
+    first = machine.run()
+    assert first.returncode == 0, first.stderr
+    assert len(machine.calls("python")) == 1 and "-r" in machine.calls("python")[0]
+    second = machine.run()
+    assert (second.returncode, second.stdout, second.stderr) == (0, "", "")
+    assert len(machine.calls("python")) == 1 and machine.calls("apt-get") == []
+
+
+def test_new_requirements_are_installed(machine):
+    machine.debian(*LIBRARIES)
+    machine.run()
+    machine.require("numpy==2.2.6\nh5py==3.14.0\n")
+    assert machine.run().returncode == 0 and len(machine.calls("python")) == 2
+
+
+def test_root_installs_only_what_is_missing(machine):
+    machine.debian("liblapack-dev", "libhdf5-dev")
+    machine.stub("id", "echo 0")
+    machine.remove("gnuplot")
+    assert machine.run().returncode == 0
+    assert machine.calls("apt-get") == [
+        "-qq update", "-qq install -y --no-install-recommends gnuplot-nox libopenblas-dev libsuitesparse-dev"]
+    assert (machine.bin / "apt-get.env").read_text() == "frontend noninteractive\n" * 2
+
+
+def test_another_build_of_openblas_is_accepted(machine):
+    machine.debian("liblapack-dev", "libhdf5-dev", "libsuitesparse-dev", "libopenblas-openmp-dev")
+    assert machine.run().returncode == 0 and machine.calls("apt-get") == []
+
+
+def test_a_package_removed_but_configured_is_missing(machine):
+    machine.debian(*LIBRARIES[:-1])
+    machine.stub("dpkg-query", f"printf '%s' '{':installed '.join(LIBRARIES)}:config-files '")
+    assert machine.run("--check").stdout.splitlines()[0] == "libhdf5-dev"
+
+
+def test_sudo_without_a_password_is_used(machine):
+    machine.debian(*LIBRARIES[1:])
+    machine.stub("sudo", 'shift; "$@"')
+    assert machine.run().returncode == 0
+    assert machine.calls("apt-get")[-1] == "-qq install -y --no-install-recommends liblapack-dev"
+    assert all(call.startswith("-n ") for call in machine.calls("sudo"))
+
+
+@pytest.mark.parametrize("sudo", ["absent", "asks for a password"])
+def test_without_rights_the_missing_packages_are_named(machine, sudo):
+    machine.debian(*LIBRARIES[1:])
+    if sudo != "absent":
+        machine.stub("sudo", code=1)
+    result = machine.run()
+    assert result.returncode == 1
+    assert "missing: liblapack-dev" in result.stderr and "apt-get install" in result.stderr
+    assert machine.calls("apt-get") == [] and machine.calls("python") == []
+
+
+def test_a_failed_installation_ends_the_script(machine):
+    machine.debian()
+    machine.stub("id", "echo 0")
+    machine.stub("apt-get", code=100)
+    assert machine.run().returncode != 0
+    assert len(machine.calls("apt-get")) == 1 and machine.calls("python") == []
+
+
+def test_failed_python_packages_are_tried_again(machine):
+    machine.debian(*LIBRARIES)
+    machine.stub("python3", PYTHON + '\ncase $0 in *.venv*) exit 1 ;; esac')
+    assert machine.run().returncode != 0
+    machine.stub("python3", PYTHON)
+    assert machine.run().returncode == 0 and len(machine.calls("python")) == 2
+
+
+def test_other_systems_are_told_what_is_missing(machine):
+    machine.stub("gfortran", 'case $* in *-lumfpack*) exit 1 ;; esac')
+    machine.remove("make")
+    result = machine.run()
+    assert result.returncode == 1
+    assert "missing: make libsuitesparse-dev \n" in result.stderr and "package manager of this system" in result.stderr
+
+
+def test_other_systems_that_have_everything_get_the_python_packages(machine):
+    result = machine.run()
+    assert result.returncode == 0, result.stderr
+    assert len(machine.calls("python")) == 1
+
+
+def test_check_lists_and_changes_nothing(machine):
+    machine.debian(*LIBRARIES[1:])
+    result = machine.run("--check")
+    assert result.returncode == 1
+    assert result.stdout.splitlines() == ["liblapack-dev", ".venv with the packages of requirements.txt"]
+    assert machine.calls("apt-get") == [] and not (machine.folder / "project" / ".venv").exists()
+
+
+def test_check_is_silent_when_all_is_there(machine):
+    machine.debian(*LIBRARIES)
+    machine.run()
+    result = machine.run("--check")
+    assert (result.returncode, result.stdout) == (0, "")
+
+
+def test_usage(machine):
+    assert "--check" in machine.run("--help").stdout
+    result = machine.run("--chekc")
+    assert result.returncode == 2 and "--check" in result.stderr

@@ -1,0 +1,151 @@
+#!/bin/sh
+# Install what hampm needs and what is missing: compiler and libraries, then the Python environment .venv.
+#
+#     tools/setup.sh           install
+#     tools/setup.sh --check   only list what is missing; exit code 1 if anything is
+#
+# What is present is left alone, so that a second run does nothing. On Debian and Ubuntu the packages are installed with
+# apt-get, as root or through sudo; elsewhere, or without these rights, they are named and the exit code is 1.
+set -eu
+
+packages="gfortran make gnuplot-nox liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5-dev"
+root=$(cd "$(dirname "$0")/.." && pwd)
+requirements=$root/requirements.txt
+stamp=$root/.venv/requirements.cksum
+
+main() {
+    case "$*" in
+        "")
+            install_packages
+            install_python
+            ;;
+        --check) check ;;
+        --help) usage ;;
+        *)
+            usage >&2
+            exit 2
+            ;;
+    esac
+}
+
+usage() { sed -n '2,8s/^# \{0,1\}//p' "$0"; }
+
+has_command() { command -v "$1" >/dev/null 2>&1; }
+
+# --- packages ---------------------------------------------------------------------------------------------------------
+
+missing_packages() {
+    if has_command dpkg-query; then
+        # shellcheck disable=SC2016 # dpkg-query fills these in
+        installed=" $(dpkg-query -W -f '${Package}:${db:Status-Status} ' 2>/dev/null || true)"
+    else
+        installed=
+    fi
+    for package in $packages; do
+        is_present "$package" || echo "$package"
+    done
+    python_is_ready || [ -n "$(find_python)" ] || printf '%s\n' python3 python3-venv
+}
+
+# A package counts as present when one that provides the same is.
+is_present() {
+    case $1 in
+        gfortran | make) has_command "$1" ;;
+        gnuplot-nox) has_command gnuplot ;;
+        libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
+        liblapack-dev) any_installed liblapack-dev || links lapack ;;
+        libsuitesparse-dev) any_installed libsuitesparse-dev || links umfpack ;;
+        libhdf5-dev) any_installed libhdf5-dev || links hdf5_fortran ;;
+    esac
+}
+
+any_installed() {
+    for name in "$@"; do
+        case $installed in *" $name:installed "*) return 0 ;; esac
+    done
+    return 1
+}
+
+# Without dpkg-query: can an empty program be linked with this library?
+links() {
+    if has_command dpkg-query || ! has_command gfortran; then
+        return 1
+    fi
+    scratch=$(mktemp -d)
+    echo end >"$scratch/empty.f90"
+    status=0
+    gfortran "$scratch/empty.f90" -o "$scratch/empty" "-l$1" >/dev/null 2>&1 || status=1
+    rm -r "$scratch"
+    return $status
+}
+
+install_packages() {
+    missing=$(missing_packages | tr '\n' ' ')
+    [ -n "$missing" ] || return 0
+    if ! has_command dpkg-query || ! has_command apt-get; then
+        fail "missing: $missing" \
+            "These are the names in Debian; install what provides them with the package manager of this system."
+    elif [ "$(id -u)" = 0 ]; then
+        apt env
+    elif has_command sudo && sudo -n true 2>/dev/null; then
+        apt sudo -n env
+    elif has_command sudo && [ -t 0 ]; then
+        apt sudo env
+    else
+        fail "missing: $missing" "Only root can install them: apt-get install --no-install-recommends $missing"
+    fi
+}
+
+# Install $missing; the arguments are the command that apt-get is run through.
+apt() {
+    echo "installing $missing"
+    "$@" DEBIAN_FRONTEND=noninteractive apt-get -qq update
+    # shellcheck disable=SC2086 # a list of words
+    "$@" DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends $missing
+}
+
+fail() {
+    printf 'setup.sh: %s\n' "$@" >&2
+    exit 1
+}
+
+# --- Python -----------------------------------------------------------------------------------------------------------
+
+# The first Python that is new enough and can make environments with pip.
+find_python() {
+    for python in python3 /usr/bin/python3 python3.13 python3.12 python3.11 python3.10; do
+        if "$python" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1; then
+            echo "$python"
+            return
+        fi
+    done
+}
+
+python_is_ready() {
+    [ -x "$root/.venv/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(cksum <"$requirements")" ]
+}
+
+install_python() {
+    if python_is_ready; then
+        return 0
+    fi
+    python=$(find_python)
+    [ -n "$python" ] || fail "no python3 >= 3.10 with the modules venv and ensurepip"
+    echo "installing the Python packages of requirements.txt into .venv"
+    "$python" -m venv --clear "$root/.venv"
+    "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$requirements"
+    cksum <"$requirements" >"$stamp"
+}
+
+# --- check ------------------------------------------------------------------------------------------------------------
+
+check() {
+    missing=$(missing_packages)
+    python_is_ready || missing="$missing
+.venv with the packages of requirements.txt"
+    [ -n "$missing" ] || return 0
+    echo "$missing" | sed '/^$/d'
+    return 1
+}
+
+main "$@"
