@@ -57,7 +57,10 @@ clean:  ## remove what was built; results stay
 $(O)/hampm: $(O)/main.o $(LIBRARY)
 	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
 
-$(UNIT_PROGRAMS) $(O)/bench_step: $(O)/%: $(O)/%.o $(O)/harness.o $(LIBRARY)
+$(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(O)/harness.o $(LIBRARY)
+	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
+
+$(O)/bench_step: $(O)/%: $(O)/%.o $(LIBRARY)
 	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
 
 # A changed flag, here or on the command line, builds everything anew.

@@ -4,7 +4,7 @@ module hampm_threads
    !$ use omp_lib, only: omp_set_num_threads, omp_get_max_threads, omp_get_num_procs
    implicit none
    private
-   public :: use_threads, thread_count, host_name
+   public :: use_threads, thread_count, processor_count, host_name
 
    integer, parameter :: particles_per_thread = 50000   !! with fewer, a further thread costs more than it gives
 
@@ -25,8 +25,7 @@ contains
       integer :: n
       n = wanted
       if (n == 0) then
-         n = max(1, particles/particles_per_thread)
-         !$ n = min(n, omp_get_num_procs())
+         n = min(max(1, particles/particles_per_thread), processor_count())
       end if
       !$ call omp_set_num_threads(n)
    end subroutine use_threads
@@ -36,6 +35,12 @@ contains
       thread_count = 1
       !$ thread_count = omp_get_max_threads()
    end function thread_count
+
+   !> Number of processors that this program may use.
+   integer function processor_count()
+      processor_count = 1
+      !$ processor_count = omp_get_num_procs()
+   end function processor_count
 
    !> Name of this computer, '' where it has none.
    function host_name() result(name)

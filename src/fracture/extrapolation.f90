@@ -2,7 +2,7 @@
 module hampm_extrapolation
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
-   use hampm_grid, only: grid_t
+   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
@@ -31,29 +31,27 @@ contains
       type(patch_t), intent(out) :: patch
       real(dp) :: xi(ndim), dn(corners, ndim)
       integer :: k, i, c, e, local(corners), room
-      room = 0
-      do k = grid%node_start(node), grid%node_start(node + 1) - 1
-         e = grid%node_element(k)
-         room = room + p%cell_start(e + 1) - p%cell_start(e)
-      end do
-      allocate (patch%particle(room), patch%gradient(ndim, room))
-      allocate (patch%shape(most_nodes, room), source=0.0_dp)
-      patch%n_nodes = 1
-      patch%node(1) = node
-      do k = grid%node_start(node), grid%node_start(node + 1) - 1
-         e = grid%node_element(k)
-         do c = 1, corners
-            call local_number(patch, grid%element_nodes(c, e), local(c))
+      associate (slots => pack(grid%node_slot(:, node), grid%node_slot(:, node) > 0))
+         room = sum([(p%cell_start(element_of_slot(slots(k)) + 1) - p%cell_start(element_of_slot(slots(k))), k=1, size(slots))])
+         allocate (patch%particle(room), patch%gradient(ndim, room))
+         allocate (patch%shape(most_nodes, room), source=0.0_dp)
+         patch%n_nodes = 1
+         patch%node(1) = node
+         do k = 1, size(slots)
+            e = element_of_slot(slots(k))
+            do c = 1, corners
+               call local_number(patch, grid%element_nodes(c, e), local(c))
+            end do
+            do i = p%cell_start(e), p%cell_start(e + 1) - 1
+               xi = inside_cell(grid%local_coordinate(e, p%position(i)))
+               dn = shape_gradients(xi, 1/grid%element_size(e))
+               patch%n = patch%n + 1
+               patch%particle(patch%n) = i
+               patch%shape(local, patch%n) = shape_functions(xi)
+               patch%gradient(:, patch%n) = dn(corner_of_slot(slots(k)), :)
+            end do
          end do
-         do i = p%cell_start(e), p%cell_start(e + 1) - 1
-            xi = inside_cell(grid%local_coordinate(e, p%position(i)))
-            dn = shape_gradients(xi, 1/grid%element_size(e))
-            patch%n = patch%n + 1
-            patch%particle(patch%n) = i
-            patch%shape(local, patch%n) = shape_functions(xi)
-            patch%gradient(:, patch%n) = dn(grid%node_corner(k), :)
-         end do
-      end do
+      end associate
    end subroutine patch_around
 
    !> Number of a node within the patch; a new node gets the next number.

@@ -5,6 +5,7 @@
 !> displacement gradients below `small_gradient`; larger ones are for `hampm_neo_hookean`.
 module hampm_linear_elastic
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: trace
    implicit none
    private
    public :: linear_stress, linear_energy_density, small_gradient
@@ -21,10 +22,7 @@ contains
       real(dp) :: stress(ndim, ndim)
       real(dp) :: pressure
       integer :: i, j
-      pressure = 0
-      do i = 1, ndim
-         pressure = pressure + lambda*h(i, i)
-      end do
+      pressure = lambda*trace(h)
       do j = 1, ndim
          do i = 1, ndim
             stress(i, j) = mu*(h(i, j) + h(j, i))

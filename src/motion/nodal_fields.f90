@@ -3,7 +3,7 @@
 module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_grid, only: grid_t
+   use hampm_grid, only: grid_t, element_of_slot
    use hampm_particles, only: particles_t
    implicit none
    private
@@ -28,9 +28,10 @@ module hampm_nodal_fields
       real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_nodes, 3)
       integer, allocatable :: active(:)                 !! nodes of occupied cells, ascending, (n_active)
       integer :: n_active = 0
-      real(dp), allocatable :: cell_mass(:, :)          !! share of a cell in `mass`, (corners, n_elements)
-      real(dp), allocatable :: cell_momentum(:, :, :)   !! share in `momentum`, (ndim, corners, n_elements)
-      real(dp), allocatable :: cell_force(:, :, :)      !! share in `internal_force`, (ndim, corners, n_elements)
+      ! Shares of the cells in the nodal sums, by corner and element as `node_slot` counts them; slot 0 stays zero
+      real(dp), allocatable :: cell_mass(:)             !! share in `mass`, (0:corners*n_elements)
+      real(dp), allocatable :: cell_momentum(:, :)      !! share in `momentum`, (ndim, 0:corners*n_elements)
+      real(dp), allocatable :: cell_force(:, :)         !! share in `internal_force`, (ndim, 0:corners*n_elements)
       real(dp), allocatable :: cell_audit(:, :)         !! workspace of the sweeps for the audit, (2, n_elements)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of `accelerate`: sums over blocks of active nodes,
                                                         !! (2, number of blocks)
@@ -46,9 +47,9 @@ contains
       integer :: status
       associate (n => grid%n_nodes, m => grid%n_elements)
          allocate (f%mass(n), f%momentum(ndim, n), f%internal_force(ndim, n), f%external_force(ndim, n), &
-                   f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%active(n), f%cell_mass(corners, m), &
-                   f%cell_momentum(ndim, corners, m), &
-                   f%cell_force(ndim, corners, m), f%cell_audit(2, m), f%partial_power(2, n/nodes_per_block + 1), &
+                   f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%active(n), f%cell_mass(0:corners*m), &
+                   f%cell_momentum(ndim, 0:corners*m), f%cell_force(ndim, 0:corners*m), f%cell_audit(2, m), &
+                   f%partial_power(2, n/nodes_per_block + 1), &
                    stat=status)
       end associate
       if (status /= 0) then
@@ -61,6 +62,9 @@ contains
       f%external_force = 0
       f%acceleration = 0
       f%velocity = 0
+      f%cell_mass = 0
+      f%cell_momentum = 0
+      f%cell_force = 0
    end subroutine new_nodal_fields
 
    !> After a sort: list the nodes of occupied cells, and clear the sums of the cells without particles.
@@ -68,76 +72,80 @@ contains
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(nodal_fields_t), intent(inout) :: f
-      integer :: node, e, k
+      integer :: node, c, e, slot
       do e = 1, grid%n_elements
          if (p%cell_start(e + 1) > p%cell_start(e)) cycle
-         f%cell_mass(:, e) = 0
-         f%cell_momentum(:, :, e) = 0
-         f%cell_force(:, :, e) = 0
+         do slot = corners*(e - 1) + 1, corners*e
+            f%cell_mass(slot) = 0
+            f%cell_momentum(:, slot) = 0
+            f%cell_force(:, slot) = 0
+         end do
       end do
       f%n_active = 0
       do node = 1, grid%n_nodes
-         do k = grid%node_start(node), grid%node_start(node + 1) - 1
-            e = grid%node_element(k)
-            if (p%cell_start(e + 1) > p%cell_start(e)) then
-               f%n_active = f%n_active + 1
-               f%active(f%n_active) = node
-               exit
-            end if
+         do c = 1, corners
+            slot = grid%node_slot(c, node)
+            if (slot == 0) exit
+            e = element_of_slot(slot)
+            if (p%cell_start(e + 1) == p%cell_start(e)) cycle
+            f%n_active = f%n_active + 1
+            f%active(f%n_active) = node
+            exit
          end do
       end do
    end subroutine find_active_nodes
 
-   !> Sum the cells' shares of mass and momentum at each active node.
+   !> Sum the cells' shares of mass and momentum at each active node, always in the order of the cells.
    subroutine gather_mass_and_momentum(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_scalars(grid%node_start, grid%node_slot, f%n_active, f%active, f%cell_mass, f%mass)
-      call gather_vectors(grid%node_start, grid%node_slot, f%n_active, f%active, f%cell_momentum, f%momentum)
+      call gather_motion(f%n_active, f%active, grid%node_slot, f%cell_mass, f%cell_momentum, f%mass, f%momentum)
    end subroutine gather_mass_and_momentum
 
    !> Sum the cells' shares of the internal force at each active node.
    subroutine gather_internal_force(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_vectors(grid%node_start, grid%node_slot, f%n_active, f%active, f%cell_force, f%internal_force)
+      call gather_vectors(f%n_active, f%active, grid%node_slot, f%cell_force, f%internal_force)
    end subroutine gather_internal_force
 
-   !> Nodal scalars from the cells' shares, always summed in the order of the cells.
-   subroutine gather_scalars(node_start, node_slot, n_active, active, share, nodal)
-      integer, intent(in) :: node_start(*), node_slot(*)
+   !> Nodal masses and momenta from the cells' shares.
+   subroutine gather_motion(n_active, active, node_slot, mass_share, momentum_share, mass, momentum)
       integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
-      real(dp), intent(in) :: share(*)                  !! (corners*n_elements)
-      real(dp), intent(inout) :: nodal(*)               !! (n_nodes)
-      integer :: a, node, k
-      real(dp) :: total
-      !$omp parallel do schedule(static) private(node, k, total)
+      integer, intent(in) :: node_slot(corners, *)
+      real(dp), intent(in) :: mass_share(0:*), momentum_share(ndim, 0:*)  !! by slot, see `grid_t`
+      real(dp), intent(inout) :: mass(*), momentum(ndim, *)               !! by node
+      integer :: a, c, slot
+      real(dp) :: m, p(ndim)
+      !$omp parallel do schedule(static) private(m, p, c, slot)
       do a = 1, n_active
-         node = active(a)
-         total = 0
-         do k = node_start(node), node_start(node + 1) - 1
-            total = total + share(node_slot(k))
+         m = 0
+         p = 0
+         do c = 1, corners
+            slot = node_slot(c, active(a))
+            m = m + mass_share(slot)
+            p = p + momentum_share(:, slot)
          end do
-         nodal(node) = total
+         mass(active(a)) = m
+         momentum(:, active(a)) = p
       end do
-   end subroutine gather_scalars
+   end subroutine gather_motion
 
-   !> As `gather_scalars`, of vectors.
-   subroutine gather_vectors(node_start, node_slot, n_active, active, share, nodal)
-      integer, intent(in) :: node_start(*), node_slot(*)
+   !> Nodal vectors from the cells' shares.
+   subroutine gather_vectors(n_active, active, node_slot, share, nodal)
       integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
-      real(dp), intent(in) :: share(ndim, *)            !! (ndim, corners*n_elements)
-      real(dp), intent(inout) :: nodal(ndim, *)         !! (ndim, n_nodes)
-      integer :: a, node, k
+      integer, intent(in) :: node_slot(corners, *)
+      real(dp), intent(in) :: share(ndim, 0:*)          !! by slot, see `grid_t`
+      real(dp), intent(inout) :: nodal(ndim, *)         !! by node
+      integer :: a, c
       real(dp) :: total(ndim)
-      !$omp parallel do schedule(static) private(node, k, total)
+      !$omp parallel do schedule(static) private(total, c)
       do a = 1, n_active
-         node = active(a)
          total = 0
-         do k = node_start(node), node_start(node + 1) - 1
-            total = total + share(:, node_slot(k))
+         do c = 1, corners
+            total = total + share(:, node_slot(c, active(a)))
          end do
-         nodal(:, node) = total
+         nodal(:, active(a)) = total
       end do
    end subroutine gather_vectors
 end module hampm_nodal_fields

@@ -10,6 +10,7 @@ module hampm_step
                                  gather_mass_and_momentum, gather_internal_force
    use hampm_nodal_motion, only: velocity_from_momentum, accelerate
    use hampm_particles, only: particles_t, sort_into_cells
+   use hampm_schemes, only: scheme_t, new_scheme
    use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
    use hampm_text, only: to_text
    implicit none
@@ -25,8 +26,9 @@ module hampm_step
       type(load_t), allocatable :: loads(:)
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
       logical :: audit = .false.                 !! whether to book the numerical loss
-      type(sweep_t), allocatable :: sweeps(:)    !! the scheme
+      type(scheme_t) :: scheme
       type(nodal_fields_t) :: fields
+      logical :: mapped = .false.                !! whether the cells hold the sums for the next step
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done
       real(dp) :: external_work = 0              !! work of the loads so far [J]
@@ -41,80 +43,61 @@ contains
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: scheme
       type(failure_t), intent(inout) :: failure
-      m%sweeps = sweeps_of_scheme(scheme)
+      m%scheme = new_scheme(scheme)
       if (.not. allocated(m%loads)) allocate (m%loads(0))
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%particles, m%fields)
    end subroutine start_motion
 
-   !> The sweeps of each scheme. They differ in when the stress, that is H, is updated in a step:
-   !>
-   !>   usf    first, with the velocities mapped from the particles at the start;
-   !>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
-   !>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
-   !>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
-   pure function sweeps_of_scheme(scheme) result(sweeps)
-      character(*), intent(in) :: scheme
-      type(sweep_t), allocatable :: sweeps(:)
-      type(sweep_t) :: map_motion, map_all, strain_and_map_force, kick_and_move, kick_and_map, strain_and_move, &
-                       kick_strain_and_move
-      map_motion = sweep_t(map_motion=.true.)
-      map_all = sweep_t(map_motion=.true., map_force=.true.)
-      strain_and_map_force = sweep_t(strain_fraction=1.0_dp, strain_by=at_start, map_force=.true.)
-      kick_and_move = sweep_t(kick=.true., move=.true.)
-      kick_and_map = sweep_t(kick=.true., map_motion=.true.)
-      strain_and_move = sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true.)
-      kick_strain_and_move = sweep_t(kick=.true., strain_fraction=1.0_dp, strain_by=new, move=.true.)
-      select case (scheme)
-      case ('usf')
-         sweeps = [map_motion, strain_and_map_force, kick_and_move]
-      case ('usl')
-         sweeps = [map_all, kick_strain_and_move]
-      case ('musl')
-         sweeps = [map_all, kick_and_map, strain_and_move]
-      case default
-         strain_and_map_force%strain_fraction = 0.5_dp
-         strain_and_move%strain_fraction = 0.5_dp
-         sweeps = [map_motion, strain_and_map_force, kick_and_map, strain_and_move]
-      end select
-   end function sweeps_of_scheme
-
-   !> Advance by one step `dt`. Fails where a particle leaves the grid, jumps, or is turned inside out.
+   !> Advance by one step `dt`. Fails where a particle leaves the grid or jumps.
    subroutine advance(m, dt, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      type(sweep_report_t) :: report
+      logical :: left_cell
       integer :: k
-      do k = 1, size(m%sweeps)
-         associate (sweep => m%sweeps(k))
-            call sweep_particles(sweep, dt, m%grid, m%materials, m%particles, m%fields, m%audit, report)
-            call check_sweep(m, report, failure)
-            if (failure%failed()) return
-            if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
-            if (sweep%map_motion) then
-               call gather_mass_and_momentum(m%grid, m%fields)
-               call find_velocity(m, after_kick=sweep%kick)
-            end if
-            if (sweep%map_force) then
-               call gather_internal_force(m%grid, m%fields)
-               call find_acceleration(m, dt)
-            end if
-         end associate
+      if (.not. m%mapped) call map_to_grid(m)
+      call find_velocity(m, at_start)
+      if (m%scheme%map_at_start%map_force) call find_acceleration(m, dt)
+      do k = 1, size(m%scheme%sweeps)
+         call sweep_and_book(m, m%scheme%sweeps(k), dt, left_cell, failure)
+         if (failure%failed()) return
+         if (m%scheme%sweeps(k)%map_motion) call find_velocity(m, mapped)
+         if (m%scheme%sweeps(k)%map_force) call find_acceleration(m, dt)
       end do
+      m%mapped = .not. left_cell
       m%time = m%time + dt
       m%steps = m%steps + 1
-      if (report%left_cell) call sort_particles(m, failure)
+      if (left_cell) call sort_particles(m, failure)
    end subroutine advance
 
-   !> Velocities from the mapped momentum: those at the start of the step, or those after the kick.
-   subroutine find_velocity(m, after_kick)
+   !> Map the particles to the grid at the start of a step, where the last step has not done so.
+   subroutine map_to_grid(m)
       type(motion_t), intent(inout) :: m
-      logical, intent(in) :: after_kick          !! whether the particles have their new velocities
-      integer :: which
-      which = at_start
-      if (after_kick) which = mapped
+      type(sweep_report_t) :: report
+      call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%grid, m%materials, m%particles, m%fields, .false., report)
+   end subroutine map_to_grid
+
+   !> Do one sweep, and book for the audit what it finds.
+   subroutine sweep_and_book(m, sweep, dt, left_cell, failure)
+      type(motion_t), intent(inout) :: m
+      type(sweep_t), intent(in) :: sweep
+      real(dp), intent(in) :: dt
+      logical, intent(out) :: left_cell
+      type(failure_t), intent(inout) :: failure
+      type(sweep_report_t) :: report
+      call sweep_particles(sweep, dt, m%grid, m%materials, m%particles, m%fields, m%audit, report)
+      left_cell = report%left_cell
+      if (report%jumped) call report_jump(m, failure)
+      if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
+   end subroutine sweep_and_book
+
+   !> Velocities of the nodes, `at_start` or `mapped`, from the momentum in the cells.
+   subroutine find_velocity(m, which)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: which
+      call gather_mass_and_momentum(m%grid, m%fields)
       call velocity_from_momentum(m%fields, which)
       call hold(m%constraints, m%fields%velocity(:, :, which))
    end subroutine find_velocity
@@ -124,6 +107,7 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       real(dp) :: damping_power, mapping_power
+      call gather_internal_force(m%grid, m%fields)
       call apply_loads(m%loads, m%time, m%grid, m%particles, m%fields%external_force)
       call accelerate(m%fields, m%constraints, m%damping_rate, dt, damping_power, mapping_power)
       m%external_work = m%external_work &
@@ -142,13 +126,11 @@ contains
       call follow_sort(m%loads, m%particles%new_place)
       m%fields%external_force = 0
    end subroutine sort_particles
-   !> Fail where a particle has moved further than a stable run would, naming it and the likely cause.
-   subroutine check_sweep(m, report, failure)
+   !> Fail because a particle has moved further than a stable run would, naming it and the likely cause.
+   subroutine report_jump(m, failure)
       type(motion_t), intent(in) :: m
-      type(sweep_report_t), intent(in) :: report
       type(failure_t), intent(inout) :: failure
       integer :: i
-      if (.not. report%jumped) return
       do i = 1, m%particles%n
          if (.not. has_jumped(m, i)) cycle
          call failure%report(exit_computation, 'step '//to_text(m%steps + 1)//', t = '//to_text(m%time)// &
@@ -157,7 +139,7 @@ contains
                              'the run is unstable, or a body is too fast for its cells; reduce &method courant')
          return
       end do
-   end subroutine check_sweep
+   end subroutine report_jump
 
    !> Whether a particle is no longer in its cell or one beside it.
    pure logical function has_jumped(m, i)

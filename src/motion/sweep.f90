@@ -1,18 +1,20 @@
 !> The one loop over the particles. A sweep visits each occupied cell, and in it each particle, once. It does what its
-!> `sweep_t` asks for, always in this order and with the shape functions at the particle's position before the sweep:
+!> `sweep_t` asks for, always in this order:
 !>
-!>   1. velocity: v <- v + a dt;
-!>   2. strain:   H <- H + dt L (I + H), L = grad of a nodal velocity;
-!>   3. map mass, momentum and internal force to the grid, from the new v and H: the sums over the particles of the
-!>      cell are kept beside the cell, to be gathered by node;
-!>   4. move:     u <- u + (v_i + a_i dt) dt, and look whether the particle has left its cell.
+!>   1. kick:   v <- v + a dt;
+!>   2. strain: H <- H + dt L (I + H), L = grad of a nodal velocity;
+!>   3. map:    mass and momentum, internal force to the grid, from the new v and H: the sums over the particles of the
+!>              cell are kept beside the cell, to be gathered by node;
+!>   4. move:   u <- u + (v_i + a_i dt) dt, and look whether the particle has left its cell;
+!>   5. map as in 3, now from the new positions, for the next step. It is void if any particle has left its cell.
 !>
-!> The schemes USF, USL, USAVG and MUSL are short lists of such sweeps (`hampm_step`). Cells do not share what they
+!> The schemes USF, USL, USAVG and MUSL are short lists of such sweeps (`hampm_schemes`). Cells do not share what they
 !> write: the result has the same bytes on any number of threads.
 module hampm_sweep
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: interpolate, interpolate_gradient, add_shares, add_divergence, inside_cell
    use hampm_grid, only: grid_t
+   use hampm_linear_elastic, only: linear_stress
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new
@@ -28,9 +30,11 @@ module hampm_sweep
       logical :: kick = .false.                  !! v <- v + a dt
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
       integer :: strain_by = at_start             !! which nodal velocity strains the particles
-      logical :: map_motion = .false.            !! mass and momentum to the grid
-      logical :: map_force = .false.             !! internal force to the grid
+      logical :: map_motion = .false.            !! mass and momentum to the grid, before moving
+      logical :: map_force = .false.             !! internal force to the grid, before moving
       logical :: move = .false.                  !! u <- u + (v_i + a_i dt) dt
+      logical :: map_moved_motion = .false.      !! mass and momentum to the grid, after moving
+      logical :: map_moved_force = .false.       !! internal force to the grid, after moving
    end type sweep_t
 
    !> What a sweep noticed and, for the energy audit, summed.
@@ -65,7 +69,7 @@ contains
                           grid%element_lower, grid%element_size, grid%element_nodes, p%cell_start, &
                           p%mass, p%volume, p%reference, p%displacement, p%velocity, p%gradient, p%material, &
                           f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
-                          f%cell_mass, f%cell_momentum, f%cell_force, f%cell_audit, left_cell, jumped)
+                          f%cell_mass(1), f%cell_momentum(1, 1), f%cell_force(1, 1), f%cell_audit, left_cell, jumped)
       end do
       report%left_cell = left_cell
       report%jumped = jumped
@@ -100,11 +104,11 @@ contains
       do k = 1, n_cells
          e = cells(k)
          size = element_size(e)
-         if (sweep%map_motion) then
+         if (sweep%map_motion .or. sweep%map_moved_motion) then
             cell_mass(:, e) = 0
             cell_momentum(:, :, e) = 0
          end if
-         if (sweep%map_force) cell_force(:, :, e) = 0
+         if (sweep%map_force .or. sweep%map_moved_force) cell_force(:, :, e) = 0
          if (audit) cell_audit(:, e) = 0
          do i = cell_start(e), cell_start(e + 1) - 1, batch
             n = min(batch, cell_start(e + 1) - i)
@@ -125,8 +129,12 @@ contains
                                                 cell_force(1, 1, e))
             if (sweep%move) then
                call take_corners(dt, new_velocity, element_nodes(:, e), at_corner)
-               call move(n, xi, 1/size, at_corner, displacement(1, i), left_cell, jumped)
+               call move(n, 1/size, at_corner, xi, displacement(1, i), left_cell, jumped)
             end if
+            if (sweep%map_moved_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), &
+                                                        cell_momentum(1, 1, e))
+            if (sweep%map_moved_force) call map_force(n, xi, 1/size, materials, material(i), volume(i), &
+                                                      gradient(1, 1, i), cell_force(1, 1, e))
          end do
       end do
    end subroutine sweep_cells
@@ -224,30 +232,39 @@ contains
       real(dp), intent(in) :: xi(ndim, n), inverse_size, volume(n), gradient(ndim, ndim, n)
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(inout) :: force_sum(ndim, corners)
-      real(dp) :: f(ndim, corners)
+      real(dp) :: f(ndim, corners), stress(ndim, ndim), weight
       integer :: i
       f = force_sum
       do i = 1, n
-         call add_divergence(xi(:, i), (-inverse_size*volume(i))*materials(material(i))%kirchhoff_stress(gradient(:, :, i)), f)
+         weight = -inverse_size*volume(i)
+         associate (m => materials(material(i)))
+            if (m%linear) then
+               stress = linear_stress(weight*m%lambda, weight*m%mu, gradient(:, :, i))
+            else
+               stress = weight*m%kirchhoff_stress(gradient(:, :, i))
+            end if
+         end associate
+         call add_divergence(xi(:, i), stress, f)
       end do
       force_sum = f
    end subroutine map_force
 
    !> u <- u + change, which is interpolated from the corners [m]; see whether particles leave the cell.
-   pure subroutine move(n, xi, inverse_size, change, displacement, left_cell, jumped)
+   pure subroutine move(n, inverse_size, change, xi, displacement, left_cell, jumped)
       integer, intent(in) :: n
-      real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners)
-      real(dp), intent(inout) :: displacement(ndim, n)
+      real(dp), intent(in) :: inverse_size, change(ndim, corners)
+      real(dp), intent(inout) :: xi(ndim, n), displacement(ndim, n)
       logical, intent(inout) :: left_cell, jumped
-      real(dp) :: du(ndim), xi_new(ndim)
+      real(dp) :: du(ndim), new_xi(ndim)
       integer :: i
       do i = 1, n
          du = interpolate(xi(:, i), change)
          displacement(:, i) = displacement(:, i) + du
-         xi_new = xi(:, i) + du*inverse_size
-         if (.not. all(xi_new >= 0 .and. xi_new < 1)) then
+         new_xi = xi(:, i) + du*inverse_size
+         xi(:, i) = inside_cell(new_xi)
+         if (.not. all(new_xi >= 0 .and. new_xi < 1)) then
             left_cell = .true.
-            jumped = jumped .or. .not. all(xi_new >= -1 .and. xi_new < 2)
+            jumped = jumped .or. .not. all(new_xi >= -1 .and. new_xi < 2)
          end if
       end do
    end subroutine move

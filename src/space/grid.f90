@@ -6,7 +6,7 @@ module hampm_grid
    use hampm_failure, only: failure_t, exit_computation
    implicit none
    private
-   public :: grid_t, build_grid
+   public :: grid_t, build_grid, element_of_slot, corner_of_slot
 
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
@@ -16,10 +16,9 @@ module hampm_grid
       real(dp), allocatable :: element_lower(:, :)      !! lower corner [m], (ndim, n_elements)
       real(dp), allocatable :: element_size(:)          !! edge length [m], (n_elements)
       integer, allocatable :: element_nodes(:, :)       !! node of each corner, (corners, n_elements)
-      integer, allocatable :: node_start(:)             !! first entry of a node in the next two, (n_nodes + 1)
-      integer, allocatable :: node_element(:)           !! elements around a node, ascending
-      integer, allocatable :: node_corner(:)            !! which corner of that element the node is
-      integer, allocatable :: node_slot(:)              !! corner and element as one index, corner + corners (element - 1)
+      integer, allocatable :: node_slot(:, :)           !! the corners of elements at which a node stands, in the order of the
+                                                        !! elements: corner + corners (element - 1), 0 where there are
+                                                        !! fewer; (corners, n_nodes)
    contains
       procedure :: node_at
       procedure :: local_coordinate
@@ -38,9 +37,7 @@ contains
       grid%n_elements = forest%leaf_count()
       allocate (grid%node_position(ndim, grid%n_nodes), grid%element_lower(ndim, grid%n_elements), &
                 grid%element_size(grid%n_elements), grid%element_nodes(corners, grid%n_elements), &
-                grid%node_start(grid%n_nodes + 1), grid%node_element(corners*grid%n_elements), &
-                grid%node_corner(corners*grid%n_elements), &
-                grid%node_slot(corners*grid%n_elements), stat=status)
+                grid%node_slot(corners, grid%n_nodes), stat=status)
       if (status /= 0) then
          call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
          return
@@ -66,31 +63,17 @@ contains
       end do
    end subroutine place_elements
 
-   !> For each node the elements around it, by counting.
+   !> For each node the corners of elements at which it stands.
    subroutine connect_nodes(grid)
       type(grid_t), intent(inout) :: grid
-      integer :: e, corner, node, k
-      integer, allocatable :: next(:)
-      grid%node_start = 0
+      integer :: e, corner, k
+      grid%node_slot = 0
       do e = 1, grid%n_elements
          do corner = 1, corners
-            node = grid%element_nodes(corner, e)
-            grid%node_start(node + 1) = grid%node_start(node + 1) + 1
-         end do
-      end do
-      grid%node_start(1) = 1
-      do node = 1, grid%n_nodes
-         grid%node_start(node + 1) = grid%node_start(node + 1) + grid%node_start(node)
-      end do
-      allocate (next, source=grid%node_start(:grid%n_nodes))
-      do e = 1, grid%n_elements
-         do corner = 1, corners
-            node = grid%element_nodes(corner, e)
-            k = next(node)
-            grid%node_element(k) = e
-            grid%node_corner(k) = corner
-            grid%node_slot(k) = corner + corners*(e - 1)
-            next(node) = k + 1
+            associate (slots => grid%node_slot(:, grid%element_nodes(corner, e)))
+               k = count(slots > 0) + 1
+               slots(k) = corner + corners*(e - 1)
+            end associate
          end do
       end do
    end subroutine connect_nodes
@@ -106,6 +89,18 @@ contains
       if (any(nint(lattice) < 0 .or. nint(lattice) > self%forest%cells)) return
       node_at = lattice_node(self%forest, nint(lattice))
    end function node_at
+
+   !> Element of an entry of `node_slot`.
+   pure integer function element_of_slot(slot) result(e)
+      integer, intent(in) :: slot
+      e = (slot + corners - 1)/corners
+   end function element_of_slot
+
+   !> Corner of an entry of `node_slot`.
+   pure integer function corner_of_slot(slot) result(corner)
+      integer, intent(in) :: slot
+      corner = mod(slot - 1, corners) + 1
+   end function corner_of_slot
 
    !> Local coordinate of the place `x` in element `e`, in [0, 1] inside it.
    pure function local_coordinate(self, e, x) result(xi)

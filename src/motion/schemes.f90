@@ -1,0 +1,51 @@
+!> The schemes of a step. They differ in when the stress, that is H, is updated:
+!>
+!>   usf    first, with the velocities mapped from the particles at the start;
+!>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
+!>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
+!>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
+module hampm_schemes
+   use hampm_kinds, only: dp
+   use hampm_nodal_fields, only: at_start, new, mapped
+   use hampm_sweep, only: sweep_t
+   implicit none
+   private
+   public :: scheme_t, new_scheme
+
+   !> A scheme as sweeps. The last sweep of a step maps the particles as `map_at_start` does, from where they have moved.
+   type :: scheme_t
+      type(sweep_t) :: map_at_start              !! what the first node values of a step need
+      type(sweep_t), allocatable :: sweeps(:)    !! the step
+   end type scheme_t
+
+contains
+
+   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl'.
+   pure function new_scheme(name) result(scheme)
+      character(*), intent(in) :: name
+      type(scheme_t) :: scheme
+      type(sweep_t) :: strain_and_map_force, kick_and_map
+      kick_and_map = sweep_t(kick=.true., map_motion=.true.)
+      strain_and_map_force = sweep_t(strain_fraction=1.0_dp, strain_by=at_start, map_force=.true.)
+      select case (name)
+      case ('usf')
+         scheme%map_at_start = sweep_t(map_motion=.true.)
+         scheme%sweeps = [strain_and_map_force, &
+                          sweep_t(kick=.true., move=.true., map_moved_motion=.true.)]
+      case ('usl')
+         scheme%map_at_start = sweep_t(map_motion=.true., map_force=.true.)
+         scheme%sweeps = [sweep_t(kick=.true., strain_fraction=1.0_dp, strain_by=new, move=.true., &
+                                  map_moved_motion=.true., map_moved_force=.true.)]
+      case ('usavg')
+         strain_and_map_force%strain_fraction = 0.5_dp
+         scheme%map_at_start = sweep_t(map_motion=.true.)
+         scheme%sweeps = [strain_and_map_force, kick_and_map, &
+                          sweep_t(strain_fraction=0.5_dp, strain_by=mapped, move=.true., map_moved_motion=.true.)]
+      case default
+         scheme%map_at_start = sweep_t(map_motion=.true., map_force=.true.)
+         scheme%sweeps = [kick_and_map, &
+                          sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true., &
+                                  map_moved_motion=.true., map_moved_force=.true.)]
+      end select
+   end function new_scheme
+end module hampm_schemes
