@@ -67,12 +67,13 @@ contains
       f%cell_force = 0
    end subroutine new_nodal_fields
 
-   !> After a sort: list the nodes of occupied cells, and clear the sums of the cells without particles.
+   !> After a sort: list the nodes of occupied cells, and clear what the cells and nodes without
+   !> particles hold.
    subroutine find_active_nodes(grid, p, f)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(nodal_fields_t), intent(inout) :: f
-      integer :: node, c, e, slot
+      integer :: node, e, slot
       do e = 1, grid%n_elements
          if (p%cell_start(e + 1) > p%cell_start(e)) cycle
          do slot = corners*(e - 1) + 1, corners*e
@@ -83,17 +84,29 @@ contains
       end do
       f%n_active = 0
       do node = 1, grid%n_nodes
-         do c = 1, corners
-            slot = grid%node_slot(c, node)
-            if (slot == 0) exit
-            e = element_of_slot(slot)
-            if (p%cell_start(e + 1) == p%cell_start(e)) cycle
+         if (is_active(grid, p, node)) then
             f%n_active = f%n_active + 1
             f%active(f%n_active) = node
-            exit
-         end do
+         else
+            f%mass(node) = 0
+            f%velocity(:, node, :) = 0
+         end if
       end do
    end subroutine find_active_nodes
+
+   !> Whether some element around a node is occupied.
+   pure logical function is_active(grid, p, node)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: node
+      integer :: c, e
+      is_active = .false.
+      do c = 1, corners
+         if (grid%node_slot(c, node) == 0) exit
+         e = element_of_slot(grid%node_slot(c, node))
+         is_active = is_active .or. p%cell_start(e + 1) > p%cell_start(e)
+      end do
+   end function is_active
 
    !> Sum the cells' shares of mass and momentum at each active node, always in the order of the cells.
    subroutine gather_mass_and_momentum(grid, f)

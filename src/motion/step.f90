@@ -57,6 +57,7 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: left_cell
       integer :: k
+      left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
       call find_velocity(m, at_start)
       if (m%scheme%map_at_start%map_force) call find_acceleration(m, dt)
