@@ -39,14 +39,16 @@ contains
       character(32) :: buffer, form
       character(:), allocatable :: digits, sign
       real(dp) :: back
-      integer :: decimals, exponent, mark
+      integer :: decimals, least, exponent, mark
       text = 'nan'
       if (ieee_is_nan(number)) return
       sign = ''
       if (number < 0) sign = '-'
       text = sign//'inf'
       if (.not. ieee_is_finite(number)) return
-      do decimals = 0, 16
+      least = 0
+      if (abs(number) > 0.5_dp*huge(number)) least = 16  ! rounded up, it would overflow
+      do decimals = least, 16
          write (form, '(a,i0,a)') '(es32.', decimals, 'e3)'
          write (buffer, form) abs(number)
          read (buffer, '(f32.0)') back

@@ -23,7 +23,7 @@ module hampm_extrapolation
 
 contains
 
-   !> Collect the patch of cells around a node.
+   !> Collect the patch of occupied cells around a node.
    pure subroutine patch_around(grid, p, node, patch)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -39,6 +39,7 @@ contains
          patch%node(1) = node
          do k = 1, size(slots)
             e = element_of_slot(slots(k))
+            if (p%cell_start(e + 1) == p%cell_start(e)) cycle
             do c = 1, corners
                call local_number(patch, grid%element_nodes(c, e), local(c))
             end do

@@ -29,7 +29,7 @@ module hampm_sweep
    type :: sweep_t
       logical :: kick = .false.                  !! v <- v + a dt
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
-      integer :: strain_by = at_start             !! which nodal velocity strains the particles
+      integer :: strain_by = at_start            !! which nodal velocity strains the particles
       logical :: map_motion = .false.            !! mass and momentum to the grid, before moving
       logical :: map_force = .false.             !! internal force to the grid, before moving
       logical :: move = .false.                  !! u <- u + (v_i + a_i dt) dt
@@ -99,11 +99,11 @@ contains
       real(dp), intent(inout) :: cell_mass(corners, *), cell_momentum(ndim, corners, *), cell_force(ndim, corners, *)
       real(dp), intent(inout) :: cell_audit(2, *)
       logical, intent(inout) :: left_cell, jumped
-      real(dp) :: xi(ndim, batch), at_corner(ndim, corners), size
+      real(dp) :: xi(ndim, batch), at_corner(ndim, corners), edge
       integer :: k, e, i, n
       do k = 1, n_cells
          e = cells(k)
-         size = element_size(e)
+         edge = element_size(e)
          if (sweep%map_motion .or. sweep%map_moved_motion) then
             cell_mass(:, e) = 0
             cell_momentum(:, :, e) = 0
@@ -112,7 +112,7 @@ contains
          if (audit) cell_audit(:, e) = 0
          do i = cell_start(e), cell_start(e + 1) - 1, batch
             n = min(batch, cell_start(e + 1) - i)
-            call find_local_coordinates(n, element_lower(:, e), 1/size, reference(1, i), displacement(1, i), xi)
+            call find_local_coordinates(n, element_lower(:, e), 1/edge, reference(1, i), displacement(1, i), xi)
             if (sweep%kick) then
                call take_corners(dt, acceleration, element_nodes(:, e), at_corner)
                call kick(n, xi, at_corner, velocity(1, i))
@@ -120,20 +120,20 @@ contains
             end if
             if (sweep%strain_fraction > 0) then
                call take_corners(sweep%strain_fraction*dt, strain_velocity, element_nodes(:, e), at_corner)
-               if (audit) call audit_strain(n, xi, 1/size, at_corner, materials, material(i), volume(i), &
+               if (audit) call audit_strain(n, xi, 1/edge, at_corner, materials, material(i), volume(i), &
                                             gradient(1, 1, i), cell_audit(2, e))
-               call strain(n, xi, 1/size, at_corner, gradient(1, 1, i))
+               call strain(n, xi, 1/edge, at_corner, gradient(1, 1, i))
             end if
             if (sweep%map_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), cell_momentum(1, 1, e))
-            if (sweep%map_force) call map_force(n, xi, 1/size, materials, material(i), volume(i), gradient(1, 1, i), &
+            if (sweep%map_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), gradient(1, 1, i), &
                                                 cell_force(1, 1, e))
             if (sweep%move) then
                call take_corners(dt, new_velocity, element_nodes(:, e), at_corner)
-               call move(n, 1/size, at_corner, xi, displacement(1, i), left_cell, jumped)
+               call move(n, 1/edge, at_corner, xi, displacement(1, i), left_cell, jumped)
             end if
             if (sweep%map_moved_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), &
                                                         cell_momentum(1, 1, e))
-            if (sweep%map_moved_force) call map_force(n, xi, 1/size, materials, material(i), volume(i), &
+            if (sweep%map_moved_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), &
                                                       gradient(1, 1, i), cell_force(1, 1, e))
          end do
       end do
