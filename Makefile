@@ -20,7 +20,7 @@ UNIT_TESTS := $(wildcard tests/unit/test_*.f90)
 LIBRARY := $(patsubst %.f90,$(O)/%.o,$(notdir $(filter-out src/main.f90,$(SOURCES))))
 UNIT_PROGRAMS := $(patsubst tests/unit/%.f90,$(O)/%,$(UNIT_TESTS))
 
-VPATH := $(sort $(dir $(SOURCES))) tests/unit bench
+VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
 .PHONY: help run test bench figures program unit setup clean
 .DELETE_ON_ERROR:
@@ -49,7 +49,7 @@ setup:  ## install what is missing: compiler, libraries, Python environment
 
 program: $(O)/hampm
 
-unit: $(UNIT_PROGRAMS)
+unit: $(UNIT_PROGRAMS) $(O)/results_driver
 
 clean:  ## remove what was built; results stay
 	rm -rf build
@@ -63,6 +63,9 @@ $(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(O)/harness.o $(LIBRARY)
 $(O)/bench_step: $(O)/%: $(O)/%.o $(LIBRARY)
 	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
 
+$(O)/results_driver: $(O)/results_driver.o $(LIBRARY)
+	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
+
 # A changed flag, here or on the command line, builds everything anew.
 $(O)/%.o: %.f90 $(O)/flags
 	$(FC) $(FLAGS) -c -o $@ $<
@@ -72,7 +75,7 @@ $(O)/flags: FORCE
 	@echo '$(FC) $(FLAGS)' | cmp -s - $@ || echo '$(FC) $(FLAGS)' > $@
 FORCE:
 
-$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(wildcard tests/unit/harness.f90 bench/*.f90) tools/depends.awk
+$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(wildcard tests/unit/harness.f90 tests/output/*.f90 bench/*.f90) tools/depends.awk
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 

@@ -4,7 +4,7 @@ module hampm_simulation
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble
    use hampm_crack, only: crack_t
-   use hampm_energy, only: largest_gradient, smallest_determinant
+   use hampm_energy, only: largest_gradient, smallest_determinant, liveliest_particle
    use hampm_failure, only: failure_t, exit_computation
    use hampm_folders, only: ensure_folder
    use hampm_linear_elastic, only: small_gradient
@@ -12,7 +12,7 @@ module hampm_simulation
    use hampm_progress, only: progress_t
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, advance, stable_time_step
+   use hampm_step, only: motion_t, advance, stable_time_step, when, place
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_version, only: version
@@ -128,24 +128,26 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: largest_gain = 0.5_dp  ! of the largest energy so far
-      character(:), allocatable :: when
+      character(:), allocatable :: now, most
       real(dp) :: gain, stored
       stored = s%measurements%kinetic_energy + s%measurements%strain_energy
-      when = 'step '//to_text(s%motion%steps)//', t = '//to_text(s%motion%time)//' s: '
+      now = when(s%motion%steps, s%motion%time)
       gain = stored + s%motion%damping_loss - s%motion%external_work - s%measurements%initial_energy
       if (.not. stored <= huge(stored)) then
-         call failure%report(exit_computation, when//'the energy is no longer a number. Likely cause: the run is '// &
+         call failure%report(exit_computation, now//'the energy is no longer a number. Likely cause: the run is '// &
                              'unstable; reduce &method courant')
       else if (gain > largest_gain*max(s%measurements%largest_energy, s%measurements%initial_energy)) then
-         call failure%report(exit_computation, when//'the energy has grown by '//to_text(gain)// &
-                             ' J more than the loads have done work. Likely cause: the run is unstable; reduce '// &
-                             '&method courant, or choose another &method scheme than ''usl''')
+         most = place(s%motion%particles, liveliest_particle(s%motion%particles, s%motion%materials))
+         call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
+                             ' J more than the loads have done work; most of it is near the particle that started at '// &
+                             most//'. Likely cause: the run is unstable; reduce &method courant, or choose another '// &
+                             '&method scheme than ''usl''')
       else if (smallest_determinant(s%motion%particles, s%motion%materials) <= 0) then
-         call failure%report(exit_computation, when//'material is turned inside out (det F <= 0). Likely cause: a load '// &
+         call failure%report(exit_computation, now//'material is turned inside out (det F <= 0). Likely cause: a load '// &
                              'is too large for the material, or the run is unstable; reduce the load or &method courant')
       else if (.not. allocated(s%warning)) then
          gain = largest_gradient(s%motion%particles, s%motion%materials)
-         if (gain > small_gradient) s%warning = when//'a displacement gradient has reached '//to_text(gain)// &
+         if (gain > small_gradient) s%warning = now//'a displacement gradient has reached '//to_text(gain)// &
             '; the law ''linear_elastic'' is for small strains and rotations (below '//to_text(small_gradient)// &
             '). Use law = ''neo_hookean'''
       end if

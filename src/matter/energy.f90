@@ -6,7 +6,7 @@ module hampm_energy
    use hampm_tensors, only: determinant, identity
    implicit none
    private
-   public :: kinetic_energy, strain_energy, linear_momentum, largest_gradient, smallest_determinant
+   public :: kinetic_energy, strain_energy, linear_momentum, largest_gradient, smallest_determinant, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -65,6 +65,7 @@ contains
          if (materials(p%material(i))%linear) largest = max(largest, maxval(abs(p%gradient(:, :, i))))
       end do
    end function largest_gradient
+
    !> Smallest determinant of F of the particles whose law needs it positive [-]; 1 where there are none.
    pure real(dp) function smallest_determinant(p, materials) result(smallest)
       type(particles_t), intent(in) :: p
@@ -75,4 +76,21 @@ contains
          if (.not. materials(p%material(i))%linear) smallest = min(smallest, determinant(identity + p%gradient(:, :, i)))
       end do
    end function smallest_determinant
+
+   !> The particle with the most kinetic and elastic energy.
+   pure integer function liveliest_particle(p, materials) result(liveliest)
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: energy, most
+      integer :: i
+      liveliest = 1
+      most = -1
+      do i = 1, p%n
+         energy = 0.5_dp*p%mass(i)*sum(p%velocity(:, i)**2) &
+                  + p%volume(i)*materials(p%material(i))%energy_density(p%gradient(:, :, i))
+         if (energy <= most) cycle
+         liveliest = i
+         most = energy
+      end do
+   end function liveliest_particle
 end module hampm_energy

@@ -115,8 +115,8 @@ contains
       else
          message = 'particle '//to_text(p%id(i))//' left the grid at ('//to_text(x(1))//', '//to_text(x(2))// &
                    ') m; it started at ('//to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))// &
-                   ') m. Give &grid more cells where the body moves or, if it should not move there, '// &
-                   'reduce &method courant or add a &constraint'
+                   ') m. Likely cause: the body moves beyond the grid: give &grid more cells or add a &constraint; '// &
+                   'or the run is unstable: reduce &method courant'
       end if
    end function lost_particle
 

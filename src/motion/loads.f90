@@ -14,7 +14,7 @@ module hampm_loads
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, apply_loads, work_of_loads
+   public :: load_t, load_on_points, load_on_particles, follow_sort, apply_loads, power_on_nodes, book_work
 
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
@@ -22,6 +22,7 @@ module hampm_loads
       real(dp), allocatable :: share(:)          !! part of the resultant at each point [-], (points)
       integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
+      real(dp), allocatable :: moved(:, :)       !! displacement of each point at the last `book_work` [m], (ndim, points)
    end type load_t
 
 contains
@@ -36,6 +37,7 @@ contains
       n = size(points, 2)
       allocate (load%share(n), source=1/real(n, dp))
       allocate (load%host(n), load%offset(ndim, n))
+      allocate (load%moved(ndim, n), source=0.0_dp)
       do k = 1, n
          load%host(k) = nearest_particle(p, grid, points(:, k))
          load%offset(:, k) = points(:, k) - p%reference(:, load%host(k))
@@ -51,6 +53,7 @@ contains
       load%host = pack([(i, i=1, p%n)], [(all(p%reference(:, i) >= lower .and. p%reference(:, i) <= upper), i=1, p%n)])
       load%share = p%mass(load%host)/sum(p%mass(load%host))
       allocate (load%offset(ndim, size(load%host)), source=0.0_dp)
+      allocate (load%moved(ndim, size(load%host)), source=0.0_dp)
    end subroutine load_on_particles
 
    !> After a sort of the particles: follow the hosts to their new places.
@@ -91,8 +94,29 @@ contains
       end do
    end subroutine apply_loads
 
-   !> Power of the loads [W] with a nodal velocity: the sum of force times the velocity at the loaded points.
-   real(dp) function work_of_loads(loads, time, grid, p, velocity) result(power)
+   !> Book the work of the loads [J] in the step that began at `time`: the force there times the way that the loaded
+   !> material has gone. It is not the power on the nodes: a node that has little mass may have any velocity.
+   pure subroutine book_work(loads, time, p, work)
+      type(load_t), intent(inout) :: loads(:)
+      real(dp), intent(in) :: time               !! [s]
+      type(particles_t), intent(in) :: p
+      real(dp), intent(out) :: work
+      real(dp) :: u(ndim)
+      integer :: l, k
+      work = 0
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            do k = 1, size(load%host)
+               u = p%displacement(:, load%host(k)) + matmul(p%gradient(:, :, load%host(k)), load%offset(:, k))
+               work = work + load%share(k)*load%history%factor(time)*dot_product(load%force, u - load%moved(:, k))
+               load%moved(:, k) = u
+            end do
+         end associate
+      end do
+   end subroutine book_work
+
+   !> Power of the loads on the nodes [W]: the sum of force times the nodal velocity, interpolated to the loaded points.
+   real(dp) function power_on_nodes(loads, time, grid, p, velocity) result(power)
       type(load_t), intent(in) :: loads(:)
       real(dp), intent(in) :: time               !! [s]
       type(grid_t), intent(in) :: grid
@@ -108,7 +132,7 @@ contains
             end do
          end associate
       end do
-   end function work_of_loads
+   end function power_on_nodes
 
    !> Shape functions of the nodes of the host's cell at point `k` of a load.
    pure function weights(load, k, grid, p) result(n)

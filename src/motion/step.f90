@@ -4,7 +4,7 @@ module hampm_step
    use hampm_constraints, only: constraints_t, hold
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_loads, only: load_t, apply_loads, work_of_loads, follow_sort
+   use hampm_loads, only: load_t, apply_loads, power_on_nodes, book_work, follow_sort
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
                                  gather_mass_and_momentum, gather_internal_force
@@ -15,7 +15,7 @@ module hampm_step
    use hampm_text, only: to_text
    implicit none
    private
-   public :: motion_t, start_motion, advance, stable_time_step
+   public :: motion_t, start_motion, advance, stable_time_step, when, place
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -56,6 +56,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       logical :: left_cell
+      real(dp) :: work
       integer :: k
       left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
@@ -68,6 +69,9 @@ contains
          if (m%scheme%sweeps(k)%map_force) call find_acceleration(m, dt)
       end do
       m%mapped = .not. left_cell
+      call book_work(m%loads, m%time, m%particles, work)
+      m%external_work = m%external_work + work
+      if (m%audit) m%numerical_loss = m%numerical_loss + work
       m%time = m%time + dt
       m%steps = m%steps + 1
       if (left_cell) call sort_particles(m, failure)
@@ -111,22 +115,26 @@ contains
       call gather_internal_force(m%grid, m%fields)
       call apply_loads(m%loads, m%time, m%grid, m%particles, m%fields%external_force)
       call accelerate(m%fields, m%constraints, m%damping_rate, dt, damping_power, mapping_power)
-      m%external_work = m%external_work &
-                        + dt*work_of_loads(m%loads, m%time, m%grid, m%particles, m%fields%velocity(:, :, new))
       m%damping_loss = m%damping_loss + dt*damping_power
-      if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
+      if (m%audit) m%numerical_loss = m%numerical_loss + dt*(mapping_power - power_on_nodes(m%loads, m%time, m%grid, &
+                                                             m%particles, m%fields%velocity(:, :, new)))
    end subroutine find_acceleration
 
    !> Sort the particles that have moved to other cells.
    subroutine sort_particles(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      call sort_into_cells(m%particles, m%grid, failure)
-      if (failure%failed()) return
+      type(failure_t) :: lost
+      call sort_into_cells(m%particles, m%grid, lost)
+      if (lost%failed()) then
+         call failure%report(lost%code, when(m%steps, m%time)//lost%message)
+         return
+      end if
       call find_active_nodes(m%grid, m%particles, m%fields)
       call follow_sort(m%loads, m%particles%new_place)
       m%fields%external_force = 0
    end subroutine sort_particles
+
    !> Fail because a particle has moved further than a stable run would, naming it and the likely cause.
    subroutine report_jump(m, failure)
       type(motion_t), intent(in) :: m
@@ -134,8 +142,8 @@ contains
       integer :: i
       do i = 1, m%particles%n
          if (.not. has_jumped(m, i)) cycle
-         call failure%report(exit_computation, 'step '//to_text(m%steps + 1)//', t = '//to_text(m%time)// &
-                             ' s: the particle that started at '//place(m%particles, i)// &
+         call failure%report(exit_computation, when(m%steps + 1, m%time)// &
+                             'the particle that started at '//place(m%particles, i)// &
                              ' moved by more than a cell in one step or is no longer a number. Likely cause: '// &
                              'the run is unstable, or a body is too fast for its cells; reduce &method courant')
          return
@@ -150,6 +158,14 @@ contains
       xi = m%grid%local_coordinate(m%particles%cell(i), m%particles%position(i))
       has_jumped = .not. all(xi >= -1 .and. xi < 2)
    end function has_jumped
+
+   !> Step and time, for messages.
+   function when(step, time) result(text)
+      integer(long), intent(in) :: step
+      real(dp), intent(in) :: time               !! [s]
+      character(:), allocatable :: text
+      text = 'step '//to_text(step)//', t = '//to_text(time)//' s: '
+   end function when
 
    !> Reference position of a particle, for messages.
    function place(p, i) result(text)

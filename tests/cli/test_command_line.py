@@ -1,5 +1,6 @@
 """The command line and the namelist file as a user means them to work."""
 
+import math
 import re
 
 import pytest
@@ -60,6 +61,19 @@ def test_scene_as_used_holds_every_key_of_the_template(check, hampm):
     template = hampm("--template").stdout
     names = re.compile(r"^(?:&\w+|   \w+ =)", re.MULTILINE)
     assert names.findall(check(template)) == names.findall(template)
+
+
+def test_check_tells_what_a_run_would_do_below_the_scene(check):
+    scene, summary = check(GOOD).rsplit("/\n", 1)
+    assert "!" not in scene
+    assert all(line.startswith("! ") for line in summary.splitlines())
+    longest_step = 0.1 * 1.25e-3 / math.sqrt(70e9 / 2.6 / 2700)
+    facts = {line[2:18].strip(): line[18:].split() for line in summary.splitlines()}
+    assert facts["particles"] == ["2560"]
+    assert facts["cells"][0] == "720," and facts["cells"][-1] == "640"
+    assert float(facts["time step"][0]) == pytest.approx(longest_step, rel=1e-12)
+    assert int(facts["steps"][0]) == math.ceil(1.5e-3 / longest_step)
+    assert float(facts["G_ref"][0]) == pytest.approx(12 * 0.05**2 / (70e9 * 0.01**2 * 0.01**3), rel=1e-12)
 
 
 def test_values_that_stand_for_others_are_resolved(check):

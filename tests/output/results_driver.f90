@@ -1,6 +1,6 @@
-!> Exercises everything in src/output: `test_output FOLDER [killed | progress | quiet]`. What is checked here is what
+!> Exercises everything in src/output: `results_driver FOLDER [killed | progress | quiet]`. What is checked here is what
 !> Fortran can see; test_results_file.py reads the files with other programs.
-program test_output
+program results_driver
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit
    use hampm_kinds, only: dp, long, path_len
    use hampm_failure, only: failure_t, exit_file, exit_computation
@@ -29,8 +29,8 @@ program test_output
       call test_datasets(trim(folder)//'/whole.h5')
       call test_paths_that_fail(trim(folder))
       call test_file_survives_failed_run(trim(folder)//'/failed_run.h5')
-      if (failures > 0) error stop 'test_output failed'
-      write (output_unit, '(a)') 'test_output passed'
+      if (failures > 0) error stop 'results_driver failed'
+      write (output_unit, '(a)') 'results_driver passed'
    end select
 
 contains
@@ -241,4 +241,4 @@ contains
       if (.not. failure%failed()) return
       call check(index(failure%message, text) > 0, '"'//text//'" is in: '//failure%message)
    end subroutine check_report
-end program test_output
+end program results_driver

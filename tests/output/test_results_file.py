@@ -1,35 +1,30 @@
-"""What other programs find in the result file that the driver tests/unit/test_output.f90 writes.
-
-The driver is taken from the environment variable HAMPM_TEST_OUTPUT, else from build/test_output.
-"""
+"""What other programs find in the result file that the driver results_driver.f90 writes."""
 
 import os
 import pty
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-ROOT = Path(__file__).resolve().parents[2]
-DRIVER = Path(os.environ.get("HAMPM_TEST_OUTPUT", ROOT / "build" / "test_output")).resolve()
+from paths import RESULTS_DRIVER
+from snapshots import field, points, read_steps
+
 SAMPLES = 1300
 
 
 def drive(folder, *mode):
-    return subprocess.run([DRIVER, folder, *mode], check=True, capture_output=True, text=True).stdout
+    return subprocess.run([RESULTS_DRIVER, folder, *mode], check=True, capture_output=True, text=True).stdout
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("results")
-    assert drive(path) == "test_output passed\n"
+    assert drive(path) == "results_driver passed\n"
     return path
 
 
@@ -93,7 +88,7 @@ def test_same_results_give_the_same_bytes(folder, tmp_path):
 
 def test_file_in_use_is_not_overwritten(tmp_path):
     with h5py.File(tmp_path / "results.h5", "w"):
-        outcome = subprocess.run([DRIVER, tmp_path], capture_output=True, text=True)
+        outcome = subprocess.run([RESULTS_DRIVER, tmp_path], capture_output=True, text=True)
     assert outcome.returncode != 0
     assert "results.h5: cannot be written: its disk is full, or another program has it open" in outcome.stdout
 
@@ -101,7 +96,7 @@ def test_file_in_use_is_not_overwritten(tmp_path):
 @pytest.fixture
 def killed(tmp_path):
     """The file of a run that was killed after a flush."""
-    with subprocess.Popen([DRIVER, tmp_path, "killed"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+    with subprocess.Popen([RESULTS_DRIVER, tmp_path, "killed"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"flushed\n"
         process.kill()
     return tmp_path / "killed.h5"
@@ -119,32 +114,6 @@ def test_h5dump_reads_the_file_of_a_killed_program(killed):
     dump = subprocess.run(["h5dump", "-d", "/history/step", killed], check=True, capture_output=True, text=True).stdout
     assert str(2**40 + 100) in dump
     assert str(2**40 + 101) not in dump
-
-
-def read_steps(path):
-    """Times and, for every time, the two blocks as VTK reads them."""
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    times = list(reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()))
-    steps = []
-    for time in times:
-        reader.UpdateTimeStep(time)
-        data = reader.GetOutputDataObject(0)
-        assert data.GetNumberOfPartitionedDataSets() == 2
-        copies = [data.GetPartition(block, 0).NewInstance() for block in range(2)]
-        for block, copy in enumerate(copies):
-            copy.DeepCopy(data.GetPartition(block, 0))
-        steps.append(copies)
-    return times, steps
-
-
-def points(grid):
-    return vtk_to_numpy(grid.GetPoints().GetData())
-
-
-def field(data, name):
-    return vtk_to_numpy(data.GetArray(name))
 
 
 def test_vtk_reads_the_times_of_all_snapshots(folder):
@@ -200,7 +169,7 @@ def test_progress_in_a_pipe_is_whole_lines(tmp_path):
 
 def test_progress_on_a_terminal_is_one_refreshed_line(tmp_path):
     terminal, descriptor = pty.openpty()
-    subprocess.run([DRIVER, tmp_path, "progress"], check=True, stdout=descriptor)
+    subprocess.run([RESULTS_DRIVER, tmp_path, "progress"], check=True, stdout=descriptor)
     os.close(descriptor)
     text = os.read(terminal, 65536).decode()
     os.close(terminal)

@@ -1,4 +1,4 @@
-"""What the tests of the scripts share: the scripts' folder on the path, and running them as a user would."""
+"""What the tests of the scripts share: running them as a user would."""
 
 import importlib
 import os
@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "postprocess"
-sys.path[:0] = [str(SCRIPTS), str(Path(__file__).parent)]
-
-from history import run  # noqa: E402
-from synthetic import write_result  # noqa: E402
+from history import run
+from paths import SCRIPTS
+from synthetic import write_result
 
 
 @pytest.fixture

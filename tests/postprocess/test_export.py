@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from conftest import SCRIPTS
+from paths import SCRIPTS
 from synthetic import BEAM, G_REF, dcb, write_result
 
 

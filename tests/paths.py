@@ -1,0 +1,12 @@
+"""Where the tests find what they test. The environment variable HAMPM names another build than the release build."""
+
+import os
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PROGRAM = (ROOT / os.environ.get("HAMPM", "build/release/hampm")).resolve()
+DEBUG_PROGRAM = ROOT / "build/debug/hampm"
+RESULTS_DRIVER = PROGRAM.with_name("results_driver")
+SCRIPTS = ROOT / "postprocess"
+REFERENCE = ROOT / "tests/reference"
+DCB = ROOT / "input/dcb.nml"

@@ -1,0 +1,89 @@
+"""A run that goes wrong says so: exit code, step, time, place, likely cause; what it recorded stays readable."""
+
+import re
+
+import numpy as np
+import pytest
+
+from history import History
+from paths import DEBUG_PROGRAM, PROGRAM
+
+UNSTABLE = "--set", "method.courant=5", "--set", "output.history_interval=1e-5", "--set", "damping.rate=0"
+FLYING = """\
+&run end_time = 1e-3 /
+&grid cell = 1.0 cells = 4, 2 /
+&material name = 'a' young = 1e6 density = 1000 /
+&body material = 'a' lower = 1.3, 0.2 upper = 2.3, 0.8 velocity = 3000, 0 /
+"""
+CRUSHED = """\
+&run end_time = 1.0 /
+&grid cell = 1.0 cells = 2, 1 /
+&material name = 'a' law = 'neo_hookean' young = 1e3 density = 1000 /
+&body material = 'a' lower = 0, 0 upper = 1, 1 /
+&constraint lower = 0, 0 upper = 0, 1 fix = 'xy' /
+&load kind = 'body' lower = 0, 0 upper = 1, 1 force = -1e9, 0 /
+"""
+WHEN = r"hampm: step \d+, t = \S+ s: "
+PLACE = r"\(\S+, \S+\) m"
+
+builds = pytest.mark.parametrize("program", [
+    PROGRAM, pytest.param(DEBUG_PROGRAM, marks=pytest.mark.skipif(not DEBUG_PROGRAM.exists(), reason="no debug build"))],
+    ids=["release", "debug"])
+
+
+def assert_failed(result, path, *patterns):
+    """Exit code 3, a message of one line that matches all patterns, and a history of finite numbers."""
+    assert result.returncode == 3, result.stderr
+    assert result.stderr.count("\n") == 1 and result.stderr.endswith("\n")
+    for pattern in (WHEN, *patterns):
+        assert re.search(pattern, result.stderr), result.stderr
+    history = History(path)
+    assert history.times.size >= 1
+    for values in history.columns.values():
+        assert np.all(np.isfinite(values))
+    return history
+
+
+@builds
+@pytest.mark.parametrize("scheme", ["musl", "usavg", "usf", "usl"])
+def test_an_unstable_run(dcb, tmp_path, program, scheme):
+    result = dcb(*UNSTABLE, "--set", f"method.scheme={scheme}", program=program)
+    assert_failed(result, tmp_path / "dcb.h5", PLACE, "Likely cause: .*run is unstable.* &method courant")
+
+
+@builds
+def test_a_body_that_leaves_the_grid(hampm, tmp_path, program):
+    (tmp_path / "case.nml").write_text(FLYING)
+    result = hampm("case.nml", program=program)
+    history = assert_failed(result, tmp_path / "case.h5", rf"particle \d+ left the grid at {PLACE}; it started at {PLACE}",
+                            "Likely cause: .* &grid more cells")
+    assert history.times[-1] == pytest.approx((4.0 - 2.05) / 3000, abs=2e-6)
+
+
+def test_a_crushed_body(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(CRUSHED)
+    result = hampm("case.nml")
+    assert_failed(result, tmp_path / "case.h5", "Likely cause: .*&method courant")
+
+
+@pytest.mark.parametrize(("output", "phrase"), [
+    ("file/results", "a file has this name"), ("file", "a file has this name"),
+    ("/proc/results", "cannot be made"), ("results", "dcb.h5: cannot be written: .*Is a directory")])
+def test_an_output_folder_that_cannot_be_written(dcb, tmp_path, output, phrase):
+    (tmp_path / "file").touch()
+    (tmp_path / "results/dcb.h5").mkdir(parents=True)
+    result = dcb("--output", output)
+    assert result.returncode == 4
+    assert re.search(phrase, result.stderr), result.stderr
+    assert (tmp_path / "file").read_bytes() == b""
+
+
+def test_a_namelist_that_is_not_there(hampm):
+    result = hampm("nothing.nml")
+    assert result.returncode == 4
+    assert "nothing.nml" in result.stderr
+
+
+def test_a_scene_with_a_mistake_writes_nothing(dcb, tmp_path):
+    assert dcb("--set", "material.young=-1").returncode == 2
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,98 @@
+"""A run as a user sees it: what it prints, where it writes, and that the same scene gives the same results."""
+
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+import compare
+from history import History
+from paths import DCB, DEBUG_PROGRAM
+from results import differing
+
+PROGRESS = r" *\d+\.\d% \d+\.\d{4} us (\d+:\d\d:\d\d|-) left G/Gref -?\d\.\d{4} step \d+ cells 60 particles 160 level 0 energy "
+
+
+def test_output_makes_folders(dcb, tmp_path):
+    assert dcb("--output", "a/b/c").returncode == 0
+    assert [path.name for path in (tmp_path / "a/b/c").iterdir()] == ["dcb.h5"]
+
+
+def test_an_old_result_is_replaced(dcb, tmp_path):
+    (tmp_path / "dcb.h5").write_text("something else")
+    assert dcb().returncode == 0
+    assert History(tmp_path / "dcb.h5").times.size == 301
+
+
+def test_quiet_prints_nothing(dcb):
+    result = dcb("--quiet")
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+
+
+def test_progress_in_a_pipe_is_whole_lines(dcb):
+    result = dcb()
+    *lines, last = result.stdout.splitlines()
+    assert result.stderr == ""
+    assert len(lines) >= 1 and re.fullmatch(r"ran \d+:\d\d:\d\d", last)
+    for line in lines:
+        assert re.match(PROGRESS, line) and len(line) <= 110
+    assert lines[-1].startswith("100.0% 300.0000 us")
+
+
+def test_any_number_of_threads_gives_the_same_bytes(dcb, tmp_path):
+    for threads in (1, 2, 3):
+        short = "--set", "run.end_time=1e-4", "--set", "output.snapshot_interval=2e-5"
+        assert dcb("--threads", threads, "--output", f"of_{threads}", *short).returncode == 0
+    for threads in (2, 3):
+        files = [str(tmp_path / f"of_{n}/dcb.h5") for n in (1, threads)]
+        assert differing(*files) == []
+        assert compare.main([*files, "--exact"]) == 0
+
+
+def test_the_same_run_twice_gives_the_same_bytes(dcb, dcb_result, tmp_path):
+    assert dcb().returncode == 0
+    assert differing(dcb_result, tmp_path / "dcb.h5") == []
+
+
+def test_what_check_prints_can_be_run(dcb, hampm, dcb_result, tmp_path):
+    (tmp_path / "checked.nml").write_text(dcb("--check").stdout)
+    assert hampm("checked.nml", "--output", "again").returncode == 0
+    assert differing(dcb_result, tmp_path / "again/dcb.h5") == []
+
+
+def test_the_namelist_in_the_result_can_be_run(hampm, dcb_result, tmp_path):
+    with h5py.File(dcb_result) as file:
+        (tmp_path / "used.nml").write_text(file["input/namelist"].asstr()[()])
+    assert hampm("used.nml", "--output", "again").returncode == 0
+    assert differing(dcb_result, tmp_path / "again/dcb.h5") == []
+
+
+def test_set_changes_the_run(dcb, dcb_result, tmp_path):
+    assert dcb("--set", "load.force=0.0, 2.0", "--set", "output.file=twice.h5").returncode == 0
+    once, twice = History(dcb_result), History(tmp_path / "twice.h5")
+    assert twice.g_ref() == pytest.approx(4 * once.g_ref(), rel=1e-12)
+    ratio = twice.columns["strain_energy"][1:] / once.columns["strain_energy"][1:]
+    np.testing.assert_allclose(ratio, 4, rtol=1e-4)  # linear but for the points' places in their cells
+
+
+def test_outputs_fall_on_their_times(dcb_result):
+    times = History(dcb_result).times
+    np.testing.assert_allclose(times, 1e-6 * np.arange(301), rtol=1e-12, atol=0)
+
+
+def test_intervals_that_do_not_divide_the_end_time(dcb, tmp_path):
+    assert dcb("--set", "output.history_interval=7e-5", "--set", "output.snapshot_interval=0").returncode == 0
+    np.testing.assert_allclose(History(tmp_path / "dcb.h5").times, [0, 7e-5, 14e-5, 21e-5, 28e-5, 30e-5], rtol=1e-12)
+
+
+@pytest.mark.skipif(not DEBUG_PROGRAM.exists(), reason="no debug build")
+def test_the_debug_build_gives_the_same_numbers(dcb, dcb_result, tmp_path):
+    result = dcb("--output", "debug", program=DEBUG_PROGRAM)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert compare.main([str(dcb_result), str(tmp_path / "debug/dcb.h5"), "--rtol", "1e-9",
+                         "--tolerance", "numerical_loss=1e-6"]) == 0
+
+
+def test_the_shipped_example_is_a_valid_scene(hampm):
+    assert hampm(DCB, "--check").returncode == 0
