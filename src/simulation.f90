@@ -4,15 +4,14 @@ module hampm_simulation
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble
    use hampm_crack, only: crack_t
-   use hampm_energy, only: largest_gradient, smallest_determinant, liveliest_particle
-   use hampm_failure, only: failure_t, exit_computation
+   use hampm_failure, only: failure_t
    use hampm_folders, only: ensure_folder
-   use hampm_linear_elastic, only: small_gradient
+   use hampm_guards, only: check_state
    use hampm_measurements, only: measurements_t, new_measurements, measure, declare_columns, energy_residual
    use hampm_progress, only: progress_t
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, advance, stable_time_step, when, place
+   use hampm_step, only: motion_t, advance, stable_time_step
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_version, only: version
@@ -34,7 +33,6 @@ module hampm_simulation
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
-      logical :: warned = .false.                !! whether the limit of the small-strain law has been reported
       character(:), allocatable :: warning       !! text for the user at the end; not allocated where there is none
    end type simulation_t
 
@@ -108,7 +106,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call measure(s%scene, s%motion, s%crack, s%dt, s%measurements)
-      call check_state(s, failure)
+      call check_state(s%motion, s%measurements, s%warning, failure)
       if (failure%failed()) return
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
          call s%results%append(s%measurements%row(:s%measurements%n), failure)
@@ -121,37 +119,6 @@ contains
          end if
       end if
    end subroutine record
-
-   !> Fail where the energies are not numbers, have grown without work, or the material is turned inside out. Warn once
-   !> where the small-strain law is used beyond what it is meant for.
-   subroutine check_state(s, failure)
-      type(simulation_t), intent(inout) :: s
-      type(failure_t), intent(inout) :: failure
-      real(dp), parameter :: largest_gain = 0.5_dp  ! of the largest energy so far
-      character(:), allocatable :: now, most
-      real(dp) :: gain, stored
-      stored = s%measurements%kinetic_energy + s%measurements%strain_energy
-      now = when(s%motion%steps, s%motion%time)
-      gain = stored + s%motion%damping_loss - s%motion%external_work - s%measurements%initial_energy
-      if (.not. stored <= huge(stored)) then
-         call failure%report(exit_computation, now//'the energy is no longer a number. Likely cause: the run is '// &
-                             'unstable; reduce &method courant')
-      else if (gain > largest_gain*max(s%measurements%largest_energy, s%measurements%initial_energy)) then
-         most = place(s%motion%particles, liveliest_particle(s%motion%particles, s%motion%materials))
-         call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
-                             ' J more than the loads have done work; most of it is near the particle that started at '// &
-                             most//'. Likely cause: the run is unstable; reduce &method courant, or choose another '// &
-                             '&method scheme than ''usl''')
-      else if (smallest_determinant(s%motion%particles, s%motion%materials) <= 0) then
-         call failure%report(exit_computation, now//'material is turned inside out (det F <= 0). Likely cause: a load '// &
-                             'is too large for the material, or the run is unstable; reduce the load or &method courant')
-      else if (.not. allocated(s%warning)) then
-         gain = largest_gradient(s%motion%particles, s%motion%materials)
-         if (gain > small_gradient) s%warning = now//'a displacement gradient has reached '//to_text(gain)// &
-            '; the law ''linear_elastic'' is for small strains and rotations (below '//to_text(small_gradient)// &
-            '). Use law = ''neo_hookean'''
-      end if
-   end subroutine check_state
 
    !> Create the result file, with what produced it.
    subroutine open_results(s, folder, failure)

@@ -6,7 +6,8 @@ module hampm_energy
    use hampm_tensors, only: determinant, identity
    implicit none
    private
-   public :: kinetic_energy, strain_energy, linear_momentum, largest_gradient, smallest_determinant, liveliest_particle
+   public :: kinetic_energy, strain_energy, linear_momentum, largest_gradient, most_crushed_particle, determinant_of, &
+             liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -66,18 +67,30 @@ contains
       end do
    end function largest_gradient
 
-   !> Smallest determinant of F of the particles whose law needs it positive [-]; 1 where there are none.
-   pure real(dp) function smallest_determinant(p, materials) result(smallest)
+   !> The particle with the smallest determinant of F among those whose law needs it positive; 0 where there are none.
+   pure integer function most_crushed_particle(p, materials) result(crushed)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
+      real(dp) :: smallest
       integer :: i
-      smallest = 1
+      crushed = 0
+      smallest = huge(smallest)
       do i = 1, p%n
-         if (.not. materials(p%material(i))%linear) smallest = min(smallest, determinant(identity + p%gradient(:, :, i)))
+         if (materials(p%material(i))%linear) cycle
+         if (crushed > 0 .and. determinant_of(p, i) >= smallest) cycle
+         crushed = i
+         smallest = determinant_of(p, i)
       end do
-   end function smallest_determinant
+   end function most_crushed_particle
 
-   !> The particle with the most kinetic and elastic energy.
+   !> Determinant of F of a particle [-].
+   pure real(dp) function determinant_of(p, i)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      determinant_of = determinant(identity + p%gradient(:, :, i))
+   end function determinant_of
+
+   !> The particle with the most kinetic and elastic energy; the first whose energy is not a number.
    pure integer function liveliest_particle(p, materials) result(liveliest)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
@@ -90,6 +103,7 @@ contains
                   + p%volume(i)*materials(p%material(i))%energy_density(p%gradient(:, :, i))
          if (energy <= most) cycle
          liveliest = i
+         if (.not. energy <= huge(energy)) return
          most = energy
       end do
    end function liveliest_particle

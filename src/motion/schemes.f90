@@ -5,7 +5,7 @@
 !>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
 !>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
 module hampm_schemes
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, name_len
    use hampm_nodal_fields, only: at_start, new, mapped
    use hampm_sweep, only: sweep_t
    implicit none
@@ -14,6 +14,7 @@ module hampm_schemes
 
    !> A scheme as sweeps. The last sweep of a step maps the particles as `map_at_start` does, from where they have moved.
    type :: scheme_t
+      character(name_len) :: name = ''           !! 'usf', 'usl', 'usavg' or 'musl'
       type(sweep_t) :: map_at_start              !! what the first node values of a step need
       type(sweep_t), allocatable :: sweeps(:)    !! the step
    end type scheme_t
@@ -25,6 +26,7 @@ contains
       character(*), intent(in) :: name
       type(scheme_t) :: scheme
       type(sweep_t) :: strain_and_map_force, kick_and_map
+      scheme%name = name
       kick_and_map = sweep_t(kick=.true., map_motion=.true.)
       strain_and_map_force = sweep_t(strain_fraction=1.0_dp, strain_by=at_start, map_force=.true.)
       select case (name)

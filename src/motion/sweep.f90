@@ -42,7 +42,7 @@ module hampm_sweep
       logical :: left_cell = .false.             !! some particle has left its cell
       logical :: jumped = .false.                !! some particle moved past the next cell or is no longer a number
       real(dp) :: velocity_change_energy = 0     !! sum of m |dv|**2 / 2 [J]
-      real(dp) :: stress_work = 0                !! sum of V (P + P_new) : dH / 2 [J]
+      real(dp) :: stress_work = 0                !! sum of V times the integral of P : dH by Simpson's rule [J]
    end type sweep_report_t
 
 contains
@@ -194,7 +194,7 @@ contains
       end do
    end subroutine strain
 
-   !> Add the work of the stress in the strain step that follows, sum of V (P + P_new) : dH / 2 [J].
+   !> Add the work of the stress in the strain step that follows, sum of V times the integral of P : dH by Simpson's rule [J].
    pure subroutine audit_strain(n, xi, inverse_size, change, materials, material, volume, gradient, work)
       integer, intent(in) :: n, material(n)
       real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners), volume(n), gradient(ndim, ndim, n)
@@ -205,7 +205,8 @@ contains
       do i = 1, n
          dh = gradient_change(xi(:, i), inverse_size, change, gradient(:, :, i))
          associate (m => materials(material(i)), h => gradient(:, :, i))
-            work = work + 0.5_dp*volume(i)*sum(dh*(m%conjugate_stress(h) + m%conjugate_stress(h + dh)))
+            work = work + volume(i)/6*sum(dh*(m%conjugate_stress(h) + 4*m%conjugate_stress(h + dh/2) &
+                                              + m%conjugate_stress(h + dh)))
          end associate
       end do
    end subroutine audit_strain

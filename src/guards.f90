@@ -1,0 +1,71 @@
+!> The look, at every sample, whether the numbers of a run still mean something.
+module hampm_guards
+   use hampm_kinds, only: dp
+   use hampm_energy, only: largest_gradient, most_crushed_particle, liveliest_particle, determinant_of
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_linear_elastic, only: small_gradient
+   use hampm_measurements, only: measurements_t
+   use hampm_step, only: motion_t, when, place
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: check_state
+
+   real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
+
+contains
+
+   !> Fail where material is turned inside out, an energy is not a number or has grown without work. Set `warning`, once,
+   !> where the small-strain law is used beyond what it is meant for.
+   subroutine check_state(motion, measurements, warning, failure)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(in) :: measurements
+      character(:), allocatable, intent(inout) :: warning
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: now
+      real(dp) :: gain, stored
+      integer :: crushed
+      now = when(motion%steps, motion%time)
+      stored = measurements%kinetic_energy + measurements%strain_energy
+      gain = stored + motion%damping_loss - motion%external_work - measurements%initial_energy
+      crushed = most_crushed_particle(motion%particles, motion%materials)
+      if (crushed > 0) then
+         if (.not. determinant_of(motion%particles, crushed) > 0) then
+            call failure%report(exit_computation, now//'the material that started at '//place(motion%particles, crushed)// &
+                                ' is turned inside out (det F <= 0). Likely cause: a load is too large for the material, '// &
+                                'or the run is unstable; reduce the load or &method courant')
+            return
+         end if
+      end if
+      if (.not. stored <= huge(stored)) then
+         call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(motion)// &
+                             ' is no longer a number. Likely cause: the run is unstable; reduce &method courant'// &
+                             other_scheme(motion))
+      else if (gain > largest_gain*max(measurements%largest_energy, measurements%initial_energy)) then
+         call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
+                             ' J more than the loads have done work; most of it is near the particle that started at '// &
+                             liveliest(motion)//'. Likely cause: the run is unstable; reduce &method courant'// &
+                             other_scheme(motion))
+      else if (.not. allocated(warning)) then
+         gain = largest_gradient(motion%particles, motion%materials)
+         if (gain > small_gradient) warning = now//'a displacement gradient has reached '//to_text(gain)// &
+            '; the law ''linear_elastic'' is for small strains and rotations (below '//to_text(small_gradient)// &
+            '). Use law = ''neo_hookean'''
+      end if
+   end subroutine check_state
+
+   !> Where the particle with the most energy started, for messages.
+   function liveliest(motion) result(text)
+      type(motion_t), intent(in) :: motion
+      character(:), allocatable :: text
+      text = place(motion%particles, liveliest_particle(motion%particles, motion%materials))
+   end function liveliest
+
+   !> A further advice where the scheme is the one that is known to be unstable.
+   function other_scheme(motion) result(text)
+      type(motion_t), intent(in) :: motion
+      character(:), allocatable :: text
+      text = ''
+      if (motion%scheme%name == 'usl') text = ', or choose another &method scheme than ''usl'''
+   end function other_scheme
+end module hampm_guards
