@@ -10,19 +10,21 @@ HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhd
              -lhdf5_serial_hl -lhdf5_serial
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
-release := -O3 -march=native -flto -finline-limit=1000
+release := -O3 -march=native -flto=auto -ffat-lto-objects -finline-limit=1000
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 FLAGS := $(COMMON) $($(build)) $(HDF5_COMPILE) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
 UNIT_TESTS := $(wildcard tests/unit/test_*.f90)
+UNIT_TOOLS := $(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90))
 LIBRARY := $(patsubst %.f90,$(O)/%.o,$(notdir $(filter-out src/main.f90,$(SOURCES))))
 UNIT_PROGRAMS := $(patsubst tests/unit/%.f90,$(O)/%,$(UNIT_TESTS))
+UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run test bench figures program unit setup clean
+.PHONY: help run test bench program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -54,17 +56,14 @@ unit: $(UNIT_PROGRAMS) $(O)/results_driver
 clean:  ## remove what was built; results stay
 	rm -rf build
 
-$(O)/hampm: $(O)/main.o $(LIBRARY)
-	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
+$(O)/hampm: $(O)/main.o
+$(O)/bench_step: $(O)/bench_step.o
+$(O)/results_driver: $(O)/results_driver.o
+$(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
+$(UNIT_PROGRAMS) $(O)/results_driver: LINK := -fno-lto   # many programs, each of which runs for a moment
 
-$(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(O)/harness.o $(LIBRARY)
-	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
-
-$(O)/bench_step: $(O)/%: $(O)/%.o $(LIBRARY)
-	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
-
-$(O)/results_driver: $(O)/results_driver.o $(LIBRARY)
-	$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK)
+$(O)/hampm $(O)/bench_step $(O)/results_driver $(UNIT_PROGRAMS): $(LIBRARY)
+	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK)
 
 # A changed flag, here or on the command line, builds everything anew.
 $(O)/%.o: %.f90 $(O)/flags
@@ -75,10 +74,10 @@ $(O)/flags: FORCE
 	@echo '$(FC) $(FLAGS)' | cmp -s - $@ || echo '$(FC) $(FLAGS)' > $@
 FORCE:
 
-$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(wildcard tests/unit/harness.f90 tests/output/*.f90 bench/*.f90) tools/depends.awk
+$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 bench/*.f90) tools/depends.awk
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run test bench figures,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run test bench,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif

@@ -1,0 +1,166 @@
+!> Values at crack nodes from the particles around them, and the energy release rates made of them.
+program test_crack_closure
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: shape_functions
+   use hampm_crack, only: crack_t, find_crack
+   use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
+   use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
+   use hampm_extrapolation, only: patch_t, patch_around, fitted_displacement, lumped_displacement, lumped_stress, &
+                                  internal_force
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_forest, only: forest_t
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_material, only: new_material
+   use hampm_samples, only: rectangle_t, place_bodies, thickness
+   use hampm_step, only: motion_t
+   implicit none
+
+   real(dp), parameter :: cell = 0.25_dp, young = 50.0_dp, poisson = 0.3_dp
+   integer :: points
+
+   call repeat_random_numbers()
+   do points = 1, 3
+      call nodal_values(points)
+      call uniform_stress(points)
+   end do
+   call closure_of_uniform_fields(1.0_dp)
+   call closure_of_uniform_fields(-1.0_dp)
+   call tip_without_node()
+   call double_cantilever_beam()
+   call finish()
+
+contains
+
+   !> A body that covers 4 x 2 cells on one side of the plane y = 0.
+   subroutine place(points, side, m)
+      integer, intent(in) :: points              !! per cell and direction
+      real(dp), intent(in) :: side               !! sign of the side
+      type(motion_t), intent(out) :: m
+      real(dp) :: bottom
+      bottom = min(0.0_dp, 2*side*cell)
+      call place_bodies(forest_t([-3*cell, -3*cell], cell, [6, 6]), &
+                        new_material('', 'linear_elastic', .true., young, poisson, 1.0_dp), &
+                        [rectangle_t([-2*cell, bottom], [2*cell, bottom + 2*cell], [4*points, 2*points])], m)
+   end subroutine place
+
+   !> Particles that move with a finite element field give its nodal values back, at inner nodes and at the edge.
+   subroutine nodal_values(points)
+      integer, intent(in) :: points
+      type(motion_t) :: m
+      type(patch_t) :: patch
+      real(dp), allocatable :: nodal(:, :)
+      real(dp) :: u(ndim), error
+      integer :: i, node
+      call place(points, 1.0_dp, m)
+      allocate (nodal(ndim, m%grid%n_nodes))
+      call random_number(nodal)
+      associate (p => m%particles, grid => m%grid)
+         do i = 1, p%n
+            p%displacement(:, i) = matmul(nodal(:, grid%element_nodes(:, p%cell(i))), &
+                                          shape_functions(grid%local_coordinate(p%cell(i), p%reference(:, i))))
+         end do
+         ! The particles stay in their cells, at the places where the field was taken
+         p%reference = p%reference - p%displacement
+         error = 0
+         do node = 1, grid%n_nodes
+            if (all(grid%node_position(:, node) > [-2.1_dp, -0.1_dp]*cell .and. &
+                    grid%node_position(:, node) < [2.1_dp, 2.1_dp]*cell)) then
+               call patch_around(grid, p, node, patch)
+               u = fitted_displacement(patch, p)
+               error = max(error, maxval(abs(u - nodal(:, node))))
+               call check(all(ieee_is_finite(u)), 'the fitted displacement is finite')
+               call check(all(u > -10 .and. u < 10), 'and of the size of the displacements')
+            end if
+         end do
+         if (points > 1) call check_close(error, 0.0_dp, 1.0e-11_dp, 'the fit returns the nodal values of a finite element field')
+         p%displacement = spread([0.3_dp, -0.2_dp], 2, p%n)
+         call patch_around(grid, p, grid%node_at([0.0_dp, cell]), patch)
+         u = fitted_displacement(patch, p)
+         call check_close(maxval(abs(u - [0.3_dp, -0.2_dp])), 0.0_dp, 1.0e-14_dp, 'the fit returns a uniform displacement')
+         u = lumped_displacement(patch, p)
+         call check_close(maxval(abs(u - [0.3_dp, -0.2_dp])), 0.0_dp, 1.0e-14_dp, 'so does the lumped extrapolation')
+      end associate
+   end subroutine nodal_values
+
+   !> A uniform stress is found at every node; it puts no force on inner nodes and its traction on those at the edge.
+   subroutine uniform_stress(points)
+      integer, intent(in) :: points
+      type(motion_t) :: m
+      type(patch_t) :: patch
+      real(dp), parameter :: h(ndim, ndim) = reshape([1.0e-3_dp, 2.0e-3_dp, -5.0e-4_dp, 3.0e-3_dp], [ndim, ndim])
+      real(dp) :: stress(ndim, ndim)
+      integer :: i
+      call place(points, 1.0_dp, m)
+      associate (p => m%particles, grid => m%grid)
+         do i = 1, p%n
+            p%gradient(:, :, i) = h
+         end do
+         stress = m%materials(1)%kirchhoff_stress(h)
+         call patch_around(grid, p, grid%node_at([0.0_dp, cell]), patch)
+         call check_close(maxval(abs(lumped_stress(patch, p, m%materials) - stress)), 0.0_dp, 1.0e-15_dp*young, &
+                          'a uniform stress is found inside')
+         call check_close(norm2(internal_force(patch, p, m%materials)), 0.0_dp, 1.0e-16_dp*young, &
+                          'a uniform stress puts no force on inner nodes')
+         call patch_around(grid, p, grid%node_at([0.0_dp, 0.0_dp]), patch)
+         call check_close(maxval(abs(lumped_stress(patch, p, m%materials) - stress)), 0.0_dp, 1.0e-15_dp*young, &
+                          'a uniform stress is found at the edge')
+         call check_close(norm2(internal_force(patch, p, m%materials) - stress(:, 2)*cell*thickness), 0.0_dp, 1.0e-16_dp*young, &
+                          'the force on a node of the edge is its traction times its area')
+      end associate
+   end subroutine uniform_stress
+
+   !> With a uniform stress s across the plane and every particle displaced by d away from it the closures are
+   !> G = (s h B)(2 d) / (2 h B) = s d and, of stress, d / 6 (2 s + s) = s d / 2, with the sign of d.
+   subroutine closure_of_uniform_fields(side)
+      real(dp), intent(in) :: side
+      real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell
+      type(motion_t) :: m
+      type(crack_t) :: crack
+      type(failure_t) :: failure
+      real(dp) :: s, opening, g_force, g_stress
+      integer :: i, turn
+      s = young*strain
+      call place(2, side, m)
+      call find_crack(m%grid, [0.0_dp, 0.0_dp], [1.0_dp, 0.0_dp], [0.0_dp, side*cell], crack, failure)
+      call check(.not. failure%failed(), 'the tip has its nodes')
+      associate (p => m%particles)
+         do i = 1, p%n
+            p%gradient(:, :, i) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
+         end do
+         do turn = 1, -1, -2
+            p%displacement(2, :) = turn*side*d
+            opening = crack_opening(crack, m%grid, p)
+            call check_close(opening, turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
+            p%reference(2, :) = p%reference(2, :) - p%displacement(2, :)
+            g_force = nodal_force_closure(crack, m%grid, p, m%materials, thickness)
+            g_stress = stress_closure(crack, m%grid, p, m%materials)
+            p%reference(2, :) = p%reference(2, :) + p%displacement(2, :)
+            call check_close(g_force, turn*s*d, 1.0e-13_dp*s*d, 'nodal force closure of uniform fields, signed like the opening')
+            call check_close(g_stress, turn*s*d/2, 1.0e-13_dp*s*d, 'stress closure of uniform fields, signed like the opening')
+         end do
+      end associate
+   end subroutine closure_of_uniform_fields
+
+   subroutine tip_without_node()
+      type(motion_t) :: m
+      type(crack_t) :: crack
+      type(failure_t) :: failure
+      call place(2, 1.0_dp, m)
+      call find_crack(m%grid, [0.1_dp*cell, 0.0_dp], [1.0_dp, 0.0_dp], [0.0_dp, cell], crack, failure)
+      call check(failure%code == exit_input, 'a tip between nodes is a mistake of the input')
+   end subroutine tip_without_node
+
+   !> G = P**2 / (2 B) dC/da with the compliance C = 2 a**3 / (3 E I), I = B D**3 / 12, of two cantilevers.
+   subroutine double_cantilever_beam()
+      real(dp), parameter :: p = 3.0_dp, a = 0.05_dp, d = 0.01_dp, b = 0.02_dp, e = 70.0e9_dp
+      real(dp) :: g, slope
+      g = dcb_energy_release_rate(p, a, d, b, e, 0.0_dp)
+      slope = 2*a**2/(e*b*d**3/12)
+      call check_close(g/(p**2/(2*b)*slope), 1.0_dp, 1.0e-15_dp, 'G of the beams is the rate of their compliance')
+      call check_close(dcb_energy_release_rate(1.0_dp, 0.05_dp, 0.01_dp, 0.01_dp, 70.0e9_dp, 0.0_dp)/(3.0e-2_dp/7), 1.0_dp, &
+                       1.0e-14_dp, 'G of a known beam: 4.286 mJ/m2')
+      call check_close(dcb_energy_release_rate(p, a, d, b, e, chi_foundation)/g, (1 + d/a*2/3)**2, 1.0e-14_dp, &
+                       'the foundation lengthens the crack by 2/3 of the depth')
+   end subroutine double_cantilever_beam
+end program test_crack_closure

@@ -1,0 +1,67 @@
+!> The tables between elements and nodes of a grid say the same in both directions.
+program test_grid
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_grid, only: grid_t, build_grid, element_of_slot, corner_of_slot
+   use hampm_harness, only: check, check_close, finish
+   implicit none
+
+   type(grid_t) :: grid
+   type(failure_t) :: failure
+
+   call build_grid(forest_t(lower=[0.1_dp, -0.3_dp], cell=0.07_dp, cells=[6, 4]), grid, failure)
+   call check(.not. failure%failed(), 'the grid is built')
+   call check(grid%n_elements == 24 .and. grid%n_nodes == 35, 'as many elements and nodes as the lattice has')
+   call corners_of_elements()
+   call elements_of_nodes()
+   call places_of_nodes()
+   call finish()
+
+contains
+
+   subroutine corners_of_elements()
+      real(dp) :: xi(ndim), error
+      integer :: e, c, d
+      error = 0
+      do e = 1, grid%n_elements
+         do c = 1, corners
+            xi = grid%local_coordinate(e, grid%node_position(:, grid%element_nodes(c, e)))
+            error = max(error, maxval(abs(xi - [(real(ibits(c - 1, d - 1, 1), dp), d=1, ndim)])))
+         end do
+      end do
+      call check_close(error, 0.0_dp, 1.0e-14_dp, 'the nodes of an element stand at its corners')
+   end subroutine corners_of_elements
+
+   subroutine elements_of_nodes()
+      integer :: node, k, slot, last, wrong, seen(corners, grid%n_elements)
+      wrong = 0
+      seen = 0
+      do node = 1, grid%n_nodes
+         last = 0
+         do k = 1, count(grid%node_slot(:, node) > 0)
+            slot = grid%node_slot(k, node)
+            associate (e => element_of_slot(slot), c => corner_of_slot(slot))
+               seen(c, e) = seen(c, e) + 1
+               if (grid%element_nodes(c, e) /= node .or. e <= last) wrong = wrong + 1
+               last = e
+            end associate
+         end do
+      end do
+      call check(wrong == 0, 'the elements around a node have it as the corner that is noted, in ascending order')
+      call check(all(seen == 1), 'every corner of every element is listed at one node, once')
+   end subroutine elements_of_nodes
+
+   subroutine places_of_nodes()
+      integer :: node, wrong
+      wrong = 0
+      do node = 1, grid%n_nodes
+         if (grid%node_at(grid%node_position(:, node)) /= node) wrong = wrong + 1
+         if (grid%node_at(grid%node_position(:, node) + 1.0e-9_dp*grid%forest%cell) /= node) wrong = wrong + 1
+         if (grid%node_at(grid%node_position(:, node) + 0.5_dp*grid%forest%cell) /= 0) wrong = wrong + 1
+      end do
+      call check(wrong == 0, 'node_at finds every node at its place and none between nodes')
+      call check(grid%node_at(grid%forest%corner_position([7, 0])) == 0, 'nor beyond the upper edge of the grid')
+      call check(grid%node_at(grid%forest%corner_position([0, -1])) == 0, 'nor below the lower edge')
+   end subroutine places_of_nodes
+end program test_grid

@@ -1,0 +1,156 @@
+!> Loads keep their resultant and their moment however they, the deformed body and the cells lie to each other.
+program test_loads
+   use hampm_kinds, only: dp, ndim
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_loads, only: load_t, load_on_points, load_on_particles, apply_loads, work_of_loads, follow_sort
+   use hampm_load_history, only: load_history_t
+   use hampm_material, only: new_material
+   use hampm_particles, only: sort_into_cells
+   use hampm_samples, only: rectangle_t, place_bodies
+   use hampm_step, only: motion_t
+   use hampm_tensors, only: identity
+   implicit none
+
+   real(dp), parameter :: cell = 0.1_dp, force(ndim) = [3.0_dp, -7.0_dp]
+   real(dp), parameter :: lower(ndim) = [0.3_dp, 0.3_dp], upper(ndim) = [0.7_dp, 0.5_dp]
+   real(dp), parameter :: rounding = 1.0e-13_dp
+   integer :: k
+   real(dp) :: shift(ndim)
+
+   call repeat_random_numbers()
+   do k = 1, 20
+      call random_number(shift)
+      call traction_on_edge(cell*shift)
+      call body_force(cell*shift)
+      call power_of_loads(cell*shift)
+   end do
+   call nearest_host()
+   call finish()
+
+contains
+
+   !> A body on a grid that is shifted against it.
+   subroutine place(shift, m)
+      real(dp), intent(in) :: shift(ndim)
+      type(motion_t), intent(out) :: m
+      call place_bodies(forest_t(-shift, cell, [14, 12]), new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 2.0_dp), &
+                        [rectangle_t(lower, upper, [9, 5])], m)
+   end subroutine place
+
+   !> Places at the centres of equal parts of the right edge of the body.
+   pure function edge_places() result(x)
+      integer, parameter :: n = 7
+      real(dp) :: x(ndim, n)
+      integer :: i
+      do i = 1, n
+         x(:, i) = [upper(1), lower(2) + (i - 0.5_dp)/n*(upper(2) - lower(2))]
+      end do
+   end function edge_places
+
+   !> Move the body by u = b + A X, a stretch and a rotation of 40 degrees, and sort its particles.
+   subroutine deform(m, b, a)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(out) :: b(ndim), a(ndim, ndim)
+      real(dp), parameter :: angle = 0.7_dp
+      type(failure_t) :: failure
+      integer :: i
+      a = reshape([1.1_dp*cos(angle), 1.1_dp*sin(angle), -0.95_dp*sin(angle), 0.95_dp*cos(angle)], [ndim, ndim]) - identity
+      b = [0.26_dp, -0.19_dp]
+      do i = 1, m%particles%n
+         m%particles%displacement(:, i) = b + matmul(a, m%particles%reference(:, i))
+         m%particles%gradient(:, :, i) = a
+      end do
+      call sort_into_cells(m%particles, m%grid, failure)
+      call follow_sort(m%loads, m%particles%new_place)
+      call check(.not. failure%failed(), 'the deformed body is in the grid')
+   end subroutine deform
+
+   !> The nodal forces have the resultant `force` and the moment of that force at `centre`.
+   subroutine check_resultant(m, time, centre, expected, what)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: time, centre(ndim), expected(ndim)
+      character(*), intent(in) :: what
+      real(dp) :: f(ndim, m%grid%n_nodes), moment
+      f = 0
+      call apply_loads(m%loads, time, m%grid, m%particles, f)
+      moment = sum(m%grid%node_position(1, :)*f(2, :) - m%grid%node_position(2, :)*f(1, :))
+      call check_close(maxval(abs(sum(f, dim=2) - expected)), 0.0_dp, rounding*norm2(force), what//': resultant')
+      call check_close(moment, centre(1)*expected(2) - centre(2)*expected(1), rounding*norm2(force), what//': moment')
+      call apply_loads(m%loads, time, m%grid, m%particles, f)
+      call check_close(maxval(abs(sum(f, dim=2) - expected)), 0.0_dp, rounding*norm2(force), what//': anew in every step')
+   end subroutine check_resultant
+
+   subroutine traction_on_edge(shift)
+      real(dp), intent(in) :: shift(ndim)
+      type(motion_t) :: m
+      real(dp) :: centre(ndim), b(ndim), a(ndim, ndim)
+      call place(shift, m)
+      allocate (m%loads(1))
+      m%loads(1)%force = force
+      m%loads(1)%history = load_history_t(kind='ramp', rise_time=2.0_dp)
+      call load_on_points(m%particles, m%grid, edge_places(), m%loads(1))
+      centre = [upper(1), (lower(2) + upper(2))/2]
+      call check_resultant(m, 2.0_dp, centre, force, 'traction on the edge')
+      call check_resultant(m, 0.5_dp, centre, 0.25_dp*force, 'traction while it rises')
+      call deform(m, b, a)
+      call check_resultant(m, 2.0_dp, centre + b + matmul(a, centre), force, 'traction on the deformed edge')
+   end subroutine traction_on_edge
+
+   subroutine body_force(shift)
+      real(dp), intent(in) :: shift(ndim)
+      type(motion_t) :: m
+      real(dp) :: centre(ndim), b(ndim), a(ndim, ndim)
+      call place(shift, m)
+      allocate (m%loads(1))
+      m%loads(1)%force = force
+      call load_on_particles(m%particles, lower, upper, m%loads(1))
+      call check(size(m%loads(1)%host) == m%particles%n, 'a body force acts on all particles in its box')
+      centre = (lower + upper)/2
+      call check_resultant(m, 0.0_dp, centre, force, 'body force')
+      call deform(m, b, a)
+      call check_resultant(m, 0.0_dp, centre + b + matmul(a, centre), force, 'body force on the deformed body')
+   end subroutine body_force
+
+   !> Two loads: their power is the sum of nodal force times nodal velocity, and force times velocity in a translation.
+   subroutine power_of_loads(shift)
+      real(dp), intent(in) :: shift(ndim)
+      type(motion_t) :: m
+      real(dp), allocatable :: f(:, :), v(:, :)
+      real(dp), parameter :: translation(ndim) = [0.3_dp, 0.4_dp]
+      call place(shift, m)
+      allocate (m%loads(2))
+      m%loads(1)%force = force
+      m%loads(2)%force = -3*force
+      call load_on_points(m%particles, m%grid, edge_places(), m%loads(1))
+      call load_on_particles(m%particles, lower, upper, m%loads(2))
+      allocate (f(ndim, m%grid%n_nodes), v(ndim, m%grid%n_nodes), source=0.0_dp)
+      call apply_loads(m%loads, 0.0_dp, m%grid, m%particles, f)
+      call random_number(v)
+      call check_close(work_of_loads(m%loads, 0.0_dp, m%grid, m%particles, v), sum(f*v), 1.0e-12_dp, &
+                       'power of the loads = sum of nodal force times nodal velocity')
+      v = spread(translation, 2, m%grid%n_nodes)
+      call check_close(work_of_loads(m%loads, 0.0_dp, m%grid, m%particles, v), -2*dot_product(force, translation), 1.0e-12_dp, &
+                       'power of the loads in a translation = force times velocity')
+   end subroutine power_of_loads
+
+   !> The host of a place is the particle nearest to it, however far away.
+   subroutine nearest_host()
+      type(motion_t) :: m
+      type(load_t) :: load
+      integer, parameter :: places = 100
+      real(dp) :: x(ndim, places), distance
+      integer :: i, n, wrong
+      call place([0.0_dp, 0.0_dp], m)
+      call random_number(x)
+      x = 1.6_dp*x - 0.2_dp
+      call load_on_points(m%particles, m%grid, x, load)
+      wrong = 0
+      do i = 1, places
+         distance = minval([(norm2(m%particles%position(n) - x(:, i)), n=1, m%particles%n)])
+         if (norm2(m%particles%position(load%host(i)) - x(:, i)) > distance + 1.0e-15_dp) wrong = wrong + 1
+      end do
+      call check(wrong == 0, 'a load is hosted by the nearest particle')
+   end subroutine nearest_host
+end program test_loads

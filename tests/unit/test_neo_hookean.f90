@@ -1,0 +1,155 @@
+!> Neo-Hookean elasticity: an energy, a stress that is its derivative, and no notice of rotations.
+program test_neo_hookean
+   use hampm_kinds, only: dp, ndim
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_material, only: material_t, new_material
+   use hampm_tensors, only: identity, determinant
+   implicit none
+
+   real(dp), parameter :: young = 1.0_dp, poisson = 0.3_dp
+   character(*), parameter :: planes(2) = [character(12) :: 'plane stress', 'plane strain']
+   type(material_t) :: m
+   integer :: k
+
+   call repeat_random_numbers()
+   do k = 1, 2
+      m = new_material('rubber', 'neo_hookean', planes(k) == 'plane stress', young, poisson, 1.0_dp)
+      call derivative_of_energy(planes(k))
+      call rotations(planes(k))
+      call digits_of_small_strains(planes(k))
+      call turned_inside_out(planes(k))
+   end do
+   call uniaxial_stress()
+   call stress_out_of_plane()
+   call uniaxial_strain()
+   call finish()
+
+contains
+
+   !> A displacement gradient with stretches of some ten per cent.
+   function some_gradient() result(h)
+      real(dp) :: h(ndim, ndim)
+      call random_number(h)
+      h = 0.5_dp*(h - 0.5_dp)
+   end function some_gradient
+
+   pure function rotation(angle) result(q)
+      real(dp), intent(in) :: angle
+      real(dp) :: q(ndim, ndim)
+      q = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim])
+   end function rotation
+
+   !> Largest difference between the conjugate stress and central differences of the energy of width `step`.
+   real(dp) function difference_error(h, step) result(error)
+      real(dp), intent(in) :: h(ndim, ndim), step
+      real(dp) :: change(ndim, ndim), stress(ndim, ndim)
+      integer :: i, j
+      error = 0
+      stress = m%conjugate_stress(h)
+      do j = 1, ndim
+         do i = 1, ndim
+            change = 0
+            change(i, j) = step
+            error = max(error, abs((m%energy_density(h + change) - m%energy_density(h - change))/(2*step) - stress(i, j)))
+         end do
+      end do
+   end function difference_error
+
+   subroutine derivative_of_energy(plane)
+      character(*), intent(in) :: plane
+      real(dp) :: h(ndim, ndim), error(2), order, tau(ndim, ndim), piola(ndim, ndim)
+      h = some_gradient()
+      error = [difference_error(h, 2.0e-3_dp), difference_error(h, 1.0e-3_dp)]
+      order = log(error(1)/error(2))/log(2.0_dp)
+      write (*, '(2a,f7.4)') plane, ': differences of the energy against the stress: order', order
+      call check_close(order, 2.0_dp, 0.01_dp, plane//': the stress is the derivative of the energy')
+      tau = m%kirchhoff_stress(h)
+      piola = m%conjugate_stress(h)
+      call check_close(maxval(abs(matmul(piola, transpose(identity + h)) - tau)), 0.0_dp, 1.0e-15_dp, &
+                       plane//': Kirchhoff stress = first Piola stress F^T')
+      call check_close(tau(1, 2), tau(2, 1), 1.0e-16_dp, plane//': the Kirchhoff stress is symmetric')
+   end subroutine derivative_of_energy
+
+   subroutine rotations(plane)
+      character(*), intent(in) :: plane
+      real(dp) :: h(ndim, ndim), turned(ndim, ndim), q(ndim, ndim), stress(ndim, ndim), expected(ndim, ndim)
+      q = rotation(2.0_dp)
+      stress = m%kirchhoff_stress(q - identity)
+      call check_close(maxval(abs(stress)), 0.0_dp, 1.0e-15_dp, plane//': a rotation causes no stress')
+      call check_close(m%energy_density(q - identity), 0.0_dp, 1.0e-15_dp, plane//': nor energy')
+      h = some_gradient()
+      turned = matmul(q, identity + h) - identity
+      stress = m%kirchhoff_stress(turned)
+      expected = matmul(q, matmul(m%kirchhoff_stress(h), transpose(q)))
+      call check_close(maxval(abs(stress - expected)), 0.0_dp, 2.0e-15_dp, plane//': the stress turns with the material')
+      call check_close(m%energy_density(turned), m%energy_density(h), 1.0e-15_dp, plane//': the energy does not change')
+   end subroutine rotations
+
+   !> At 1e-12 the law is linear to 12 digits.
+   subroutine digits_of_small_strains(plane)
+      character(*), intent(in) :: plane
+      type(material_t) :: linear
+      real(dp) :: h(ndim, ndim), stress(ndim, ndim), expected(ndim, ndim)
+      linear = new_material('', 'linear_elastic', m%plane_stress, young, poisson, 1.0_dp)
+      h = 1.0e-12_dp*some_gradient()
+      stress = m%kirchhoff_stress(h)
+      expected = linear%kirchhoff_stress(h)
+      call check_close(maxval(abs(stress - expected))/maxval(abs(expected)), 0.0_dp, 1.0e-11_dp, &
+                       plane//': the stress of a strain of 1e-12 keeps its digits')
+      h = 1.0e-6_dp*some_gradient()
+      call check_close(m%energy_density(h)/linear%energy_density(h), 1.0_dp, 1.0e-4_dp, &
+                       plane//': the energy of a strain of 1e-6 keeps digits')
+   end subroutine digits_of_small_strains
+
+   subroutine turned_inside_out(plane)
+      character(*), intent(in) :: plane
+      real(dp) :: h(ndim, ndim)
+      h = reshape([-2.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim])
+      call check_close(maxval(abs(m%kirchhoff_stress(h))), 0.0_dp, 0.0_dp, plane//': material turned inside out has no stress')
+      call check_close(maxval(abs(m%conjugate_stress(h))), 0.0_dp, 0.0_dp, plane//': neither conjugate stress')
+      call check_close(m%energy_density(h), 0.0_dp, 0.0_dp, plane//': nor energy')
+   end subroutine turned_inside_out
+
+   !> In a bar in tension the stretches across are equal, t, and mu (t**2 - 1) + lambda ln(s t**2) = 0 gives the stretch
+   !> s along it; its stress is then mu (s**2 - t**2).
+   subroutine uniaxial_stress()
+      real(dp), parameter :: t = 0.95_dp
+      real(dp) :: s, mu, lambda, h(ndim, ndim), stress(ndim, ndim)
+      m = new_material('rubber', 'neo_hookean', .true., young, poisson, 1.0_dp)
+      mu = young/(2*(1 + poisson))
+      lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
+      s = exp(-mu*(t**2 - 1)/lambda)/t**2
+      h = reshape([s - 1, 0.0_dp, 0.0_dp, t - 1], [ndim, ndim])
+      stress = m%kirchhoff_stress(h)
+      call check_close(stress(1, 1), mu*(s**2 - t**2), 1.0e-14_dp, 'plane stress: the closed form of a bar in tension')
+      call check_close(stress(2, 2), 0.0_dp, 1.0e-14_dp, 'plane stress: no stress across the bar')
+   end subroutine uniaxial_stress
+
+   !> From the trace of the stress, mu (tr b - 2) + 2 lambda ln J, follows ln J, and from that the stress across.
+   subroutine stress_out_of_plane()
+      real(dp) :: h(ndim, ndim), f(ndim, ndim), stress(ndim, ndim), log_j, across, error
+      integer :: n
+      error = 0
+      do n = 1, 100
+         h = some_gradient()
+         f = identity + h
+         stress = m%kirchhoff_stress(h)
+         log_j = (stress(1, 1) + stress(2, 2) - m%mu*(sum(f**2) - 2))/(2*m%lambda)
+         across = m%mu*((exp(log_j)/determinant(f))**2 - 1) + m%lambda*log_j
+         error = max(error, abs(across))
+      end do
+      call check_close(error, 0.0_dp, 2.0e-14_dp, 'plane stress: no stress across the plane')
+   end subroutine stress_out_of_plane
+
+   subroutine uniaxial_strain()
+      real(dp), parameter :: s = 1.3_dp
+      real(dp) :: h(ndim, ndim), stress(ndim, ndim)
+      m = new_material('rubber', 'neo_hookean', .false., young, poisson, 1.0_dp)
+      h = reshape([s - 1, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim])
+      stress = m%kirchhoff_stress(h)
+      call check_close(stress(1, 1), m%mu*(s**2 - 1) + m%lambda*log(s), 1.0e-14_dp, 'plane strain: uniaxial strain along')
+      call check_close(stress(2, 2), m%lambda*log(s), 1.0e-14_dp, 'plane strain: uniaxial strain across')
+      call check_close(m%energy_density(h), 0.5_dp*m%mu*(s**2 - 1 - 2*log(s)) + 0.5_dp*m%lambda*log(s)**2, 1.0e-14_dp, &
+                       'plane strain: the energy of uniaxial strain')
+   end subroutine uniaxial_strain
+end program test_neo_hookean

@@ -1,0 +1,18 @@
+"""Runs the unit test programs of tests/unit, each in the release build and in the debug build with its run-time checks."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = sorted(source.stem for source in Path(__file__).parent.glob("test_*.f90"))
+
+
+@pytest.mark.parametrize("build", ["release", "debug"])
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_program(program, build):
+    path = ROOT / "build" / build / program
+    assert path.exists(), f"{path} is not built: run `make unit build={build}`"
+    run = subprocess.run([path], capture_output=True, text=True, errors="replace", timeout=120)
+    assert run.returncode == 0, f"{program} ({build}) failed with exit code {run.returncode}\n{run.stdout}{run.stderr}"
