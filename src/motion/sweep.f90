@@ -129,7 +129,8 @@ contains
                                                 cell_force(1, 1, e))
             if (sweep%move) then
                call take_corners(dt, new_velocity, element_nodes(:, e), at_corner)
-               call move(n, 1/edge, at_corner, xi, displacement(1, i), left_cell, jumped)
+               call move(n, element_lower(:, e), 1/edge, at_corner, reference(1, i), xi, displacement(1, i), &
+                         left_cell, jumped)
             end if
             if (sweep%map_moved_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), &
                                                         cell_momentum(1, 1, e))
@@ -251,17 +252,16 @@ contains
    end subroutine map_force
 
    !> u <- u + change, which is interpolated from the corners [m]; see whether particles leave the cell.
-   pure subroutine move(n, inverse_size, change, xi, displacement, left_cell, jumped)
+   pure subroutine move(n, lower, inverse_size, change, reference, xi, displacement, left_cell, jumped)
       integer, intent(in) :: n
-      real(dp), intent(in) :: inverse_size, change(ndim, corners)
+      real(dp), intent(in) :: lower(ndim), inverse_size, change(ndim, corners), reference(ndim, n)
       real(dp), intent(inout) :: xi(ndim, n), displacement(ndim, n)
       logical, intent(inout) :: left_cell, jumped
-      real(dp) :: du(ndim), new_xi(ndim)
+      real(dp) :: new_xi(ndim)
       integer :: i
       do i = 1, n
-         du = interpolate(xi(:, i), change)
-         displacement(:, i) = displacement(:, i) + du
-         new_xi = xi(:, i) + du*inverse_size
+         displacement(:, i) = displacement(:, i) + interpolate(xi(:, i), change)
+         new_xi = ((reference(:, i) - lower) + displacement(:, i))*inverse_size
          xi(:, i) = inside_cell(new_xi)
          if (.not. all(new_xi >= 0 .and. new_xi < 1)) then
             left_cell = .true.
