@@ -85,8 +85,8 @@ contains
       real(dp) :: lattice(ndim)
       node_at = 0
       lattice = (x - self%forest%lower)/self%forest%cell
+      if (any(.not. (lattice > -0.5_dp .and. lattice < self%forest%cells + 0.5_dp))) return
       if (any(abs(lattice - anint(lattice)) > 1.0e-6_dp)) return
-      if (any(nint(lattice) < 0 .or. nint(lattice) > self%forest%cells)) return
       node_at = lattice_node(self%forest, nint(lattice))
    end function node_at
 
