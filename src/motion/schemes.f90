@@ -32,22 +32,23 @@ contains
       select case (name)
       case ('usf')
          scheme%map_at_start = sweep_t(map_motion=.true.)
-         scheme%sweeps = [strain_and_map_force, &
-                          sweep_t(kick=.true., move=.true., map_moved_motion=.true.)]
+         allocate (scheme%sweeps, source=[strain_and_map_force, &
+                                          sweep_t(kick=.true., move=.true., map_moved_motion=.true.)])
       case ('usl')
          scheme%map_at_start = sweep_t(map_motion=.true., map_force=.true.)
-         scheme%sweeps = [sweep_t(kick=.true., strain_fraction=1.0_dp, strain_by=new, move=.true., &
-                                  map_moved_motion=.true., map_moved_force=.true.)]
+         allocate (scheme%sweeps, source=[sweep_t(kick=.true., strain_fraction=1.0_dp, strain_by=new, move=.true., &
+                                                  map_moved_motion=.true., map_moved_force=.true.)])
       case ('usavg')
          strain_and_map_force%strain_fraction = 0.5_dp
          scheme%map_at_start = sweep_t(map_motion=.true.)
-         scheme%sweeps = [strain_and_map_force, kick_and_map, &
-                          sweep_t(strain_fraction=0.5_dp, strain_by=mapped, move=.true., map_moved_motion=.true.)]
+         allocate (scheme%sweeps, source=[strain_and_map_force, kick_and_map, &
+                                          sweep_t(strain_fraction=0.5_dp, strain_by=mapped, move=.true., &
+                                                  map_moved_motion=.true.)])
       case default
          scheme%map_at_start = sweep_t(map_motion=.true., map_force=.true.)
-         scheme%sweeps = [kick_and_map, &
-                          sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true., &
-                                  map_moved_motion=.true., map_moved_force=.true.)]
+         allocate (scheme%sweeps, source=[kick_and_map, &
+                                          sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true., &
+                                                  map_moved_motion=.true., map_moved_force=.true.)])
       end select
    end function new_scheme
 end module hampm_schemes

@@ -21,15 +21,16 @@ program test_energy_audit
       write (*, '(2a,es9.1)') schemes(k), ': linear elastic, residual over work', coarse
       call check_close(coarse, 0.0_dp, 1.0e-12_dp, trim(schemes(k))//': the audit of linear elasticity closes')
 
-      ! The audit takes the stress work by the trapezoidal rule, whose error falls with dt**2 where the law is not linear.
-      ! Plain USL strains free edges without bound, which leaves the error as the only thing to hold on to.
+      ! The audit takes the stress work by Simpson's rule, whose error falls with the fifth power of the strain step. Plain
+      ! USL strains free edges without bound: its error is seen, and only that it falls can be asked.
       coarse = residual('neo_hookean', trim(schemes(k)), 0.1_dp*cell, 200)
       fine = residual('neo_hookean', trim(schemes(k)), 0.05_dp*cell, 400)
-      write (*, '(2a,2es9.1,a,f6.2)') schemes(k), ': neo-Hookean, residual over work at dt, dt/2', coarse, fine, &
-         ', order', log(abs(coarse/fine))/log(2.0_dp)
-      call check(abs(fine) < 0.4_dp*abs(coarse), trim(schemes(k))//': the error of the trapezoidal rule falls with dt')
-      if (schemes(k) /= 'usl') call check_close(coarse, 0.0_dp, 1.0e-9_dp, &
-                                                trim(schemes(k))//': the audit of neo-Hookean elasticity closes')
+      write (*, '(2a,2es9.1)') schemes(k), ': neo-Hookean, residual over work at dt, dt/2', coarse, fine
+      if (schemes(k) == 'usl') then
+         call check(abs(fine) < 0.1_dp*abs(coarse), 'usl: the error of the stress work falls with dt')
+      else
+         call check_close(coarse, 0.0_dp, 1.0e-12_dp, trim(schemes(k))//': the audit of neo-Hookean elasticity closes')
+      end if
    end do
    call finish()
 

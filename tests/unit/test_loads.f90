@@ -4,7 +4,7 @@ program test_loads
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_loads, only: load_t, load_on_points, load_on_particles, apply_loads, work_of_loads, follow_sort
+   use hampm_loads, only: load_t, load_on_points, load_on_particles, apply_loads, power_on_nodes, follow_sort
    use hampm_load_history, only: load_history_t
    use hampm_material, only: new_material
    use hampm_particles, only: sort_into_cells
@@ -128,10 +128,10 @@ contains
       allocate (f(ndim, m%grid%n_nodes), v(ndim, m%grid%n_nodes), source=0.0_dp)
       call apply_loads(m%loads, 0.0_dp, m%grid, m%particles, f)
       call random_number(v)
-      call check_close(work_of_loads(m%loads, 0.0_dp, m%grid, m%particles, v), sum(f*v), 1.0e-12_dp, &
+      call check_close(power_on_nodes(m%loads, 0.0_dp, m%grid, m%particles, v), sum(f*v), 1.0e-12_dp, &
                        'power of the loads = sum of nodal force times nodal velocity')
       v = spread(translation, 2, m%grid%n_nodes)
-      call check_close(work_of_loads(m%loads, 0.0_dp, m%grid, m%particles, v), -2*dot_product(force, translation), 1.0e-12_dp, &
+      call check_close(power_on_nodes(m%loads, 0.0_dp, m%grid, m%particles, v), -2*dot_product(force, translation), 1.0e-12_dp, &
                        'power of the loads in a translation = force times velocity')
    end subroutine power_of_loads
 
