@@ -8,6 +8,7 @@ PYTHON := .venv/bin/python
 HDF5_COMPILE ?= -I/usr/include/hdf5/serial
 HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serialhl_fortran -lhdf5_serial_fortran \
              -lhdf5_serial_hl -lhdf5_serial
+ALGEBRA_LINK ?= -lumfpack -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
 release := -O3 -march=native -flto=auto -ffat-lto-objects -finline-limit=1000
@@ -63,7 +64,7 @@ $(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
 $(UNIT_PROGRAMS) $(O)/results_driver: LINK := -fno-lto   # many programs, each of which runs for a moment
 
 $(O)/hampm $(O)/bench_step $(O)/results_driver $(UNIT_PROGRAMS): $(LIBRARY)
-	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK)
+	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
 # A changed flag, here or on the command line, builds everything anew.
 $(O)/%.o: %.f90 $(O)/flags

@@ -8,6 +8,7 @@ module hampm_assembly
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
    use hampm_loads, only: load_t, load_on_points, load_on_particles
+   use hampm_mass_choice, only: new_mass_choice
    use hampm_material, only: new_material
    use hampm_particles, only: particles_t, new_particles, sort_into_cells
    use hampm_scene, only: scene_t, load_spec_t, body_t
@@ -42,7 +43,11 @@ contains
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
       motion%audit = scene%energy_release%energy_balance
-      call start_motion(motion, scene%method%scheme, failure)
+      associate (method => scene%method)
+         call start_motion(motion, method%scheme, failure, new_mass_choice(method%mass, method%solver, method%order, &
+                                                                           method%blend, method%full_lower, &
+                                                                           method%full_upper))
+      end associate
       if (failure%failed() .or. .not. scene%crack%present) return
       call find_crack(motion%grid, scene%crack%tip, scene%crack%direction, middle(scene%bodies(1)), crack, failure)
    end subroutine assemble
@@ -61,6 +66,7 @@ contains
       end do
       call new_particles(sum(product(points, dim=1)), grid%n_elements, p, failure)
       if (failure%failed()) return
+      p%total_frame = scene%method%frame == 'total'
       first = 1
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))

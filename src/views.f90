@@ -50,7 +50,7 @@ contains
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
          view%offsets = [(corners*e, e=0, grid%n_elements)]
          view%cell_types = spread(vtk_quad, 1, grid%n_elements)
-         call view%add_point_field('mass', reshape(f%mass, [1, grid%n_nodes]))
+         call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_nodes]))
          call view%add_point_field('velocity', f%velocity(:, :, at_start))
          call view%add_cell_field('particles', reshape([(real(start(i + 1) - start(i), dp), i=1, grid%n_elements)], &
                                                        [1, grid%n_elements]))

@@ -44,7 +44,7 @@ contains
                call local_number(patch, grid%element_nodes(c, e), local(c))
             end do
             do i = p%cell_start(e), p%cell_start(e + 1) - 1
-               xi = inside_cell(grid%local_coordinate(e, p%position(i)))
+               xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
                dn = shape_gradients(xi, 1/grid%element_size(e))
                patch%n = patch%n + 1
                patch%particle(patch%n) = i
@@ -117,7 +117,7 @@ contains
       force = 0
       do k = 1, patch%n
          associate (i => patch%particle(k))
-            force = force - p%volume(i)*matmul(materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i)), &
+            force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient(:, :, i), p%total_frame), &
                                                patch%gradient(:, k))
          end associate
       end do

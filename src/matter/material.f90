@@ -19,6 +19,7 @@ module hampm_material
    contains
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
+      procedure :: mapped_stress
       procedure :: energy_density
       procedure :: shear_wave_speed
       procedure :: dilatational_wave_speed
@@ -69,6 +70,19 @@ contains
          stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
       end if
    end function conjugate_stress
+
+   !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
+   pure function mapped_stress(self, h, total_frame) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
+      real(dp) :: stress(ndim, ndim)
+      if (total_frame) then
+         stress = self%conjugate_stress(h)
+      else
+         stress = self%kirchhoff_stress(h)
+      end if
+   end function mapped_stress
 
    !> Elastic energy per reference volume [J/m3].
    pure real(dp) function energy_density(self, h)

@@ -14,6 +14,7 @@ module hampm_particles
 
    type :: particles_t
       integer :: n = 0                                  !! number of particles
+      logical :: total_frame = .false.                  !! whether they stand in the grid at X, else at X + u
       real(dp), allocatable :: mass(:)                  !! m [kg], (n)
       real(dp), allocatable :: volume(:)                !! reference volume V [m3], (n)
       real(dp), allocatable :: reference(:, :)          !! reference position X [m], (ndim, n)
@@ -33,6 +34,7 @@ module hampm_particles
       real(dp), allocatable, private :: real_copy(:)
    contains
       procedure :: position
+      procedure :: place_in_grid
    end type particles_t
 
 contains
@@ -66,6 +68,15 @@ contains
       x = self%reference(:, i) + self%displacement(:, i)
    end function position
 
+   !> Where particle `i` stands in the grid [m]: the place at which shape functions are taken.
+   pure function place_in_grid(self, i) result(x)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(dp) :: x(ndim)
+      x = self%reference(:, i)
+      if (.not. self%total_frame) x = x + self%displacement(:, i)
+   end function place_in_grid
+
    !> Find the cell of every particle and sort all arrays by cell, keeping the order within a cell. `new_place` then
    !> tells where each particle went. Fails where a particle has left the grid or its position is not a number.
    subroutine sort_into_cells(p, grid, failure)
@@ -95,7 +106,7 @@ contains
       integer :: i, lost
       lost = 0
       do i = 1, p%n
-         p%cell(i) = grid%forest%leaf_at(p%position(i))
+         p%cell(i) = grid%forest%leaf_at(p%place_in_grid(i))
          if (p%cell(i) == outside .and. lost == 0) lost = i
       end do
       if (lost > 0) call failure%report(exit_computation, lost_particle(p, lost))

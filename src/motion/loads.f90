@@ -11,10 +11,9 @@ module hampm_loads
    use hampm_grid, only: grid_t
    use hampm_load_history, only: load_history_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, apply_loads, power_on_nodes, book_work
+   public :: load_t, load_on_points, load_on_particles, follow_sort, apply_loads, book_work
 
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
@@ -66,7 +65,7 @@ contains
       end do
    end subroutine follow_sort
 
-   !> Add the loads at a time to the nodal `force` [N], after clearing it where they act.
+   !> Add the loads at a time to the nodal `force` [N].
    subroutine apply_loads(loads, time, grid, p, force)
       type(load_t), intent(in) :: loads(:)
       real(dp), intent(in) :: time               !! [s]
@@ -75,11 +74,6 @@ contains
       real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_nodes)
       real(dp) :: n(corners), point_force(ndim)
       integer :: l, k, c, node
-      do l = 1, size(loads)
-         do k = 1, size(loads(l)%host)
-            force(:, grid%element_nodes(:, p%cell(loads(l)%host(k)))) = 0
-         end do
-      end do
       do l = 1, size(loads)
          associate (load => loads(l))
             do k = 1, size(load%host)
@@ -115,25 +109,6 @@ contains
       end do
    end subroutine book_work
 
-   !> Power of the loads on the nodes [W]: the sum of force times the nodal velocity, interpolated to the loaded points.
-   real(dp) function power_on_nodes(loads, time, grid, p, velocity) result(power)
-      type(load_t), intent(in) :: loads(:)
-      real(dp), intent(in) :: time               !! [s]
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      real(dp), intent(in), contiguous :: velocity(:, :)  !! [m/s], (ndim, n_nodes)
-      integer :: l, k
-      power = 0
-      do l = 1, size(loads)
-         associate (load => loads(l))
-            do k = 1, size(load%host)
-               power = power + load%share(k)*load%history%factor(time)*dot_product(load%force, &
-                       matmul(velocity(:, grid%element_nodes(:, p%cell(load%host(k)))), weights(load, k, grid, p)))
-            end do
-         end associate
-      end do
-   end function power_on_nodes
-
    !> Shape functions of the nodes of the host's cell at point `k` of a load.
    pure function weights(load, k, grid, p) result(n)
       type(load_t), intent(in) :: load
@@ -143,7 +118,8 @@ contains
       real(dp) :: n(corners)
       real(dp) :: x(ndim)
       associate (host => load%host(k))
-         x = p%position(host) + matmul(identity + p%gradient(:, :, host), load%offset(:, k))
+         x = p%place_in_grid(host) + load%offset(:, k)
+         if (.not. p%total_frame) x = x + matmul(p%gradient(:, :, host), load%offset(:, k))
          n = shape_functions(grid%local_coordinate(p%cell(host), x))
       end associate
    end function weights

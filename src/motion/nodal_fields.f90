@@ -4,12 +4,12 @@ module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t, element_of_slot
+   use hampm_mass_matrix, only: mass_matrix_t, gather_slots
    use hampm_particles, only: particles_t
    implicit none
    private
    public :: at_start, new, mapped, nodes_per_block, nodal_fields_t, new_nodal_fields, find_active_nodes, &
-             gather_mass_and_momentum, &
-             gather_internal_force
+             gather_mass_and_momentum, gather_internal_force
 
    ! The velocities of a node during a step
    integer, parameter :: at_start = 1            !! v_i, mapped from the particles at the start of the step, (10)
@@ -20,18 +20,16 @@ module hampm_nodal_fields
    integer, parameter :: nodes_per_block = 512
 
    type :: nodal_fields_t
-      real(dp), allocatable :: mass(:)                  !! lumped mass m_i, (9) [kg], (n_nodes)
+      type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells
       real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_nodes)
-      real(dp), allocatable :: internal_force(:, :)     !! (7) [N], (ndim, n_nodes)
-      real(dp), allocatable :: external_force(:, :)     !! (7), loads without damping [N], (ndim, n_nodes)
+      real(dp), allocatable :: force(:, :)              !! (7), internal and of the loads, without damping [N], (ndim, n_nodes)
       real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_nodes)
       real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_nodes, 3)
-      integer, allocatable :: active(:)                 !! nodes of occupied cells, ascending, (n_active)
-      integer :: n_active = 0
       ! Shares of the cells in the nodal sums, by corner and element as `node_slot` counts them; slot 0 stays zero
-      real(dp), allocatable :: cell_mass(:)             !! share in `mass`, (0:corners*n_elements)
+      real(dp), allocatable :: cell_mass(:)             !! share in D, (0:corners*n_elements)
       real(dp), allocatable :: cell_momentum(:, :)      !! share in `momentum`, (ndim, 0:corners*n_elements)
-      real(dp), allocatable :: cell_force(:, :)         !! share in `internal_force`, (ndim, 0:corners*n_elements)
+      real(dp), allocatable :: cell_force(:, :)         !! share of the internal force in `force`,
+                                                        !! (ndim, 0:corners*n_elements)
       real(dp), allocatable :: cell_audit(:, :)         !! workspace of the sweeps for the audit, (2, n_elements)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of `accelerate`: sums over blocks of active nodes,
                                                         !! (2, number of blocks)
@@ -46,20 +44,18 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       associate (n => grid%n_nodes, m => grid%n_elements)
-         allocate (f%mass(n), f%momentum(ndim, n), f%internal_force(ndim, n), f%external_force(ndim, n), &
-                   f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%active(n), f%cell_mass(0:corners*m), &
+         allocate (f%mass_matrix%lumped(n), f%mass_matrix%active(n), f%mass_matrix%cells(m), f%momentum(ndim, n), &
+                   f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%cell_mass(0:corners*m), &
                    f%cell_momentum(ndim, 0:corners*m), f%cell_force(ndim, 0:corners*m), f%cell_audit(2, m), &
-                   f%partial_power(2, n/nodes_per_block + 1), &
-                   stat=status)
+                   f%partial_power(2, n/nodes_per_block + 1), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'grid: not enough memory for its nodes')
          return
       end if
-      f%mass = 0
+      f%mass_matrix%lumped = 0
       f%momentum = 0
-      f%internal_force = 0
-      f%external_force = 0
+      f%force = 0
       f%acceleration = 0
       f%velocity = 0
       f%cell_mass = 0
@@ -82,16 +78,21 @@ contains
             f%cell_force(:, slot) = 0
          end do
       end do
-      f%n_active = 0
-      do node = 1, grid%n_nodes
-         if (is_active(grid, p, node)) then
-            f%n_active = f%n_active + 1
-            f%active(f%n_active) = node
-         else
-            f%mass(node) = 0
-            f%velocity(:, node, :) = 0
-         end if
-      end do
+      associate (matrix => f%mass_matrix)
+         matrix%n_cells = p%n_occupied
+         matrix%cells(:p%n_occupied) = p%occupied(:p%n_occupied)
+         matrix%n_active = 0
+         do node = 1, grid%n_nodes
+            if (is_active(grid, p, node)) then
+               matrix%n_active = matrix%n_active + 1
+               matrix%active(matrix%n_active) = node
+            else
+               matrix%lumped(node) = 0
+               f%velocity(:, node, :) = 0
+               f%acceleration(:, node) = 0
+            end if
+         end do
+      end associate
    end subroutine find_active_nodes
 
    !> Whether some element around a node is occupied.
@@ -112,14 +113,15 @@ contains
    subroutine gather_mass_and_momentum(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_motion(f%n_active, f%active, grid%node_slot, f%cell_mass, f%cell_momentum, f%mass, f%momentum)
+      call gather_motion(f%mass_matrix%n_active, f%mass_matrix%active, grid%node_slot, f%cell_mass, f%cell_momentum, &
+                         f%mass_matrix%lumped, f%momentum)
    end subroutine gather_mass_and_momentum
 
    !> Sum the cells' shares of the internal force at each active node.
    subroutine gather_internal_force(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_vectors(f%n_active, f%active, grid%node_slot, f%cell_force, f%internal_force)
+      call gather_slots(f%mass_matrix%n_active, f%mass_matrix%active, grid%node_slot, f%cell_force, f%force)
    end subroutine gather_internal_force
 
    !> Nodal masses and momenta from the cells' shares.
@@ -143,22 +145,4 @@ contains
          momentum(:, active(a)) = p
       end do
    end subroutine gather_motion
-
-   !> Nodal vectors from the cells' shares.
-   subroutine gather_vectors(n_active, active, node_slot, share, nodal)
-      integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
-      integer, intent(in) :: node_slot(corners, *)
-      real(dp), intent(in) :: share(ndim, 0:*)          !! by slot, see `grid_t`
-      real(dp), intent(inout) :: nodal(ndim, *)         !! by node
-      integer :: a, c
-      real(dp) :: total(ndim)
-      !$omp parallel do schedule(static) private(total, c)
-      do a = 1, n_active
-         total = 0
-         do c = 1, corners
-            total = total + share(:, node_slot(c, active(a)))
-         end do
-         nodal(:, active(a)) = total
-      end do
-   end subroutine gather_vectors
 end module hampm_nodal_fields

@@ -21,9 +21,11 @@ module hampm_schemes
 
 contains
 
-   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl'.
-   pure function new_scheme(name) result(scheme)
+   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one: at every
+   !> step, or only at the start where the particles stay where they are in the grid.
+   pure function new_scheme(name, has_matrix, matrix_stays) result(scheme)
       character(*), intent(in) :: name
+      logical, intent(in) :: has_matrix, matrix_stays
       type(scheme_t) :: scheme
       type(sweep_t) :: strain_and_map_force, kick_and_map
       scheme%name = name
@@ -50,5 +52,7 @@ contains
                                           sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true., &
                                                   map_moved_motion=.true., map_moved_force=.true.)])
       end select
+      scheme%map_at_start%map_matrix = has_matrix
+      scheme%sweeps(size(scheme%sweeps))%map_moved_matrix = has_matrix .and. .not. matrix_stays
    end function new_scheme
 end module hampm_schemes

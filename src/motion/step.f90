@@ -1,14 +1,16 @@
 !> One time step of the material point method.
 module hampm_step
    use hampm_kinds, only: dp, ndim, long
-   use hampm_constraints, only: constraints_t, hold
+   use hampm_constraints, only: constraints_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_loads, only: load_t, apply_loads, power_on_nodes, book_work, follow_sort
+   use hampm_loads, only: load_t, apply_loads, book_work, follow_sort
+   use hampm_mass_choice, only: mass_choice_t, choose_cells
+   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
-   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
+   use hampm_nodal_fields, only: at_start, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
                                  gather_mass_and_momentum, gather_internal_force
-   use hampm_nodal_motion, only: velocity_from_momentum, accelerate
+   use hampm_nodal_motion, only: find_velocity, accelerate
    use hampm_particles, only: particles_t, sort_into_cells
    use hampm_schemes, only: scheme_t, new_scheme
    use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
@@ -27,6 +29,8 @@ module hampm_step
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
       logical :: audit = .false.                 !! whether to book the numerical loss
       type(scheme_t) :: scheme
+      type(mass_choice_t) :: mass                !! which mass matrix
+      type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       logical :: mapped = .false.                !! whether the cells hold the sums for the next step
       real(dp) :: time = 0                       !! [s]
@@ -38,14 +42,21 @@ module hampm_step
 
 contains
 
-   !> Prepare for the first step with a scheme: 'usf', 'usl', 'usavg' or 'musl'.
-   subroutine start_motion(m, scheme, failure)
+   !> Prepare for the first step with a scheme ('usf', 'usl', 'usavg' or 'musl') and, where it is not to be lumped, a mass
+   !> matrix.
+   subroutine start_motion(m, scheme, failure, mass)
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: scheme
       type(failure_t), intent(inout) :: failure
-      m%scheme = new_scheme(scheme)
+      type(mass_choice_t), intent(in), optional :: mass
+      if (present(mass)) m%mass = mass
+      m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
       if (.not. allocated(m%loads)) allocate (m%loads(0))
+      if (.not. allocated(m%constraints%fixed)) allocate (m%constraints%fixed(ndim, m%grid%n_nodes), source=.false.)
       call new_nodal_fields(m%grid, m%fields, failure)
+      if (failure%failed()) return
+      call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
+      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints%fixed, m%solver, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%particles, m%fields)
    end subroutine start_motion
@@ -60,14 +71,15 @@ contains
       integer :: k
       left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
-      call find_velocity(m, at_start)
-      if (m%scheme%map_at_start%map_force) call find_acceleration(m, dt)
+      call gather_velocity(m, at_start, failure)
+      if (m%scheme%map_at_start%map_force) call gather_acceleration(m, dt, failure)
       do k = 1, size(m%scheme%sweeps)
-         call sweep_and_book(m, m%scheme%sweeps(k), dt, left_cell, failure)
          if (failure%failed()) return
-         if (m%scheme%sweeps(k)%map_motion) call find_velocity(m, mapped)
-         if (m%scheme%sweeps(k)%map_force) call find_acceleration(m, dt)
+         call sweep_and_book(m, m%scheme%sweeps(k), dt, left_cell, failure)
+         if (m%scheme%sweeps(k)%map_motion) call gather_velocity(m, mapped, failure)
+         if (m%scheme%sweeps(k)%map_force) call gather_acceleration(m, dt, failure)
       end do
+      if (failure%failed()) return
       m%mapped = .not. left_cell
       call book_work(m%loads, m%time, m%particles, work)
       m%external_work = m%external_work + work
@@ -99,26 +111,26 @@ contains
    end subroutine sweep_and_book
 
    !> Velocities of the nodes, `at_start` or `mapped`, from the momentum in the cells.
-   subroutine find_velocity(m, which)
+   subroutine gather_velocity(m, which, failure)
       type(motion_t), intent(inout) :: m
       integer, intent(in) :: which
+      type(failure_t), intent(inout) :: failure
       call gather_mass_and_momentum(m%grid, m%fields)
-      call velocity_from_momentum(m%fields, which)
-      call hold(m%constraints, m%fields%velocity(:, :, which))
-   end subroutine find_velocity
+      call find_velocity(m%grid, m%solver, m%fields, which, failure)
+   end subroutine gather_velocity
 
    !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
-   subroutine find_acceleration(m, dt)
+   subroutine gather_acceleration(m, dt, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt
+      type(failure_t), intent(inout) :: failure
       real(dp) :: damping_power, mapping_power
       call gather_internal_force(m%grid, m%fields)
-      call apply_loads(m%loads, m%time, m%grid, m%particles, m%fields%external_force)
-      call accelerate(m%fields, m%constraints, m%damping_rate, dt, damping_power, mapping_power)
+      call apply_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
+      call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
-      if (m%audit) m%numerical_loss = m%numerical_loss + dt*(mapping_power - power_on_nodes(m%loads, m%time, m%grid, &
-                                                             m%particles, m%fields%velocity(:, :, new)))
-   end subroutine find_acceleration
+      if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
+   end subroutine gather_acceleration
 
    !> Sort the particles that have moved to other cells.
    subroutine sort_particles(m, failure)
@@ -132,7 +144,6 @@ contains
       end if
       call find_active_nodes(m%grid, m%particles, m%fields)
       call follow_sort(m%loads, m%particles%new_place)
-      m%fields%external_force = 0
    end subroutine sort_particles
 
    !> Fail because a particle has moved further than a stable run would, naming it and the likely cause.

@@ -8,13 +8,17 @@
 !>   4. move:   u <- u + (v_i + a_i dt) dt, and look whether the particle has left its cell;
 !>   5. map as in 3, now from the new positions, for the next step. It is void if any particle has left its cell.
 !>
+!> In the total frame the shape functions are always those at the reference positions, H <- H + dt L, and no particle leaves
+!> its cell.
+!>
 !> The schemes USF, USL, USAVG and MUSL are short lists of such sweeps (`hampm_schemes`). Cells do not share what they
 !> write: the result has the same bytes on any number of threads.
 module hampm_sweep
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: interpolate, interpolate_gradient, add_shares, add_divergence, inside_cell
+   use hampm_basis, only: shape_functions, interpolate, interpolate_gradient, add_shares, add_divergence, inside_cell
    use hampm_grid, only: grid_t
    use hampm_linear_elastic, only: linear_stress
+   use hampm_mass_matrix, only: prepare_cell
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new
@@ -31,9 +35,11 @@ module hampm_sweep
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
       integer :: strain_by = at_start            !! which nodal velocity strains the particles
       logical :: map_motion = .false.            !! mass and momentum to the grid, before moving
+      logical :: map_matrix = .false.            !! mass matrix to the cells, before moving
       logical :: map_force = .false.             !! internal force to the grid, before moving
       logical :: move = .false.                  !! u <- u + (v_i + a_i dt) dt
       logical :: map_moved_motion = .false.      !! mass and momentum to the grid, after moving
+      logical :: map_moved_matrix = .false.      !! mass matrix to the cells, after moving
       logical :: map_moved_force = .false.       !! internal force to the grid, after moving
    end type sweep_t
 
@@ -69,7 +75,8 @@ contains
                           grid%element_lower, grid%element_size, grid%element_nodes, p%cell_start, &
                           p%mass, p%volume, p%reference, p%displacement, p%velocity, p%gradient, p%material, &
                           f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
-                          f%cell_mass(1), f%cell_momentum(1, 1), f%cell_force(1, 1), f%cell_audit, left_cell, jumped)
+                          f%cell_mass(1), f%cell_momentum(1, 1), f%cell_force(1, 1), f%cell_audit, p%total_frame, &
+                          left_cell, jumped, f%mass_matrix%cell, f%mass_matrix%blend)
       end do
       report%left_cell = left_cell
       report%jumped = jumped
@@ -85,7 +92,8 @@ contains
    subroutine sweep_cells(sweep, dt, audit, materials, n_cells, cells, element_lower, element_size, element_nodes, &
                           cell_start, mass, volume, reference, displacement, velocity, gradient, material, &
                           acceleration, new_velocity, strain_velocity, &
-                          cell_mass, cell_momentum, cell_force, cell_audit, left_cell, jumped)
+                          cell_mass, cell_momentum, cell_force, cell_audit, total_frame, left_cell, jumped, &
+                          cell_matrix, cell_blend)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       logical, intent(in) :: audit
@@ -98,7 +106,10 @@ contains
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp), intent(inout) :: cell_mass(corners, *), cell_momentum(ndim, corners, *), cell_force(ndim, corners, *)
       real(dp), intent(inout) :: cell_audit(2, *)
+      logical, intent(in) :: total_frame
       logical, intent(inout) :: left_cell, jumped
+      real(dp), intent(inout), optional :: cell_matrix(corners, corners, *)  !! absent where all is lumped
+      real(dp), intent(in), optional :: cell_blend(*)
       real(dp) :: xi(ndim, batch), at_corner(ndim, corners), edge
       integer :: k, e, i, n
       do k = 1, n_cells
@@ -108,11 +119,12 @@ contains
             cell_mass(:, e) = 0
             cell_momentum(:, :, e) = 0
          end if
+         if (sweep%map_matrix .or. sweep%map_moved_matrix) cell_matrix(:, :, e) = 0
          if (sweep%map_force .or. sweep%map_moved_force) cell_force(:, :, e) = 0
          if (audit) cell_audit(:, e) = 0
          do i = cell_start(e), cell_start(e + 1) - 1, batch
             n = min(batch, cell_start(e + 1) - i)
-            call find_local_coordinates(n, element_lower(:, e), 1/edge, reference(1, i), displacement(1, i), xi)
+            call find_local_coordinates(n, element_lower(:, e), 1/edge, reference(1, i), displacement(1, i), total_frame, xi)
             if (sweep%kick) then
                call take_corners(dt, acceleration, element_nodes(:, e), at_corner)
                call kick(n, xi, at_corner, velocity(1, i))
@@ -121,34 +133,45 @@ contains
             if (sweep%strain_fraction > 0) then
                call take_corners(sweep%strain_fraction*dt, strain_velocity, element_nodes(:, e), at_corner)
                if (audit) call audit_strain(n, xi, 1/edge, at_corner, materials, material(i), volume(i), &
-                                            gradient(1, 1, i), cell_audit(2, e))
-               call strain(n, xi, 1/edge, at_corner, gradient(1, 1, i))
+                                            gradient(1, 1, i), total_frame, cell_audit(2, e))
+               call strain(n, xi, 1/edge, at_corner, total_frame, gradient(1, 1, i))
             end if
             if (sweep%map_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), cell_momentum(1, 1, e))
+            if (sweep%map_matrix) call map_matrix(n, xi, mass(i), cell_matrix(1, 1, e))
             if (sweep%map_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), gradient(1, 1, i), &
-                                                cell_force(1, 1, e))
+                                                total_frame, cell_force(1, 1, e))
             if (sweep%move) then
                call take_corners(dt, new_velocity, element_nodes(:, e), at_corner)
-               call move(n, element_lower(:, e), 1/edge, at_corner, reference(1, i), xi, displacement(1, i), &
-                         left_cell, jumped)
+               call move(n, xi, at_corner, displacement(1, i))
+               if (.not. total_frame) call look_around(n, element_lower(:, e), 1/edge, reference(1, i), displacement(1, i), &
+                                                       xi, left_cell, jumped)
             end if
             if (sweep%map_moved_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), &
                                                         cell_momentum(1, 1, e))
+            if (sweep%map_moved_matrix) call map_matrix(n, xi, mass(i), cell_matrix(1, 1, e))
             if (sweep%map_moved_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), &
-                                                      gradient(1, 1, i), cell_force(1, 1, e))
+                                                      gradient(1, 1, i), total_frame, cell_force(1, 1, e))
          end do
+         if (sweep%map_matrix .or. sweep%map_moved_matrix) call prepare_cell(cell_blend(e), cell_matrix(:, :, e))
       end do
    end subroutine sweep_cells
 
    !> Local coordinates of `n` particles of a cell, kept inside it.
-   pure subroutine find_local_coordinates(n, lower, inverse_size, reference, displacement, xi)
+   pure subroutine find_local_coordinates(n, lower, inverse_size, reference, displacement, total_frame, xi)
       integer, intent(in) :: n
       real(dp), intent(in) :: lower(ndim), inverse_size, reference(ndim, n), displacement(ndim, n)
+      logical, intent(in) :: total_frame
       real(dp), intent(out) :: xi(ndim, n)
       integer :: i
-      do i = 1, n
-         xi(:, i) = inside_cell(((reference(:, i) - lower) + displacement(:, i))*inverse_size)
-      end do
+      if (total_frame) then
+         do i = 1, n
+            xi(:, i) = inside_cell((reference(:, i) - lower)*inverse_size)
+         end do
+      else
+         do i = 1, n
+            xi(:, i) = inside_cell(((reference(:, i) - lower) + displacement(:, i))*inverse_size)
+         end do
+      end if
    end subroutine find_local_coordinates
 
    !> A nodal field at the corners of a cell, times a factor.
@@ -184,33 +207,61 @@ contains
       end do
    end subroutine audit_kick
 
-   !> H <- H + dL (I + H), where dL is the gradient of the displacement `change` of the corners [m].
-   pure subroutine strain(n, xi, inverse_size, change, gradient)
+   !> H <- H + dL (I + H), where dL is the gradient of the displacement `change` of the corners [m]; in the total frame
+   !> H <- H + dL.
+   pure subroutine strain(n, xi, inverse_size, change, total_frame, gradient)
       integer, intent(in) :: n
       real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners)
+      logical, intent(in) :: total_frame
       real(dp), intent(inout) :: gradient(ndim, ndim, n)
       integer :: i
-      do i = 1, n
-         gradient(:, :, i) = gradient(:, :, i) + gradient_change(xi(:, i), inverse_size, change, gradient(:, :, i))
-      end do
+      if (total_frame) then
+         do i = 1, n
+            gradient(:, :, i) = gradient(:, :, i) + inverse_size*interpolate_gradient(xi(:, i), change)
+         end do
+      else
+         do i = 1, n
+            gradient(:, :, i) = gradient(:, :, i) + gradient_change(xi(:, i), inverse_size, change, gradient(:, :, i))
+         end do
+      end if
    end subroutine strain
 
-   !> Add the work of the stress in the strain step that follows, sum of V times the integral of P : dH by Simpson's rule [J].
-   pure subroutine audit_strain(n, xi, inverse_size, change, materials, material, volume, gradient, work)
+   !> Add the work of the stress in the strain step that follows [J], by Simpson's rule.
+   pure subroutine audit_strain(n, xi, inverse_size, change, materials, material, volume, gradient, total_frame, work)
       integer, intent(in) :: n, material(n)
       real(dp), intent(in) :: xi(ndim, n), inverse_size, change(ndim, corners), volume(n), gradient(ndim, ndim, n)
       type(material_t), intent(in) :: materials(:)
+      logical, intent(in) :: total_frame
       real(dp), intent(inout) :: work
-      real(dp) :: dh(ndim, ndim)
+      real(dp) :: after(ndim, ndim, n), dh(ndim, ndim)
       integer :: i
+      after = gradient
+      call strain(n, xi, inverse_size, change, total_frame, after)
       do i = 1, n
-         dh = gradient_change(xi(:, i), inverse_size, change, gradient(:, :, i))
+         dh = after(:, :, i) - gradient(:, :, i)
          associate (m => materials(material(i)), h => gradient(:, :, i))
             work = work + volume(i)/6*sum(dh*(m%conjugate_stress(h) + 4*m%conjugate_stress(h + dh/2) &
                                               + m%conjugate_stress(h + dh)))
          end associate
       end do
    end subroutine audit_strain
+
+   !> Add the mass matrix (6) of the particles to that of their cell.
+   pure subroutine map_matrix(n, xi, mass, matrix)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: xi(ndim, n), mass(n)
+      real(dp), intent(inout) :: matrix(corners, corners)
+      real(dp) :: shape(corners), sums(corners, corners)
+      integer :: i, c
+      sums = matrix
+      do i = 1, n
+         shape = shape_functions(xi(:, i))
+         do c = 1, corners
+            sums(:, c) = sums(:, c) + (mass(i)*shape(c))*shape
+         end do
+      end do
+      matrix = sums
+   end subroutine map_matrix
 
    !> Add the mass (9) and momentum (8) of the particles to the sums of their cell.
    pure subroutine map_motion(n, xi, mass, velocity, mass_sum, momentum_sum)
@@ -229,10 +280,11 @@ contains
    end subroutine map_motion
 
    !> Add the internal force (7) of the particles to the sum of their cell.
-   pure subroutine map_force(n, xi, inverse_size, materials, material, volume, gradient, force_sum)
+   pure subroutine map_force(n, xi, inverse_size, materials, material, volume, gradient, total_frame, force_sum)
       integer, intent(in) :: n, material(n)
       real(dp), intent(in) :: xi(ndim, n), inverse_size, volume(n), gradient(ndim, ndim, n)
       type(material_t), intent(in) :: materials(:)
+      logical, intent(in) :: total_frame
       real(dp), intent(inout) :: force_sum(ndim, corners)
       real(dp) :: f(ndim, corners), stress(ndim, ndim), weight
       integer :: i
@@ -243,7 +295,7 @@ contains
             if (m%linear) then
                stress = linear_stress(weight*m%lambda, weight*m%mu, gradient(:, :, i))
             else
-               stress = weight*m%kirchhoff_stress(gradient(:, :, i))
+               stress = weight*m%mapped_stress(gradient(:, :, i), total_frame)
             end if
          end associate
          call add_divergence(xi(:, i), stress, f)
@@ -251,16 +303,26 @@ contains
       force_sum = f
    end subroutine map_force
 
-   !> u <- u + change, which is interpolated from the corners [m]; see whether particles leave the cell.
-   pure subroutine move(n, lower, inverse_size, change, reference, xi, displacement, left_cell, jumped)
+   !> u <- u + change, which is interpolated from the corners [m].
+   pure subroutine move(n, xi, change, displacement)
       integer, intent(in) :: n
-      real(dp), intent(in) :: lower(ndim), inverse_size, change(ndim, corners), reference(ndim, n)
-      real(dp), intent(inout) :: xi(ndim, n), displacement(ndim, n)
+      real(dp), intent(in) :: xi(ndim, n), change(ndim, corners)
+      real(dp), intent(inout) :: displacement(ndim, n)
+      integer :: i
+      do i = 1, n
+         displacement(:, i) = displacement(:, i) + interpolate(xi(:, i), change)
+      end do
+   end subroutine move
+
+   !> Find the local coordinates of the moved particles, and see whether they have left the cell.
+   pure subroutine look_around(n, lower, inverse_size, reference, displacement, xi, left_cell, jumped)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: lower(ndim), inverse_size, reference(ndim, n), displacement(ndim, n)
+      real(dp), intent(out) :: xi(ndim, n)
       logical, intent(inout) :: left_cell, jumped
       real(dp) :: new_xi(ndim)
       integer :: i
       do i = 1, n
-         displacement(:, i) = displacement(:, i) + interpolate(xi(:, i), change)
          new_xi = ((reference(:, i) - lower) + displacement(:, i))*inverse_size
          xi(:, i) = inside_cell(new_xi)
          if (.not. all(new_xi >= 0 .and. new_xi < 1)) then
@@ -268,7 +330,7 @@ contains
             jumped = jumped .or. .not. all(new_xi >= -1 .and. new_xi < 2)
          end if
       end do
-   end subroutine move
+   end subroutine look_around
 
    !> Change of H under the displacement `change` of the corners: dL (I + H).
    pure function gradient_change(xi, inverse_size, change, h) result(dh)

@@ -128,6 +128,20 @@ module hampm_keys
             '(0, 10]', 'time step in units of cell size / wave speed'), &
       key_t('method', 'wave_speed', kind_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed limits the time step'), &
+      key_t('method', 'frame', kind_name, 1, 1, may, 'updated', '', '', &
+            'updated|total', 'shape functions at the present or always at the initial positions'), &
+      key_t('method', 'mass', kind_name, 1, 1, may, 'lumped', '', '', &
+            'lumped|full|partial|fmpm|blend', 'which mass matrix'), &
+      key_t('method', 'order', kind_integer, 1, 1, may, '2', '', '', &
+            '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
+      key_t('method', 'blend', kind_real, 1, 1, may, '0.5', '', '', &
+            '[0, 1]', 'of mass = ''blend'': part that is lumped'), &
+      key_t('method', 'full_lower', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'of mass = ''partial'': lower corner of the box in which it is full'), &
+      key_t('method', 'full_upper', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'and its upper corner; needed there'), &
+      key_t('method', 'solver', kind_name, 1, 1, may, 'cg', '', '', &
+            'cg|umfpack|banded', 'of the equations with a full, partial or blended mass matrix'), &
       key_t('crack', 'kind', kind_name, 1, 1, may, 'symmetry', '', '', &
             'symmetry', 'along the constrained edge of a symmetric half'), &
       key_t('crack', 'tip', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &

@@ -120,6 +120,13 @@ contains
       scene%method%scheme = settings%text(b, 'scheme')
       scene%method%courant = settings%number(b, 'courant')
       scene%method%wave_speed = settings%text(b, 'wave_speed')
+      scene%method%frame = settings%text(b, 'frame')
+      scene%method%mass = settings%text(b, 'mass')
+      scene%method%order = nint(settings%number(b, 'order'))
+      scene%method%blend = settings%number(b, 'blend')
+      scene%method%full_lower = vector(settings, b, 'full_lower')
+      scene%method%full_upper = vector(settings, b, 'full_upper')
+      scene%method%solver = settings%text(b, 'solver')
       b = settings%find('crack', 1)
       scene%crack%present = b > 0
       scene%crack%kind = settings%text(b, 'kind')

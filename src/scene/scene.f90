@@ -65,6 +65,13 @@ module hampm_scene
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       real(dp) :: courant = 0                    !! [-]
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
+      character(name_len) :: frame = 'updated'   !! 'updated' or 'total'
+      character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
+      integer :: order = 1                       !! of fmpm
+      real(dp) :: blend = 0                      !! lumped part [-]
+      real(dp) :: full_lower(ndim) = 0           !! box of a partial mass matrix [m]
+      real(dp) :: full_upper(ndim) = 0           !! [m]
+      character(name_len) :: solver = 'cg'       !! 'cg', 'umfpack' or 'banded'
    end type method_t
 
    type :: crack_spec_t

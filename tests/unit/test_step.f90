@@ -74,7 +74,7 @@ contains
             (angular_momentum(p) - before)/spin
          p%velocity = 0
          call run_steps(m, 1.0e-9_dp*cell, 1)
-         call check_close(sum(m%fields%mass), sum(p%mass), 1.0e-13_dp*sum(p%mass), &
+         call check_close(sum(m%fields%mass_matrix%lumped), sum(p%mass), 1.0e-13_dp*sum(p%mass), &
                           scheme//': the grid has the mass of the particles, and no other')
       end associate
    end subroutine momentum_of_a_free_body

@@ -1,0 +1,104 @@
+!> A sparse symmetric matrix by rows, both triangles stored, columns ascending.
+module hampm_sparse
+   use hampm_kinds, only: dp
+   implicit none
+   private
+   public :: sparse_t, pattern_of_cliques
+
+   type :: sparse_t
+      integer :: n = 0                           !! number of rows
+      integer, allocatable :: row_start(:)       !! first entry of each row, (n + 1)
+      integer, allocatable :: column(:)          !! column of each entry, ascending within a row
+      real(dp), allocatable :: value(:)          !! (entries)
+   contains
+      procedure :: add
+      procedure :: bandwidth
+   end type sparse_t
+
+contains
+
+   !> The pattern of a matrix in which all members of each clique are coupled, as the nodes of an element are. Values are
+   !> zero.
+   pure subroutine pattern_of_cliques(n, cliques, matrix)
+      integer, intent(in) :: n                   !! number of rows
+      integer, intent(in) :: cliques(:, :)       !! members, 0 for none, (size of a clique, number of cliques)
+      type(sparse_t), intent(out) :: matrix
+      integer, allocatable :: first_clique(:), next_clique(:, :), mark(:), row(:)
+      integer :: i, k, c, m, entries, length
+      allocate (first_clique(n), next_clique(size(cliques, 1), size(cliques, 2)), mark(n))
+      first_clique = 0
+      do k = size(cliques, 2), 1, -1             ! for each row a chained list of (member, clique)
+         do c = 1, size(cliques, 1)
+            if (cliques(c, k) == 0) cycle
+            next_clique(c, k) = first_clique(cliques(c, k))
+            first_clique(cliques(c, k)) = c + size(cliques, 1)*(k - 1)
+         end do
+      end do
+      matrix%n = n
+      allocate (matrix%row_start(n + 1), matrix%column(size(cliques, 1)*size(cliques)))
+      mark = 0
+      entries = 0
+      do i = 1, n
+         matrix%row_start(i) = entries + 1
+         m = first_clique(i)
+         do while (m > 0)
+            k = (m - 1)/size(cliques, 1) + 1
+            do c = 1, size(cliques, 1)
+               if (cliques(c, k) == 0) cycle
+               if (mark(cliques(c, k)) == i) cycle
+               mark(cliques(c, k)) = i
+               entries = entries + 1
+               matrix%column(entries) = cliques(c, k)
+            end do
+            m = next_clique(m - size(cliques, 1)*(k - 1), k)
+         end do
+         length = entries + 1 - matrix%row_start(i)
+         row = sorted(matrix%column(matrix%row_start(i):entries))
+         matrix%column(entries - length + 1:entries) = row
+      end do
+      matrix%row_start(n + 1) = entries + 1
+      matrix%column = matrix%column(:entries)
+      allocate (matrix%value(entries), source=0.0_dp)
+   end subroutine pattern_of_cliques
+
+   !> Add to an entry of the pattern.
+   pure subroutine add(self, i, j, value)
+      class(sparse_t), intent(inout) :: self
+      integer, intent(in) :: i, j
+      real(dp), intent(in) :: value
+      integer :: k
+      do k = self%row_start(i), self%row_start(i + 1) - 1
+         if (self%column(k) == j) then
+            self%value(k) = self%value(k) + value
+            return
+         end if
+      end do
+   end subroutine add
+
+   !> Largest |i - j| of the entries, with row i at place `place(i)`.
+   pure integer function bandwidth(self, place)
+      class(sparse_t), intent(in) :: self
+      integer, intent(in) :: place(:)
+      integer :: i
+      bandwidth = 0
+      do i = 1, self%n
+         bandwidth = max(bandwidth, maxval(abs(place(self%column(self%row_start(i):self%row_start(i + 1) - 1)) - place(i))))
+      end do
+   end function bandwidth
+
+   !> Ascending order by insertion: rows are short.
+   pure function sorted(values) result(s)
+      integer, intent(in) :: values(:)
+      integer :: s(size(values))
+      integer :: i, k
+      do i = 1, size(values)
+         k = i
+         do while (k > 1)
+            if (s(k - 1) <= values(i)) exit
+            s(k) = s(k - 1)
+            k = k - 1
+         end do
+         s(k) = values(i)
+      end do
+   end function sorted
+end module hampm_sparse
