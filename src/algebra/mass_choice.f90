@@ -68,6 +68,7 @@ contains
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of cells')
          return
       end if
+      matrix%is_solved = choice%by /= by_fmpm
       do e = 1, grid%n_elements
          middle = grid%element_lower(:, e) + 0.5_dp*grid%element_size(e)
          matrix%blend(e) = choice%blend_outside

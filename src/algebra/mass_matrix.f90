@@ -9,18 +9,28 @@
 !> the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
 module hampm_mass_matrix
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_grid, only: grid_t
    implicit none
    private
-   public :: mass_matrix_t, prepare_cell, coupled_cells, multiply_cells, gather_slots, eigenvalue_floor
+   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, multiply_cells, gather_slots, &
+             eigenvalue_floor
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
 
+   !> Some nodes and the cells around them, each ascending.
+   type :: region_t
+      integer :: n_nodes = 0
+      integer, allocatable :: nodes(:)
+      integer :: n_cells = 0
+      integer, allocatable :: cells(:)
+   end type region_t
+
    !> The matrix with what is needed to multiply by it.
    type :: mass_matrix_t
-      integer :: n_active = 0                           !! number of nodes of occupied cells
-      integer, allocatable :: active(:)                 !! these, ascending
-      integer :: n_cells = 0                            !! number of occupied cells
-      integer, allocatable :: cells(:)                  !! these, ascending
+      logical :: is_solved = .false.                    !! whether equations are solved with M, else it is multiplied by
+      type(region_t) :: all                             !! the occupied cells and their nodes
+      type(region_t) :: coupled                         !! the nodes of cells that are not lumped, and the occupied cells
+                                                        !! around them
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_nodes)
       real(dp), allocatable :: cell(:, :, :)            !! M by cells [kg], (corners, corners, n_elements); not
                                                         !! allocated where all is lumped
@@ -34,17 +44,42 @@ contains
    pure function coupled_cells(matrix) result(cells)
       type(mass_matrix_t), intent(in) :: matrix
       integer, allocatable :: cells(:)
-      cells = pack(matrix%cells(:matrix%n_cells), matrix%blend(matrix%cells(:matrix%n_cells)) < 1)
+      associate (occupied => matrix%all%cells(:matrix%all%n_cells))
+         cells = pack(occupied, matrix%blend(occupied) < 1)
+      end associate
    end function coupled_cells
 
-   !> Lump the part `blend` of a cell's matrix, and what the rule above asks for.
-   pure subroutine prepare_cell(blend, m)
+   !> Find the region in which equations are coupled, where there is a matrix that is not lumped.
+   subroutine find_coupled_region(grid, matrix)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      logical :: is_coupled(grid%n_nodes)
+      integer :: k
+      if (.not. allocated(matrix%blend)) return
+      is_coupled = .false.
+      do k = 1, matrix%all%n_cells
+         associate (e => matrix%all%cells(k))
+            if (matrix%blend(e) < 1) is_coupled(grid%element_nodes(:, e)) = .true.
+         end associate
+      end do
+      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), cells => matrix%all%cells(:matrix%all%n_cells))
+         matrix%coupled%nodes = pack(nodes, is_coupled(nodes))
+         matrix%coupled%cells = pack(cells, [(any(is_coupled(grid%element_nodes(:, cells(k)))), k=1, size(cells))])
+      end associate
+      matrix%coupled%n_nodes = size(matrix%coupled%nodes)
+      matrix%coupled%n_cells = size(matrix%coupled%cells)
+   end subroutine find_coupled_region
+
+   !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
+   pure subroutine prepare_cell(blend, is_solved, m)
       real(dp), intent(in) :: blend              !! 0: full, 1: lumped
+      logical, intent(in) :: is_solved           !! else it is only multiplied by
       real(dp), intent(inout) :: m(corners, corners)
       real(dp) :: diagonal(corners)
+      if (blend <= 0 .and. .not. is_solved) return
       diagonal = sum(m, dim=2)
       if (blend > 0) call lump(blend, diagonal, m)
-      if (blend < 1) then
+      if (blend < 1 .and. is_solved) then
          if (.not. is_well_determined(diagonal, m)) call lump(eigenvalue_floor, diagonal, m)
       end if
    end subroutine prepare_cell
@@ -60,21 +95,26 @@ contains
       end do
    end subroutine lump
 
-   !> Whether m - floor diag(diagonal) is positive definite: whether its Cholesky factorisation exists.
+   !> Whether m - floor diag(diagonal) is positive definite: whether elimination finds positive pivots only.
    pure logical function is_well_determined(diagonal, m) result(well)
       real(dp), intent(in) :: diagonal(corners), m(corners, corners)
-      real(dp) :: l(corners, corners), pivot
-      integer :: i, j
-      well = .false.
-      do j = 1, corners
-         pivot = m(j, j) - eigenvalue_floor*diagonal(j) - sum(l(j, :j - 1)**2)
-         if (.not. pivot > 0) return
-         l(j, j) = sqrt(pivot)
-         do i = j + 1, corners
-            l(i, j) = (m(i, j) - sum(l(i, :j - 1)*l(j, :j - 1)))/l(j, j)
-         end do
+      real(dp) :: rest(corners, corners), factor
+      integer :: i, j, c
+      rest = m
+      do c = 1, corners
+         rest(c, c) = rest(c, c) - eigenvalue_floor*diagonal(c)
       end do
-      well = .true.
+      well = rest(1, 1) > 0
+      do c = 1, corners - 1
+         if (.not. well) return
+         do j = c + 1, corners
+            factor = rest(j, c)/rest(c, c)
+            do i = j, corners
+               rest(i, j) = rest(i, j) - factor*rest(i, c)
+            end do
+         end do
+         well = rest(c + 1, c + 1) > 0
+      end do
    end function is_well_determined
 
    !> Products of the cell matrices with a nodal vector field, by slot (see `grid_t`).
@@ -99,21 +139,24 @@ contains
       end do
    end subroutine multiply_cells
 
-   !> Nodal vectors from the cells' shares, always summed in the order of the cells.
-   subroutine gather_slots(n_active, active, node_slot, share, nodal)
-      integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
+   !> Vectors y of some nodes from the cells' shares, always summed in the order of the cells, and x.y by component.
+   pure subroutine gather_slots(n, nodes, node_slot, share, x, y, xy)
+      integer, intent(in) :: n, nodes(n)
       integer, intent(in) :: node_slot(corners, *)      !! see `grid_t`
       real(dp), intent(in) :: share(ndim, 0:*)          !! by slot
-      real(dp), intent(inout) :: nodal(ndim, *)         !! by node
+      real(dp), intent(in) :: x(ndim, *)                !! by node
+      real(dp), intent(inout) :: y(ndim, *)             !! by node
+      real(dp), intent(out) :: xy(ndim)
       integer :: a, c
       real(dp) :: total(ndim)
-      !$omp parallel do schedule(static) private(total, c)
-      do a = 1, n_active
+      xy = 0
+      do a = 1, n
          total = 0
          do c = 1, corners
-            total = total + share(:, node_slot(c, active(a)))
+            total = total + share(:, node_slot(c, nodes(a)))
          end do
-         nodal(:, active(a)) = total
+         y(:, nodes(a)) = total
+         xy = xy + total*x(:, nodes(a))
       end do
    end subroutine gather_slots
 end module hampm_mass_matrix

@@ -13,7 +13,7 @@ module hampm_mass_solver
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t, multiply_cells, gather_slots
+   use hampm_mass_matrix, only: mass_matrix_t, region_t, multiply_cells, gather_slots
    use hampm_text, only: to_text
    implicit none
    private
@@ -68,6 +68,8 @@ contains
          return
       end if
       s%product = 0
+      s%d = 0
+      s%z = 0
    end subroutine new_mass_solver
 
    !> Whether a guess helps.
@@ -87,14 +89,27 @@ contains
       type(failure_t), intent(inout) :: failure
       select case (s%by)
       case (by_lumped)
-         call divide(matrix, b, x)
+         call divide(matrix%all, matrix, b, x)
          call hold(s, x)
       case (by_fmpm)
          call add_series(s, grid, matrix, b, x)
       case default
-         call iterate(s, grid, matrix, b, x, failure)
+         if (matrix%coupled%n_nodes < matrix%all%n_nodes) call solve_lumped_part(s, matrix, b, x)
+         if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix%coupled, matrix, b, x, failure)
       end select
    end subroutine solve_mass
+
+   !> x = D^-1 b at the nodes that only lumped cells touch; the guess elsewhere stays.
+   subroutine solve_lumped_part(s, matrix, b, x)
+      type(mass_solver_t), intent(inout) :: s
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: b(:, :)
+      real(dp), intent(inout), contiguous :: x(:, :)
+      call copy(matrix%coupled, x, s%z)
+      call divide(matrix%all, matrix, b, x)
+      call hold(s, x)
+      call copy(matrix%coupled, s%z, x)
+   end subroutine solve_lumped_part
 
    !> x = sum_{j < order} (I - D^-1 M)^j D^-1 b.
    subroutine add_series(s, grid, matrix, b, x)
@@ -103,53 +118,53 @@ contains
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
+      real(dp) :: unused(ndim)
       integer :: j
-      call divide(matrix, b, x)
+      call divide(matrix%all, matrix, b, x)
       call hold(s, x)
-      if (s%order > 1) call copy(matrix, x, s%d)
+      if (s%order > 1) call copy(matrix%all, x, s%d)
       do j = 2, s%order
-         call multiply(s, grid, matrix, s%d, s%q)
-         call divide(matrix, s%q, s%z)
-         call hold(s, s%z)
-         call add(matrix, [-1.0_dp, -1.0_dp], s%z, s%d)
-         call add(matrix, [1.0_dp, 1.0_dp], s%d, x)
+         call multiply(s, grid, matrix%all, matrix, s%d, s%q, unused)
+         call add_term(matrix%all, matrix, s%q, s%d, x)
       end do
    end subroutine add_series
 
    !> Preconditioned conjugate gradients, each component by itself (Saad 2003, algorithm 9.1).
-   subroutine iterate(s, grid, matrix, b, x, failure)
+   subroutine iterate(s, grid, region, matrix, b, x, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
+      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(failure_t), intent(inout) :: failure
-      real(dp), dimension(ndim) :: rz, rz_new, step, target
+      real(dp), dimension(ndim) :: norm, rz, rz_new, target
       integer :: k
       if (s%by /= by_cg .and. .not. s%factorised) call factorise(s, grid, matrix, failure)
       if (failure%failed()) return
       call hold(s, x)
-      call residual(s, grid, matrix, b, x, target)
-      if (s%by == by_cg) call correct_by_lumped(s, grid, matrix, x)
+      call start_residual(s, grid, region, matrix, b, x, norm, target)
+      if (s%by == by_cg .and. any(norm > target)) then
+         ! x + D^-1 r: whatever the guess was, the sum of M x is then the sum of b, and stays so under iteration
+         call copy(region, s%z, s%d)
+         call multiply(s, grid, region, matrix, s%d, s%q, rz)
+         call step_along(s, region, matrix, [1.0_dp, 1.0_dp], x, norm)
+      end if
       do k = 0, most_iterations
-         call divide(matrix, s%r, s%z)
-         rz_new = dot(s, matrix, s%r, s%z)
-         if (all(rz_new <= target)) exit
+         if (all(norm <= target)) exit
+         rz_new = norm
          if (s%by /= by_cg) then
             call s%direct%solve(s%r, s%z)
-            rz_new = dot(s, matrix, s%r, s%z)
+            rz_new = dot(s, region, s%r, s%z)
          end if
          if (k == 0) then
-            call copy(matrix, s%z, s%d)
+            call copy(region, s%z, s%d)
          else
-            call add_to_direction(matrix, ratio(rz_new, rz), s%z, s%d)
+            call add_to_direction(region, ratio(rz_new, rz), s%z, s%d)
          end if
+         call multiply(s, grid, region, matrix, s%d, s%q, rz)
+         call step_along(s, region, matrix, ratio(rz_new, rz), x, norm)
          rz = rz_new
-         call multiply(s, grid, matrix, s%d, s%q)
-         call hold(s, s%q)
-         step = ratio(rz, dot(s, matrix, s%d, s%q))
-         call add(matrix, step, s%d, x)
-         call add(matrix, -step, s%q, s%r)
       end do
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
@@ -158,34 +173,23 @@ contains
       if (k > patience) s%factorised = .false.
    end subroutine iterate
 
-   !> r = b - M x without held components, and the square of the residual that is small enough, in the norm of D^-1.
-   subroutine residual(s, grid, matrix, b, x, target)
+   !> r = b - M x without held components, z = D^-1 r, the square of the norm of r, r.z, and that which is small enough.
+   subroutine start_residual(s, grid, region, matrix, b, x, norm, target)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
+      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :), x(:, :)
-      real(dp), intent(out) :: target(ndim)
-      call copy(matrix, b, s%r)
+      real(dp), intent(out) :: norm(ndim), target(ndim)
+      call copy(region, b, s%r)
       call hold(s, s%r)
-      call divide(matrix, s%r, s%z)
-      target = tolerance**2*dot(s, matrix, s%r, s%z)
-      call multiply(s, grid, matrix, x, s%q)
-      call hold(s, s%q)
-      call add(matrix, [-1.0_dp, -1.0_dp], s%q, s%r)
-   end subroutine residual
-
-   !> x <- x + D^-1 r: whatever the guess was, the sum of M x is then the sum of b, and stays so under iteration.
-   subroutine correct_by_lumped(s, grid, matrix, x)
-      type(mass_solver_t), intent(inout) :: s
-      type(grid_t), intent(in) :: grid
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(inout), contiguous :: x(:, :)
-      call divide(matrix, s%r, s%z)
-      call add(matrix, [1.0_dp, 1.0_dp], s%z, x)
-      call multiply(s, grid, matrix, s%z, s%q)
-      call hold(s, s%q)
-      call add(matrix, [-1.0_dp, -1.0_dp], s%q, s%r)
-   end subroutine correct_by_lumped
+      call divide(region, matrix, s%r, s%z)
+      target = tolerance**2*dot(s, region, s%r, s%z)
+      call multiply(s, grid, region, matrix, x, s%q, norm)
+      call add(region, [-1.0_dp, -1.0_dp], s%q, s%r)
+      call divide(region, matrix, s%r, s%z)
+      norm = dot(s, region, s%r, s%z)
+   end subroutine start_residual
 
    !> Factorise the matrix as it is now.
    subroutine factorise(s, grid, matrix, failure)
@@ -200,16 +204,77 @@ contains
       s%factorised = .true.
    end subroutine factorise
 
-   !> y = M x.
-   subroutine multiply(s, grid, matrix, x, y)
+   !> y = M x without held components, and x.y.
+   subroutine multiply(s, grid, region, matrix, x, y, xy)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
+      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: x(:, :)
       real(dp), intent(inout), contiguous :: y(:, :)
-      call multiply_cells(matrix%n_cells, matrix%cells, grid%element_nodes, matrix%cell, x, s%product(1, 1))
-      call gather_slots(matrix%n_active, matrix%active, grid%node_slot, s%product, y)
+      real(dp), intent(out) :: xy(ndim)
+      integer :: block, first
+      call multiply_cells(region%n_cells, region%cells, grid%element_nodes, matrix%cell, x, s%product(1, 1))
+      !$omp parallel do schedule(static) private(first)
+      do block = 1, block_count(region)
+         first = (block - 1)*nodes_per_block + 1
+         call gather_slots(block_size(region, block), region%nodes(first), grid%node_slot, s%product, x, y, &
+                           s%partial(1, block))
+      end do
+      xy = sum(s%partial(:, :block_count(region)), dim=2)
+      call hold(s, y)
    end subroutine multiply
+
+   !> x <- x + step d, r <- r - step q, z = D^-1 r, and r.z.
+   subroutine step_along(s, region, matrix, step, x, rz)
+      type(mass_solver_t), intent(inout) :: s
+      type(region_t), intent(in) :: region
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: step(ndim)
+      real(dp), intent(inout), contiguous :: x(:, :)
+      real(dp), intent(out) :: rz(ndim)
+      integer :: block, first
+      !$omp parallel do schedule(static) private(first)
+      do block = 1, block_count(region)
+         first = (block - 1)*nodes_per_block + 1
+         call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%d, s%q, x, s%r, s%z, &
+                         s%partial(1, block))
+      end do
+      rz = sum(s%partial(:, :block_count(region)), dim=2)
+   end subroutine step_along
+
+   !> `step_along` at some nodes.
+   pure subroutine step_nodes(n, nodes, step, lumped, d, q, x, r, z, rz)
+      integer, intent(in) :: n, nodes(n)
+      real(dp), intent(in) :: step(ndim), lumped(*), d(ndim, *), q(ndim, *)
+      real(dp), intent(inout) :: x(ndim, *), r(ndim, *), z(ndim, *)
+      real(dp), intent(out) :: rz(ndim)
+      real(dp) :: inverse, r_i(ndim)
+      integer :: a, i
+      rz = 0
+      do a = 1, n
+         i = nodes(a)
+         inverse = 1/lumped(i)
+         x(:, i) = x(:, i) + step*d(:, i)
+         r_i = r(:, i) - step*q(:, i)
+         r(:, i) = r_i
+         z(:, i) = r_i*inverse
+         rz = rz + r_i*r_i*inverse
+      end do
+   end subroutine step_nodes
+
+   !> Number of blocks of nodes.
+   pure integer function block_count(region)
+      type(region_t), intent(in) :: region
+      block_count = (region%n_nodes - 1)/nodes_per_block + 1
+   end function block_count
+
+   !> Number of nodes of a block.
+   pure integer function block_size(region, block)
+      type(region_t), intent(in) :: region
+      integer, intent(in) :: block
+      block_size = min(nodes_per_block, region%n_nodes - (block - 1)*nodes_per_block)
+   end function block_size
 
    !> Set the held components to zero.
    subroutine hold(s, x)
@@ -230,20 +295,18 @@ contains
    end function ratio
 
    !> Sum over the nodes of x y, by component; always in the same order.
-   function dot(s, matrix, x, y) result(total)
+   function dot(s, region, x, y) result(total)
       type(mass_solver_t), intent(inout) :: s
-      type(mass_matrix_t), intent(in) :: matrix
+      type(region_t), intent(in) :: region
       real(dp), intent(in), contiguous :: x(:, :), y(:, :)
       real(dp) :: total(ndim)
-      integer :: block, blocks, first
-      blocks = (matrix%n_active - 1)/nodes_per_block + 1
+      integer :: block, first
       !$omp parallel do schedule(static) private(first)
-      do block = 1, blocks
+      do block = 1, block_count(region)
          first = (block - 1)*nodes_per_block + 1
-         call dot_of_nodes(min(nodes_per_block, matrix%n_active - first + 1), matrix%active(first), x, y, &
-                           s%partial(1, block))
+         call dot_of_nodes(block_size(region, block), region%nodes(first), x, y, s%partial(1, block))
       end do
-      total = sum(s%partial(:, :blocks), dim=2)
+      total = sum(s%partial(:, :block_count(region)), dim=2)
    end function dot
 
    !> The part of `dot` of some nodes.
@@ -259,54 +322,73 @@ contains
    end subroutine dot_of_nodes
 
    !> x = D^-1 b.
-   subroutine divide(matrix, b, x)
+   subroutine divide(region, matrix, b, x)
+      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in) :: b(ndim, *)
       real(dp), intent(inout) :: x(ndim, *)
       real(dp) :: inverse
       integer :: a
       !$omp parallel do schedule(static) private(inverse)
-      do a = 1, matrix%n_active
-         associate (i => matrix%active(a))
+      do a = 1, region%n_nodes
+         associate (i => region%nodes(a))
             inverse = 1/matrix%lumped(i)
             x(:, i) = b(:, i)*inverse
          end associate
       end do
    end subroutine divide
 
-   !> y <- y + factor x, by component.
-   subroutine add(matrix, factor, x, y)
+   !> d <- d - D^-1 q, x <- x + d.
+   subroutine add_term(region, matrix, q, d, x)
+      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: q(ndim, *)
+      real(dp), intent(inout) :: d(ndim, *), x(ndim, *)
+      real(dp) :: inverse
+      integer :: a
+      !$omp parallel do schedule(static) private(inverse)
+      do a = 1, region%n_nodes
+         associate (i => region%nodes(a))
+            inverse = 1/matrix%lumped(i)
+            d(:, i) = d(:, i) - q(:, i)*inverse
+            x(:, i) = x(:, i) + d(:, i)
+         end associate
+      end do
+   end subroutine add_term
+
+   !> y <- y + factor x, by component.
+   subroutine add(region, factor, x, y)
+      type(region_t), intent(in) :: region
       real(dp), intent(in) :: factor(ndim), x(ndim, *)
       real(dp), intent(inout) :: y(ndim, *)
       integer :: a
       !$omp parallel do schedule(static)
-      do a = 1, matrix%n_active
-         y(:, matrix%active(a)) = y(:, matrix%active(a)) + factor*x(:, matrix%active(a))
+      do a = 1, region%n_nodes
+         y(:, region%nodes(a)) = y(:, region%nodes(a)) + factor*x(:, region%nodes(a))
       end do
    end subroutine add
 
    !> d <- z + factor d, by component.
-   subroutine add_to_direction(matrix, factor, z, d)
-      type(mass_matrix_t), intent(in) :: matrix
+   subroutine add_to_direction(region, factor, z, d)
+      type(region_t), intent(in) :: region
       real(dp), intent(in) :: factor(ndim), z(ndim, *)
       real(dp), intent(inout) :: d(ndim, *)
       integer :: a
       !$omp parallel do schedule(static)
-      do a = 1, matrix%n_active
-         d(:, matrix%active(a)) = z(:, matrix%active(a)) + factor*d(:, matrix%active(a))
+      do a = 1, region%n_nodes
+         d(:, region%nodes(a)) = z(:, region%nodes(a)) + factor*d(:, region%nodes(a))
       end do
    end subroutine add_to_direction
 
    !> y = x.
-   subroutine copy(matrix, x, y)
-      type(mass_matrix_t), intent(in) :: matrix
+   subroutine copy(region, x, y)
+      type(region_t), intent(in) :: region
       real(dp), intent(in) :: x(ndim, *)
       real(dp), intent(inout) :: y(ndim, *)
       integer :: a
       !$omp parallel do schedule(static)
-      do a = 1, matrix%n_active
-         y(:, matrix%active(a)) = x(:, matrix%active(a))
+      do a = 1, region%n_nodes
+         y(:, region%nodes(a)) = x(:, region%nodes(a))
       end do
    end subroutine copy
 end module hampm_mass_solver

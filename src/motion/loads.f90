@@ -13,7 +13,7 @@ module hampm_loads
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, apply_loads, book_work
+   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, book_work
 
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
@@ -66,7 +66,7 @@ contains
    end subroutine follow_sort
 
    !> Add the loads at a time to the nodal `force` [N].
-   subroutine apply_loads(loads, time, grid, p, force)
+   subroutine add_loads(loads, time, grid, p, force)
       type(load_t), intent(in) :: loads(:)
       real(dp), intent(in) :: time               !! [s]
       type(grid_t), intent(in) :: grid
@@ -86,7 +86,7 @@ contains
             end do
          end associate
       end do
-   end subroutine apply_loads
+   end subroutine add_loads
 
    !> Book the work of the loads [J] in the step that began at `time`: the force there times the way that the loaded
    !> material has gone. It is not the power on the nodes: a node that has little mass may have any velocity.

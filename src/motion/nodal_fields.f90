@@ -4,7 +4,7 @@ module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t, element_of_slot
-   use hampm_mass_matrix, only: mass_matrix_t, gather_slots
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region
    use hampm_particles, only: particles_t
    implicit none
    private
@@ -25,6 +25,8 @@ module hampm_nodal_fields
       real(dp), allocatable :: force(:, :)              !! (7), internal and of the loads, without damping [N], (ndim, n_nodes)
       real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_nodes)
       real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_nodes, 3)
+      real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
+                                                        !! (ndim, n_nodes, 2)
       ! Shares of the cells in the nodal sums, by corner and element as `node_slot` counts them; slot 0 stays zero
       real(dp), allocatable :: cell_mass(:)             !! share in D, (0:corners*n_elements)
       real(dp), allocatable :: cell_momentum(:, :)      !! share in `momentum`, (ndim, 0:corners*n_elements)
@@ -44,7 +46,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       associate (n => grid%n_nodes, m => grid%n_elements)
-         allocate (f%mass_matrix%lumped(n), f%mass_matrix%active(n), f%mass_matrix%cells(m), f%momentum(ndim, n), &
+         allocate (f%mass_matrix%lumped(n), f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
                    f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%cell_mass(0:corners*m), &
                    f%cell_momentum(ndim, 0:corners*m), f%cell_force(ndim, 0:corners*m), f%cell_audit(2, m), &
                    f%partial_power(2, n/nodes_per_block + 1), stat=status)
@@ -79,19 +81,20 @@ contains
          end do
       end do
       associate (matrix => f%mass_matrix)
-         matrix%n_cells = p%n_occupied
-         matrix%cells(:p%n_occupied) = p%occupied(:p%n_occupied)
-         matrix%n_active = 0
+         matrix%all%n_cells = p%n_occupied
+         matrix%all%cells(:p%n_occupied) = p%occupied(:p%n_occupied)
+         matrix%all%n_nodes = 0
          do node = 1, grid%n_nodes
             if (is_active(grid, p, node)) then
-               matrix%n_active = matrix%n_active + 1
-               matrix%active(matrix%n_active) = node
+               matrix%all%n_nodes = matrix%all%n_nodes + 1
+               matrix%all%nodes(matrix%all%n_nodes) = node
             else
                matrix%lumped(node) = 0
                f%velocity(:, node, :) = 0
                f%acceleration(:, node) = 0
             end if
          end do
+         call find_coupled_region(grid, matrix)
       end associate
    end subroutine find_active_nodes
 
@@ -113,7 +116,7 @@ contains
    subroutine gather_mass_and_momentum(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_motion(f%mass_matrix%n_active, f%mass_matrix%active, grid%node_slot, f%cell_mass, f%cell_momentum, &
+      call gather_motion(f%mass_matrix%all%n_nodes, f%mass_matrix%all%nodes, grid%node_slot, f%cell_mass, f%cell_momentum, &
                          f%mass_matrix%lumped, f%momentum)
    end subroutine gather_mass_and_momentum
 
@@ -121,7 +124,7 @@ contains
    subroutine gather_internal_force(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_slots(f%mass_matrix%n_active, f%mass_matrix%active, grid%node_slot, f%cell_force, f%force)
+      call gather_vectors(f%mass_matrix%all%n_nodes, f%mass_matrix%all%nodes, grid%node_slot, f%cell_force, f%force)
    end subroutine gather_internal_force
 
    !> Nodal masses and momenta from the cells' shares.
@@ -145,4 +148,22 @@ contains
          momentum(:, active(a)) = p
       end do
    end subroutine gather_motion
+
+   !> Nodal vectors from the cells' shares.
+   subroutine gather_vectors(n_active, active, node_slot, share, nodal)
+      integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
+      integer, intent(in) :: node_slot(corners, *)
+      real(dp), intent(in) :: share(ndim, 0:*)          !! by slot, see `grid_t`
+      real(dp), intent(inout) :: nodal(ndim, *)         !! by node
+      integer :: a, c
+      real(dp) :: total(ndim)
+      !$omp parallel do schedule(static) private(total, c)
+      do a = 1, n_active
+         total = 0
+         do c = 1, corners
+            total = total + share(:, node_slot(c, active(a)))
+         end do
+         nodal(:, active(a)) = total
+      end do
+   end subroutine gather_vectors
 end module hampm_nodal_fields

@@ -11,15 +11,16 @@ module hampm_nodal_motion
 
 contains
 
-   !> Nodal velocities (8) from the mapped momentum [m/s]. The guess is the velocity that moved the particles last: it is
-   !> the solution but for the rounding and the little by which the matrix has changed since.
-   subroutine find_velocity(grid, solver, f, which, failure)
+   !> Nodal velocities (8) from the mapped momentum [m/s]. The guess is the velocity that the nodes had last: it is the
+   !> solution, but for the little by which the matrix has changed since and for what a partly lumped one filters.
+   subroutine find_velocity(grid, solver, f, which, latest, failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: which                      !! which velocity to set: `at_start` or `mapped`
+      integer, intent(in) :: latest                     !! the velocity that was found last
       type(failure_t), intent(inout) :: failure
-      if (solver%iterates()) f%velocity(:, :, which) = f%velocity(:, :, new)
+      if (solver%iterates()) f%velocity(:, :, which) = f%velocity(:, :, latest)
       call solve_mass(solver, grid, f%mass_matrix, f%momentum, f%velocity(:, :, which), failure)
    end subroutine find_velocity
 
@@ -39,18 +40,34 @@ contains
       real(dp), intent(out) :: mapping_power            !! see above [W]
       type(failure_t), intent(inout) :: failure
       integer :: block, blocks, first
+      if (solver%iterates()) call guess_acceleration(f)
       call solve_mass(solver, grid, f%mass_matrix, f%force, f%acceleration, failure)
-      blocks = (f%mass_matrix%n_active - 1)/nodes_per_block + 1
+      if (solver%iterates()) call remember_acceleration(f)
+      blocks = (f%mass_matrix%all%n_nodes - 1)/nodes_per_block + 1
       !$omp parallel do schedule(static) private(first)
       do block = 1, blocks
          first = (block - 1)*nodes_per_block + 1
-         call kick_nodes(min(nodes_per_block, f%mass_matrix%n_active - first + 1), f%mass_matrix%active(first), &
+         call kick_nodes(min(nodes_per_block, f%mass_matrix%all%n_nodes - first + 1), f%mass_matrix%all%nodes(first), &
                          damping_rate, dt, f%momentum, f%force, f%velocity(1, 1, at_start), f%acceleration, &
                          f%velocity(1, 1, new), f%partial_power(1, block))
       end do
       damping_power = damping_rate*sum(f%partial_power(1, :blocks))
       mapping_power = sum(f%partial_power(2, :blocks))
    end subroutine accelerate
+
+   !> Take the line through the last two solutions as the guess of the next.
+   subroutine guess_acceleration(f)
+      type(nodal_fields_t), intent(inout) :: f
+      if (.not. allocated(f%past)) allocate (f%past(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
+      f%acceleration = 2*f%past(:, :, 1) - f%past(:, :, 2)
+   end subroutine guess_acceleration
+
+   !> Keep the solution for the next guesses.
+   subroutine remember_acceleration(f)
+      type(nodal_fields_t), intent(inout) :: f
+      f%past(:, :, 2) = f%past(:, :, 1)
+      f%past(:, :, 1) = f%acceleration
+   end subroutine remember_acceleration
 
    !> Damp the accelerations of `n` nodes and find their new velocities, with their share in the powers of `accelerate`.
    pure subroutine kick_nodes(n, nodes, damping_rate, dt, momentum, force, velocity, acceleration, new_velocity, power)

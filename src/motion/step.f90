@@ -4,11 +4,11 @@ module hampm_step
    use hampm_constraints, only: constraints_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_loads, only: load_t, apply_loads, book_work, follow_sort
+   use hampm_loads, only: load_t, add_loads, book_work, follow_sort
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
-   use hampm_nodal_fields, only: at_start, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
+   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
                                  gather_mass_and_momentum, gather_internal_force
    use hampm_nodal_motion, only: find_velocity, accelerate
    use hampm_particles, only: particles_t, sort_into_cells
@@ -71,12 +71,12 @@ contains
       integer :: k
       left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
-      call gather_velocity(m, at_start, failure)
+      call gather_velocity(m, at_start, merge(mapped, new, any(m%scheme%sweeps%map_motion)), failure)
       if (m%scheme%map_at_start%map_force) call gather_acceleration(m, dt, failure)
       do k = 1, size(m%scheme%sweeps)
          if (failure%failed()) return
          call sweep_and_book(m, m%scheme%sweeps(k), dt, left_cell, failure)
-         if (m%scheme%sweeps(k)%map_motion) call gather_velocity(m, mapped, failure)
+         if (m%scheme%sweeps(k)%map_motion) call gather_velocity(m, mapped, new, failure)
          if (m%scheme%sweeps(k)%map_force) call gather_acceleration(m, dt, failure)
       end do
       if (failure%failed()) return
@@ -111,12 +111,13 @@ contains
    end subroutine sweep_and_book
 
    !> Velocities of the nodes, `at_start` or `mapped`, from the momentum in the cells.
-   subroutine gather_velocity(m, which, failure)
+   subroutine gather_velocity(m, which, latest, failure)
       type(motion_t), intent(inout) :: m
       integer, intent(in) :: which
+      integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
       call gather_mass_and_momentum(m%grid, m%fields)
-      call find_velocity(m%grid, m%solver, m%fields, which, failure)
+      call find_velocity(m%grid, m%solver, m%fields, which, latest, failure)
    end subroutine gather_velocity
 
    !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
@@ -126,7 +127,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: damping_power, mapping_power
       call gather_internal_force(m%grid, m%fields)
-      call apply_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
+      call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
       call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power

@@ -4,8 +4,8 @@ program test_loads
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_loads, only: load_t, load_on_points, load_on_particles, apply_loads, power_on_nodes, follow_sort
    use hampm_load_history, only: load_history_t
+   use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work, follow_sort
    use hampm_material, only: new_material
    use hampm_particles, only: sort_into_cells
    use hampm_samples, only: rectangle_t, place_bodies
@@ -24,7 +24,7 @@ program test_loads
       call random_number(shift)
       call traction_on_edge(cell*shift)
       call body_force(cell*shift)
-      call power_of_loads(cell*shift)
+      call work_of_loads(cell*shift)
    end do
    call nearest_host()
    call finish()
@@ -74,12 +74,12 @@ contains
       character(*), intent(in) :: what
       real(dp) :: f(ndim, m%grid%n_nodes), moment
       f = 0
-      call apply_loads(m%loads, time, m%grid, m%particles, f)
+      call add_loads(m%loads, time, m%grid, m%particles, f)
       moment = sum(m%grid%node_position(1, :)*f(2, :) - m%grid%node_position(2, :)*f(1, :))
       call check_close(maxval(abs(sum(f, dim=2) - expected)), 0.0_dp, rounding*norm2(force), what//': resultant')
       call check_close(moment, centre(1)*expected(2) - centre(2)*expected(1), rounding*norm2(force), what//': moment')
-      call apply_loads(m%loads, time, m%grid, m%particles, f)
-      call check_close(maxval(abs(sum(f, dim=2) - expected)), 0.0_dp, rounding*norm2(force), what//': anew in every step')
+      call add_loads(m%loads, time, m%grid, m%particles, f)
+      call check_close(maxval(abs(sum(f, dim=2) - 2*expected)), 0.0_dp, rounding*norm2(force), what//': added to what is there')
    end subroutine check_resultant
 
    subroutine traction_on_edge(shift)
@@ -113,27 +113,25 @@ contains
       call check_resultant(m, 0.0_dp, centre + b + matmul(a, centre), force, 'body force on the deformed body')
    end subroutine body_force
 
-   !> Two loads: their power is the sum of nodal force times nodal velocity, and force times velocity in a translation.
-   subroutine power_of_loads(shift)
+   !> Two loads: their work is force times the way of the material, also when it is booked in two parts.
+   subroutine work_of_loads(shift)
       real(dp), intent(in) :: shift(ndim)
       type(motion_t) :: m
-      real(dp), allocatable :: f(:, :), v(:, :)
-      real(dp), parameter :: translation(ndim) = [0.3_dp, 0.4_dp]
+      real(dp), parameter :: translation(ndim) = [0.03_dp, 0.04_dp]
+      real(dp) :: first, second
       call place(shift, m)
       allocate (m%loads(2))
       m%loads(1)%force = force
       m%loads(2)%force = -3*force
       call load_on_points(m%particles, m%grid, edge_places(), m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
-      allocate (f(ndim, m%grid%n_nodes), v(ndim, m%grid%n_nodes), source=0.0_dp)
-      call apply_loads(m%loads, 0.0_dp, m%grid, m%particles, f)
-      call random_number(v)
-      call check_close(power_on_nodes(m%loads, 0.0_dp, m%grid, m%particles, v), sum(f*v), 1.0e-12_dp, &
-                       'power of the loads = sum of nodal force times nodal velocity')
-      v = spread(translation, 2, m%grid%n_nodes)
-      call check_close(power_on_nodes(m%loads, 0.0_dp, m%grid, m%particles, v), -2*dot_product(force, translation), 1.0e-12_dp, &
-                       'power of the loads in a translation = force times velocity')
-   end subroutine power_of_loads
+      m%particles%displacement = spread(translation/2, 2, m%particles%n)
+      call book_work(m%loads, 0.0_dp, m%particles, first)
+      m%particles%displacement = spread(translation, 2, m%particles%n)
+      call book_work(m%loads, 0.0_dp, m%particles, second)
+      call check_close(first + second, -2*dot_product(force, translation), 1.0e-12_dp, &
+                       'work of the loads in a translation = force times way')
+   end subroutine work_of_loads
 
    !> The host of a place is the particle nearest to it, however far away.
    subroutine nearest_host()
