@@ -1,14 +1,15 @@
 !> What the history records: which columns a scene has, and one row of their values.
 module hampm_measurements
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_crack, only: crack_t
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
+   use hampm_mass_solver, only: mass_solver_t, new_mass_solver
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t
+   use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
    public :: measurements_t, new_measurements, measure, declare_columns, energy_residual
@@ -22,6 +23,7 @@ module hampm_measurements
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3, 0 where it does not apply [J/m2]
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
+      type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without held components
       integer :: n = 0                           !! number of columns
       real(dp) :: row(20) = 0                    !! values of the columns, (n)
    end type measurements_t
@@ -29,12 +31,16 @@ module hampm_measurements
 contains
 
    !> Ready for the first row.
-   subroutine new_measurements(scene, motion, crack, m)
+   subroutine new_measurements(scene, motion, crack, m, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
       type(crack_t), intent(in) :: crack
       type(measurements_t), intent(out) :: m
+      type(failure_t), intent(inout) :: failure
       real(dp) :: force, length, depth
+      logical, allocatable :: held(:, :)
+      allocate (held(ndim, motion%grid%n_nodes), source=.false.)
+      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, held, m%extrapolation, failure)
       m%initial_energy = kinetic_energy(motion%particles)
       select case (scene%energy_release%reference)
       case ('value')
@@ -94,12 +100,14 @@ contains
    end subroutine declare_columns
 
    !> Take one row.
-   subroutine measure(scene, motion, crack, dt, m)
+   subroutine measure(scene, motion, crack, dt, m, failure)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: motion
+      type(motion_t), intent(inout) :: motion
       type(crack_t), intent(in) :: crack
       real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: g
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release)
          m%kinetic_energy = kinetic_energy(p)
          m%strain_energy = strain_energy(p, motion%materials)
@@ -118,7 +126,11 @@ contains
          call add(m, motion%damping_loss)
          if (chosen%energy_balance) call add(m, motion%numerical_loss)
          if (chosen%nodal_force) call add_g(m, nodal_force_closure(crack, grid, p, motion%materials, scene%run%thickness))
-         if (chosen%stress_closure) call add_g(m, stress_closure(crack, grid, p, motion%materials))
+         if (chosen%stress_closure) then
+            call refresh_grid(motion)
+            call stress_closure(crack, grid, p, motion%materials, motion%fields%mass_matrix, m%extrapolation, g, failure)
+            call add_g(m, g)
+         end if
          if (scene%crack%present) call add(m, crack_opening(crack, grid, p))
       end associate
    end subroutine measure

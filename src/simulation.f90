@@ -49,7 +49,7 @@ contains
       if (failure%failed()) return
       call use_threads(threads, s%motion%particles%n)
       s%longest_step = stable_time_step(s%motion%grid, s%motion%materials, scene%method%courant, scene%method%wave_speed)
-      call new_measurements(scene, s%motion, s%crack, s%measurements)
+      call new_measurements(scene, s%motion, s%crack, s%measurements, failure)
    end subroutine build
 
    !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable.
@@ -105,7 +105,8 @@ contains
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      call measure(s%scene, s%motion, s%crack, s%dt, s%measurements)
+      call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
+      if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)
       if (failure%failed()) return
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then

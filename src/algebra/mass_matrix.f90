@@ -53,10 +53,10 @@ contains
    subroutine find_coupled_region(grid, matrix)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
-      logical :: is_coupled(grid%n_nodes)
+      logical, allocatable :: is_coupled(:)
       integer :: k
       if (.not. allocated(matrix%blend)) return
-      is_coupled = .false.
+      allocate (is_coupled(grid%n_nodes), source=.false.)
       do k = 1, matrix%all%n_cells
          associate (e => matrix%all%cells(k))
             if (matrix%blend(e) < 1) is_coupled(grid%element_nodes(:, e)) = .true.

@@ -197,8 +197,8 @@ contains
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       type(failure_t), intent(inout) :: failure
-      logical :: held(ndim, grid%n_nodes)
-      held = .false.
+      logical, allocatable :: held(:, :)
+      allocate (held(ndim, grid%n_nodes), source=.false.)
       held(:, s%held_nodes) = s%held
       call s%direct%factorise(grid, matrix, held, failure)
       s%factorised = .true.

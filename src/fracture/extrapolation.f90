@@ -1,13 +1,16 @@
-!> Values of particle fields at one node, from the particles in the cells around it.
+!> Values of particle fields at nodes: at one node from the particles in the cells around it, or at all by a mass matrix.
 module hampm_extrapolation
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
+   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_mass_solver, only: mass_solver_t, solve_mass
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: patch_t, patch_around, lumped_displacement, lumped_stress, fitted_displacement, internal_force
+   public :: patch_t, patch_around, fitted_displacement, internal_force, extrapolate
 
    integer, parameter :: most_nodes = 3**ndim    !! nodes of the cells around a node
 
@@ -67,46 +70,6 @@ contains
       patch%node(number) = node
    end subroutine local_number
 
-   !> Displacement of the middle node, extrapolated with the lumped mass matrix as velocities are in (10) [m].
-   pure function lumped_displacement(patch, p) result(u)
-      type(patch_t), intent(in) :: patch
-      type(particles_t), intent(in) :: p
-      real(dp) :: u(ndim)
-      real(dp) :: weight(patch%n)
-      integer :: k
-      weight = lumped_weights(patch, p)
-      u = 0
-      do k = 1, patch%n
-         u = u + weight(k)*p%displacement(:, patch%particle(k))
-      end do
-   end function lumped_displacement
-
-   !> Kirchhoff stress at the middle node, extrapolated with the lumped mass matrix [Pa].
-   pure function lumped_stress(patch, p, materials) result(stress)
-      type(patch_t), intent(in) :: patch
-      type(particles_t), intent(in) :: p
-      type(material_t), intent(in) :: materials(:)
-      real(dp) :: stress(ndim, ndim)
-      real(dp) :: weight(patch%n)
-      integer :: k
-      weight = lumped_weights(patch, p)
-      stress = 0
-      do k = 1, patch%n
-         associate (i => patch%particle(k))
-            stress = stress + weight(k)*materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i))
-         end associate
-      end do
-   end function lumped_stress
-
-   !> Share of each particle in a value at the middle node: m_p N_i(x_p) / m_i.
-   pure function lumped_weights(patch, p) result(weight)
-      type(patch_t), intent(in) :: patch
-      type(particles_t), intent(in) :: p
-      real(dp) :: weight(patch%n)
-      weight = p%mass(patch%particle)*patch%shape(1, :)
-      if (patch%n > 0) weight = weight/sum(weight)
-   end function lumped_weights
-
    !> Force of the material of the patch on the middle node, (7) [N].
    pure function internal_force(patch, p, materials) result(force)
       type(patch_t), intent(in) :: patch
@@ -122,6 +85,31 @@ contains
          end associate
       end do
    end function internal_force
+
+   !> Nodal values of a vector field that the particles carry, by the mass matrix of a run as velocities are in (8).
+   subroutine extrapolate(grid, p, matrix, solver, field, nodal, failure)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(mass_matrix_t), intent(in) :: matrix
+      type(mass_solver_t), intent(inout) :: solver
+      real(dp), intent(in), contiguous :: field(:, :)   !! values of the particles, (ndim, n)
+      real(dp), intent(out), contiguous :: nodal(:, :)  !! values of the nodes, 0 where there are no particles, (ndim, n_nodes)
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: rhs(:, :)
+      real(dp) :: n(corners)
+      integer :: i, c
+      allocate (rhs(ndim, grid%n_nodes), source=0.0_dp)
+      do i = 1, p%n
+         n = p%mass(i)*shape_functions(inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+         do c = 1, corners
+            associate (node => grid%element_nodes(c, p%cell(i)))
+               rhs(:, node) = rhs(:, node) + n(c)*field(:, i)
+            end associate
+         end do
+      end do
+      nodal = 0
+      call solve_mass(solver, grid, matrix, rhs, nodal, failure)
+   end subroutine extrapolate
 
    !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of
    !> the patch [m]. Where the particles move with the grid's own field it returns the nodal value itself, not a smoothed

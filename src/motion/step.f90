@@ -17,7 +17,7 @@ module hampm_step
    use hampm_text, only: to_text
    implicit none
    private
-   public :: motion_t, start_motion, advance, stable_time_step, when, place
+   public :: motion_t, start_motion, advance, refresh_grid, stable_time_step, when, place
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -51,6 +51,7 @@ contains
       type(mass_choice_t), intent(in), optional :: mass
       if (present(mass)) m%mass = mass
       m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
+      m%mapped = .false.
       if (.not. allocated(m%loads)) allocate (m%loads(0))
       if (.not. allocated(m%constraints%fixed)) allocate (m%constraints%fixed(ndim, m%grid%n_nodes), source=.false.)
       call new_nodal_fields(m%grid, m%fields, failure)
@@ -94,7 +95,15 @@ contains
       type(motion_t), intent(inout) :: m
       type(sweep_report_t) :: report
       call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%grid, m%materials, m%particles, m%fields, .false., report)
+      m%mapped = .true.
    end subroutine map_to_grid
+
+   !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.
+   subroutine refresh_grid(m)
+      type(motion_t), intent(inout) :: m
+      if (.not. m%mapped) call map_to_grid(m)
+      call gather_mass_and_momentum(m%grid, m%fields)
+   end subroutine refresh_grid
 
    !> Do one sweep, and book for the audit what it finds.
    subroutine sweep_and_book(m, sweep, dt, left_cell, failure)

@@ -35,8 +35,27 @@ contains
       call check_loads(scene, settings, has_grid, mistakes)
       call check_crack(scene, settings, has_grid, mistakes)
       call check_energy_release(scene, settings, mistakes)
+      call check_mass(scene, settings, has_grid, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency
+
+   !> A partial mass matrix needs a box with cells in it.
+   pure subroutine check_mass(scene, settings, has_grid, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_grid
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: b
+      b = settings%find('method', 1)
+      if (scene%method%mass /= 'partial' .or. .not. has_grid) return
+      if (.not. (settings%good(b, 'mass') .and. settings%good(b, 'full_lower') .and. settings%good(b, 'full_upper'))) return
+      associate (grid => scene%grid, lower => scene%method%full_lower, upper => scene%method%full_upper)
+         if (any(upper - lower < grid%cell) .or. any(upper < grid%lower + grid%cell) &
+             .or. any(lower > grid%lower + (grid%cells - 1)*grid%cell)) &
+            call settings%complain(mistakes, b, 'full_upper', 'must give with full_lower a box of at least one cell '// &
+                                   'within the grid, for mass = ''partial''')
+      end associate
+   end subroutine check_mass
 
    !> Materials need different names, and bodies name one of them.
    pure subroutine check_materials(scene, settings, mistakes)

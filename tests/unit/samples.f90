@@ -7,6 +7,7 @@ module hampm_samples
    use hampm_forest, only: forest_t
    use hampm_grid, only: build_grid
    use hampm_harness, only: check
+   use hampm_mass_choice, only: mass_choice_t
    use hampm_material, only: material_t
    use hampm_particles, only: new_particles, sort_into_cells
    use hampm_step, only: motion_t, start_motion, advance
@@ -52,12 +53,13 @@ contains
       call check_failure(failure)
    end subroutine place_bodies
 
-   !> Make ready for the first step.
-   subroutine start(m, scheme)
+   !> Make ready for the first step, with the lumped or another mass matrix.
+   subroutine start(m, scheme, mass)
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: scheme
+      type(mass_choice_t), intent(in), optional :: mass
       type(failure_t) :: failure
-      call start_motion(m, trim(scheme), failure)
+      call start_motion(m, trim(scheme), failure, mass)
       call check_failure(failure)
    end subroutine start
 
