@@ -6,7 +6,7 @@ module hampm_program
    use hampm_namelist_text, only: template_text
    use hampm_reading, only: read_scene
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build, run, summary
+   use hampm_simulation, only: simulation_t, build, run, summary, solver_report
    use hampm_version, only: version
    implicit none
    private
@@ -43,6 +43,7 @@ contains
          write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(simulation)
       else
          call run(simulation, options%output, options%quiet, failure)
+         if (.not. options%quiet .and. len(solver_report(simulation)) > 0) write (output_unit, '(a)') solver_report(simulation)
          if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
       end if
    end subroutine simulate

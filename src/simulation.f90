@@ -18,7 +18,7 @@ module hampm_simulation
    use hampm_views, only: particle_view, mesh_view
    implicit none
    private
-   public :: simulation_t, build, run, summary
+   public :: simulation_t, build, run, summary, solver_report
 
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
@@ -153,6 +153,21 @@ contains
          end if
       end associate
    end subroutine show_progress
+
+   !> What the solution of the nodal equations took, for people; '' where the mass matrix is diagonal or not inverted.
+   function solver_report(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      text = ''
+      associate (solver => s%motion%solver)
+         if (solver%solutions == 0) return
+         text = 'mass matrix: '//to_text(solver%solutions)//' solutions, '//to_text(solver%iterations)//' iterations'
+         if (solver%direct%factorisations == 0) return
+         text = text//', '//to_text(solver%direct%analyses)//' analyses, '//to_text(solver%direct%factorisations)// &
+                ' factorisations'
+         if (solver%direct%bandwidth() > 0) text = text//', bandwidth '//to_text(solver%direct%bandwidth())
+      end associate
+   end function solver_report
 
    !> What a run of the scene would do, for people.
    function summary(s) result(text)
