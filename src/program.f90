@@ -35,6 +35,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(scene_t) :: scene
       type(simulation_t) :: simulation
+      character(:), allocatable :: report
       call read_scene(options%input, options%overrides, scene, failure)
       if (failure%failed()) return
       call build(scene, options%threads, simulation, failure)
@@ -43,7 +44,8 @@ contains
          write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(simulation)
       else
          call run(simulation, options%output, options%quiet, failure)
-         if (.not. options%quiet .and. len(solver_report(simulation)) > 0) write (output_unit, '(a)') solver_report(simulation)
+         report = solver_report(simulation)
+         if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
          if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
       end if
    end subroutine simulate
