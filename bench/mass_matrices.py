@@ -1,0 +1,317 @@
+"""What each choice of mass matrix costs, dissipates and allows: three tables, and a CSV file of each.
+
+    cost         processor time of a step relative to the lumped matrix, and memory
+    dissipation  energy lost by the method in 100 periods of the free vibration of a bar
+    limit        largest stable time step, by bisection, beside theory
+
+Run by `make masses`, or for one part: .venv/bin/python bench/mass_matrices.py limit --output results/masses
+"""
+
+import argparse
+import csv
+import os
+import resource
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SCHEMES = ("usf", "usl", "usavg", "musl")
+KINDS = ("lumped", "fmpm 2", "fmpm 4", "blend 0.5", "partial", "full")  # partial: full in the left half
+
+
+class Unstable(Exception):
+    """The program has ended with exit code 3."""
+
+
+class Program:
+    """Runs the program in a folder."""
+
+    def __init__(self, path, folder):
+        self.path, self.folder = str(path), folder
+
+    def __call__(self, namelist, settings=()):
+        """Run; return user time [s] and peak memory [KiB]."""
+        command = [self.path, str(namelist), "--output", str(self.folder), "--quiet", "--threads", "1"]
+        command += [word for setting in settings for word in ("--set", setting)]
+        null = (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)
+        log = (os.POSIX_SPAWN_OPEN, 2, str(self.folder / "log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        process = os.posix_spawn(self.path, command, environment, file_actions=[null, log])
+        _, status, usage = os.wait4(process, 0)
+        code = os.waitstatus_to_exitcode(status)
+        if code == 3:
+            raise Unstable
+        if code != 0:
+            sys.exit(f"{' '.join(command)}\nhas ended with {code}: {(self.folder / 'log').read_text()}")
+        return usage.ru_utime, usage.ru_maxrss
+
+    def history(self, text, name):
+        """Run a namelist given as text; return the columns of its history."""
+        import h5py
+        (self.folder / f"{name}.nml").write_text(text)
+        self(self.folder / f"{name}.nml")
+        with h5py.File(self.folder / f"{name}.h5") as file:
+            return {key: item[()] for key, item in file["history"].items()}
+
+
+def mass_settings(kind, box):
+    """Keys of &method of a kind such as 'fmpm 2'; `box` is where a partial one is full."""
+    mass, _, number = kind.partition(" ")
+    settings = {"mass": f"'{mass}'"}
+    if mass == "fmpm":
+        settings["order"] = number
+    if mass == "blend":
+        settings["blend"] = number
+    if mass == "partial":
+        settings |= {"full_lower": f"{box[0]}, {box[1]}", "full_upper": f"{box[2]}, {box[3]}"}
+    return settings
+
+
+# --- cost -----------------------------------------------------------------------------------------------------------
+
+COST_KINDS = [("fmpm 2", None), ("fmpm 4", None)] + [
+    (kind, solver) for kind in ("blend 0.5", "partial", "full") for solver in ("cg", "umfpack", "banded")]
+
+
+def target(kind, solver, frame):
+    """Most that a kind may cost relative to lumped; None where nothing is promised."""
+    if kind == "fmpm 2":
+        return 1.6
+    if frame == "total":
+        return 4.0
+    return 8.0 if solver in ("cg", "umfpack") else None
+
+
+def dcb_settings(kind, solver, frame, cell, steps):
+    shear_speed = (70e9 / 2.6 / 2700) ** 0.5
+    end = steps * 0.1 * cell / shear_speed
+    columns = round(0.1 / cell)
+    method = mass_settings(kind, (0.0, 0.0, 0.05, 0.01)) | {"frame": f"'{frame}'"}
+    if solver:
+        method["solver"] = f"'{solver}'"
+    return [f"grid.cell={cell}", f"grid.cells={columns},{columns // 10 + 1}", "energy_release.estimators='nodal_force'",
+            "output.snapshot_interval=0", f"output.history_interval={end}", f"run.end_time={end}",
+            "output.file='cost.h5'"] + [f"method.{key}={value}" for key, value in method.items()]
+
+
+def step_time(program, kind, solver, frame, few=60, many=260):
+    """User time of a step [s], without set-up and the first steps."""
+    scene, cell = ROOT / "input/dcb.nml", 0.625e-3
+    times = [program(scene, dcb_settings(kind, solver, frame, cell, steps))[0] for steps in (few, many)]
+    return (times[1] - times[0]) / (many - few)
+
+
+def cost(program, repeats):
+    rows = [("mass", "solver", "frame", "cost", "target", "met")]
+    for frame in ("updated", "total"):
+        for kind, solver in COST_KINDS:
+            ratios = []
+            for _ in range(repeats):
+                yardstick = step_time(program, "lumped", None, frame)
+                ratios.append(step_time(program, kind, solver, frame) / yardstick)
+            ratio, most = statistics.median(ratios), target(kind, solver, frame)
+            met = "" if most is None else "yes" if ratio <= most else "NO"
+            rows.append((kind, solver or "", frame, f"{ratio:.2f}", most or "", met))
+    return rows
+
+
+def memory(program):
+    rows = [("cell [mm]", "nodes", "MiB lumped", "MiB full, cg", "KiB a node more than the row above, cg")]
+    last = None
+    for cell in (1.25e-3, 0.625e-3, 0.3125e-3):
+        scene, columns = ROOT / "input/dcb.nml", round(0.1 / cell)
+        nodes = (columns + 1) * (columns // 10 + 2)
+        peak = {kind: program(scene, dcb_settings(kind, None, "updated", cell, 10))[1] for kind in ("lumped", "full")}
+        if min(peak.values()) <= resource.getrusage(resource.RUSAGE_SELF).ru_maxrss:
+            print("memory: hidden by that of this script; run the part cost by itself")
+        growth = "" if last is None else f"{(peak['full'] - last[1]) / (nodes - last[0]):.2f}"
+        rows.append((f"{cell * 1e3:g}", nodes, f"{peak['lumped'] / 1024:.1f}", f"{peak['full'] / 1024:.1f}", growth))
+        last = nodes, peak["full"]
+    return rows
+
+
+# --- scenes in cells of size 1, density 1 and dilatational wave speed 1 -----------------------------------------------
+
+def group(name, **keys):
+    return f"&{name}\n" + "".join(f"   {key} = {value}\n" for key, value in keys.items()) + "/\n"
+
+
+def scene(cells, poisson, end, interval, method, law="linear_elastic", estimators=""):
+    """The groups that every scene needs, but for its bodies."""
+    young = (1 + poisson) * (1 - 2 * poisson) / (1 - poisson)
+    text = group("run", plane="'strain'", end_time=end) + group("grid", cell=1.0, cells=f"{cells[0]}, {cells[1]}")
+    text += group("material", name="'m'", law=f"'{law}'", young=young, poisson=poisson, density=1.0)
+    text += group("method", **method) + group("output", history_interval=interval)
+    return text + (group("energy_release", estimators=estimators) if estimators else "")
+
+
+def body(lower, upper, velocity=(0.0, 0.0)):
+    return group("body", material="'m'", lower=f"{lower[0]}, {lower[1]}", upper=f"{upper[0]}, {upper[1]}",
+                 velocity=f"{velocity[0]}, {velocity[1]}")
+
+
+def held(lower, upper, fix):
+    return group("constraint", lower=f"{lower[0]}, {lower[1]}", upper=f"{upper[0]}, {upper[1]}", fix=f"'{fix}'")
+
+
+def bar_is_held(length):
+    """One end held, and no motion across the bar."""
+    return held((0, 0), (0, 2), "x") + held((0, 0), (length + 1, 2), "y")
+
+
+# --- dissipation ----------------------------------------------------------------------------------------------------
+
+BAR = 20  # cells
+COURANTS = (0.1, 0.3, 0.6)
+
+
+def bar_loss(program, kind, scheme, courant, amplitude, frame, periods):
+    """Loss in some periods as a share of the energy of the first mode, whose tip moves by `amplitude` cells.
+
+    A body force that rises and falls as 1 - cos over one period excites the first mode alone: its spectrum has zeros at the
+    others.
+    """
+    period, area, pieces = 4.0 * BAR, 1.0, 40
+    force = amplitude * area / BAR / (16 / 31.00628 * 3.14159 / 2)
+    times = [period * k / pieces for k in range(pieces + 1)]
+    import math
+    factors = [0.5 - 0.5 * math.cos(2 * math.pi * k / pieces) for k in range(pieces + 1)]
+    factors[0] = factors[-1] = 0.0
+    method = mass_settings(kind, (0, 0, BAR / 2, 1)) | {
+        "scheme": f"'{scheme}'", "courant": courant, "wave_speed": "'dilatational'", "frame": f"'{frame}'"}
+    text = scene((BAR + 2, 2), 0.0, (periods + 1) * period, period, method, "neo_hookean" if frame == "updated"
+                 else "linear_elastic", "'energy_balance'")
+    text += body((0, 0), (BAR, 1)) + bar_is_held(BAR)
+    text += group("load", kind="'body'", lower="0, 0", upper=f"{BAR}, 1", force=f"{force}, 0", history="'table'",
+                  times=", ".join(map(str, times)), factors=", ".join(map(str, factors)))
+    try:
+        columns = program.history(text, "bar")
+    except Unstable:
+        return None
+    energy = columns["kinetic_energy"][1] + columns["strain_energy"][1]
+    return (columns["numerical_loss"][-1] - columns["numerical_loss"][1]) / energy
+
+
+def dissipation(program, periods):
+    rows = [("motion", "mass", "scheme") + tuple(f"courant {c}" for c in COURANTS)]
+    for motion, amplitude, frame in (("small", 1e-6, "total"), ("through cells", 0.8, "updated")):
+        for kind in KINDS:
+            for scheme in SCHEMES:
+                losses = [bar_loss(program, kind, scheme, c, amplitude, frame, periods) for c in COURANTS]
+                rows.append((motion, kind, scheme) + tuple("unstable" if x is None else f"{x:.1e}" if abs(x) < 1e-4
+                                                           else f"{x:.4f}" for x in losses))
+    return rows
+
+
+# --- limit ----------------------------------------------------------------------------------------------------------
+
+def is_stable(program, block, kind, scheme, courant, steps=3000):
+    nx, ny, poisson = block
+    method = mass_settings(kind, (0, 0, nx / 2, ny)) | {
+        "scheme": f"'{scheme}'", "courant": courant * (1 + 1e-9), "wave_speed": "'dilatational'", "frame": "'total'"}
+    across = 0.0 if ny == 1 else 0.7e-6
+    text = scene((nx + 1, ny + 1), poisson, steps * courant, steps * courant / 10, method)
+    text += body((0, 0), (nx, ny), (1e-6, across)) + (bar_is_held(nx) if ny == 1 else held((0, 0), (0, ny), "xy"))
+    try:
+        program.history(text, "limit")
+    except Unstable:
+        return False
+    return True
+
+
+def bisect(program, block, kind, scheme, guess, accuracy=0.002):
+    """Largest stable courant number: between a stable and an unstable run, first sought around the guess."""
+    low, high = 0.98 * guess, 1.02 * guess
+    while not is_stable(program, block, kind, scheme, low):
+        low, high = low / 1.3, low
+    while is_stable(program, block, kind, scheme, high):
+        low, high = high, high * 1.3
+    while high > (1 + accuracy) * low:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if is_stable(program, block, kind, scheme, middle) else (low, middle)
+    return (low * high) ** 0.5
+
+
+def drifts_well(program, kind, scheme):
+    """Whether two blocks that meet and drift through 20 cells keep their energy with the default time step."""
+    method = mass_settings(kind, (0, 0, 15, 20)) | {"scheme": f"'{scheme}'"}
+    text = scene((40, 20), 0.3, 1000.0, 10.0, method, "neo_hookean")
+    text += body((2, 2), (5, 6), (0.022, 0.0083)) + body((5, 2), (8, 6), (0.018, 0.0083))
+    try:
+        columns = program.history(text, "drift")
+    except Unstable:
+        return "fails"
+    energy = columns["kinetic_energy"] + columns["strain_energy"]
+    return f"{energy[-1] / energy[0] - 1:+.3f}"
+
+
+def limit(program):
+    import numpy as np
+    from mass_theory import Block
+    rows = [("body", "mass", "scheme", "elements", "theory", "measured", "measured/theory", "over the default",
+             "any position", "over the default", "energy of drift")]
+    for name, block in (("bar", (40, 1, 0.0)), ("block", (6, 6, 0.3))):
+        poisson = block[2]
+        default = 0.1 * ((1 - 2 * poisson) / (2 - 2 * poisson)) ** 0.5  # 0.1 of the shear wave, as courant of the other
+        theory = Block(*block, held_y=name == "bar")
+        shifts = [Block(4, 4, 0.3, (x, y), held_left=False) for x in np.arange(5) / 10 + 0.01
+                  for y in np.arange(5) / 10 + 0.01] if name == "block" else []
+        for kind in KINDS:
+            mass, _, number = kind.partition(" ")
+            options = {"order": int(number)} if mass == "fmpm" else {}
+            a = theory.inverse(mass, **options)
+            anywhere = {}
+            for scheme in SCHEMES:
+                expected = theory.limit(scheme, a)
+                measured = bisect(program, block, kind, scheme, expected)
+                row = [name, kind, scheme, f"{theory.node_limit(a):.3f}", f"{expected:.3f}", f"{measured:.3f}",
+                       f"{measured / expected:.3f}", f"{measured / default:.1f}", "", "", ""]
+                if shifts:
+                    by = "usl" if scheme == "usl" else "musl"
+                    if by not in anywhere:
+                        anywhere[by] = min(b.limit(by, b.inverse(mass, **options)) for b in shifts)
+                    row[8:] = [f"{anywhere[by]:.3f}", f"{anywhere[by] / default:.1f}", drifts_well(program, kind, scheme)]
+                rows.append(tuple(row))
+    return rows
+
+
+# --- output ---------------------------------------------------------------------------------------------------------
+
+def write(rows, name, folder):
+    with open(folder / f"{name}.csv", "w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    widths = [max(len(str(row[k])) for row in rows) for k in range(len(rows[0]))]
+    print(f"\n{name}: {folder / name}.csv")
+    for row in rows:
+        print("  ".join(str(value).ljust(width) for value, width in zip(row, widths)).rstrip())
+    sys.stdout.flush()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", nargs="*", help="cost, dissipation, limit; default: all")
+    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results/masses"), help="folder of the tables")
+    parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
+    parser.add_argument("--repeats", metavar="N", type=int, default=3, help="measurements of a cost, of which the median")
+    parser.add_argument("--periods", metavar="N", type=int, default=100, help="of the dissipation")
+    arguments = parser.parse_args()
+    parts = arguments.part or ["cost", "dissipation", "limit"]
+    if set(parts) - {"cost", "dissipation", "limit"}:
+        parser.error("a part is cost, dissipation or limit")
+    if not arguments.program.is_file():
+        sys.exit(f"{arguments.program}: no such program; run `make program`")
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    program = Program(arguments.program, arguments.output.resolve())
+    if "cost" in parts:  # first: a large script would hide the memory of the program
+        write(memory(program), "memory", arguments.output)
+        write(cost(program, arguments.repeats), "cost", arguments.output)
+    if "dissipation" in parts:
+        write(dissipation(program, arguments.periods), "dissipation", arguments.output)
+    if "limit" in parts:
+        write(limit(program), "limit", arguments.output)
+
+
+if __name__ == "__main__":
+    main()
