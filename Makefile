@@ -25,7 +25,7 @@ UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run test bench program unit setup clean
+.PHONY: help run test bench masses program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -46,6 +46,10 @@ test: setup  ## install what is missing, build, run all tests
 bench: setup  ## measure the time per particle and step beside the memory's speed
 	@$(MAKE) --no-print-directory $(O)/bench_step
 	$(O)/bench_step
+
+masses: setup  ## measure what each mass matrix costs, dissipates and allows as time step
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/mass_matrices.py --output results/masses
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
@@ -79,6 +83,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run test bench,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run test bench masses,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif
