@@ -2,13 +2,13 @@
 
 In cells of size 1, density 1 and dilatational wave speed 1, a time step is a courant number. With the particles' shape
 functions S, their masses m, M = S^T m S, its row sums D, the stiffness K of the particles and the matrix A that the run
-takes for the inverse of M (D^-1, a series, or the inverse of a full, partial or blended matrix), a step changes the nodal
-momentum p = S^T m v and the sum u of the strain displacements by
+takes for the inverse of M (D^-1, a series, or the inverse of a full, partial or blended matrix), a step changes the
+nodal momentum p = S^T m v and the sum u of the strain displacements by
 
     p <- p - dt M A K u,    u <- u + dt w,
 
-with w = A p from before or after the change of p: `usf`, `musl` and `usavg` are leapfrog schemes of omega^2 = A M A K, with
-the limit omega dt = 2. `usl` strains with w = A p - dt A K u instead. Momentum is mapped to the grid and back, and so
+with w = A p from before or after the change of p: `usf`, `musl` and `usavg` are leapfrog schemes of omega^2 = A M A K,
+with the limit omega dt = 2. `usl` strains with w = A p - dt A K u instead. Momentum is mapped to the grid and back, and so
 the squared frequency carries the factor M A, which is 1 for the full matrix only.
 """
 
