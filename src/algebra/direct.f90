@@ -31,6 +31,7 @@ module hampm_direct
       integer, allocatable, private :: coupled(:) !! cells whose matrix is not lumped, when the pattern was analysed
    contains
       procedure :: factorise
+      procedure :: fits
       procedure :: solve
       procedure :: bandwidth
       procedure :: release
@@ -62,6 +63,13 @@ contains
       end do
       self%factorisations = self%factorisations + 1
    end subroutine factorise
+
+   !> Whether the factorised matrix has the unknowns of a matrix, so that it may precondition it.
+   pure logical function fits(self, mass)
+      class(direct_t), intent(in) :: self
+      type(mass_matrix_t), intent(in) :: mass
+      fits = same_pattern(self, coupled_cells(mass))
+   end function fits
 
    !> Whether the coupled cells are those of the last analysis.
    pure logical function same_pattern(self, coupled)

@@ -27,6 +27,7 @@ module hampm_mass_matrix
 
    !> The matrix with what is needed to multiply by it.
    type :: mass_matrix_t
+      integer :: layout = 0                             !! how often the occupied cells have been listed anew
       logical :: is_solved = .false.                    !! whether equations are solved with M, else it is multiplied by
       type(region_t) :: all                             !! the occupied cells and their nodes
       type(region_t) :: coupled                         !! the nodes of cells that are not lumped, and the occupied cells
@@ -55,6 +56,7 @@ contains
       type(mass_matrix_t), intent(inout) :: matrix
       logical, allocatable :: is_coupled(:)
       integer :: k
+      matrix%layout = matrix%layout + 1
       if (.not. allocated(matrix%blend)) return
       allocate (is_coupled(grid%n_nodes), source=.false.)
       do k = 1, matrix%all%n_cells

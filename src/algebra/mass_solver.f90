@@ -35,6 +35,7 @@ module hampm_mass_solver
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
       logical, private :: factorised = .false.
+      integer, private :: layout = 0                !! that of the matrix that was solved last
       real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_nodes)
       real(dp), allocatable, private :: product(:, :)     !! workspace by slot, (ndim, 0:corners*n_elements)
       real(dp), allocatable, private :: partial(:, :)     !! workspace of sums, (ndim, blocks)
@@ -87,6 +88,11 @@ contains
       real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_nodes)
       real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_nodes)
       type(failure_t), intent(inout) :: failure
+      if (s%layout /= matrix%layout .and. s%by /= by_lumped) then
+         s%product = 0                              ! cells that have lost their last particle have no products
+         s%layout = matrix%layout
+         if (s%factorised) s%factorised = s%direct%fits(matrix)
+      end if
       select case (s%by)
       case (by_lumped)
          call divide(matrix%all, matrix, b, x)
