@@ -53,6 +53,7 @@ contains
       do k = 1, size(self%factors)
          if (failure%failed()) return
          associate (factor => self%factors(k))
+            if (size(factor%node) == 0) cycle
             call fill(factor, grid, mass, coupled)
             if (self%by_umfpack) then
                call factor%umfpack%factorise(factor%matrix, failure)
@@ -104,6 +105,7 @@ contains
          associate (factor => self%factors(self%of_component(d)))
             if (allocated(factor%node)) cycle
             call number_unknowns(factor, grid, coupled, held(d, :))
+            if (size(factor%node) == 0) cycle
             if (self%by_umfpack) then
                call factor%umfpack%analyse(factor%matrix, failure)
             else
@@ -176,6 +178,7 @@ contains
       integer :: d, i
       do d = 1, ndim
          associate (factor => self%factors(self%of_component(d)))
+            if (size(factor%node) == 0) cycle
             do i = 1, size(factor%node)
                factor%b(i) = b(d, factor%node(i))
             end do
@@ -206,6 +209,6 @@ contains
       do k = 1, size(self%factors)
          call self%factors(k)%umfpack%release()
       end do
-      deallocate (self%factors)
+      deallocate (self%factors, self%coupled)
    end subroutine release
 end module hampm_direct

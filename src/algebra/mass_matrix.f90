@@ -5,8 +5,8 @@
 !> particle has just entered, or one with fewer particles than corners. Their matrix is singular or nearly so. The rule:
 !> a cell matrix M is used as it is where M - floor D is positive definite, D being its lumped matrix; elsewhere
 !> (1 - floor) M + floor D takes its place. All eigenvalues of D^-1 M are then at least `eigenvalue_floor`, of every cell
-!> and so of the whole matrix: nothing is divided by a mass that is not there, and nodal values are at most 1/floor times
-!> the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
+!> and so of the whole matrix: nothing is divided by a mass that is not there, and in the norm of D nodal values are at most
+!> 1/floor times the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
 module hampm_mass_matrix
    use hampm_kinds, only: dp, ndim, corners
    use hampm_grid, only: grid_t
