@@ -13,9 +13,12 @@ module hampm_mass_matrix
    implicit none
    private
    public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, multiply_cells, gather_slots, &
-             eigenvalue_floor
+             eigenvalue_floor, nodes_per_block
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
+
+   !> Sums over nodes are taken over blocks of this many nodes first, so that they do not depend on the number of threads.
+   integer, parameter :: nodes_per_block = 512
 
    !> Some nodes and the cells around them, each ascending.
    type :: region_t

@@ -13,7 +13,7 @@ module hampm_mass_solver
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t, region_t, multiply_cells, gather_slots
+   use hampm_mass_matrix, only: mass_matrix_t, region_t, multiply_cells, gather_slots, nodes_per_block
    use hampm_text, only: to_text
    implicit none
    private
@@ -24,7 +24,6 @@ module hampm_mass_solver
    real(dp), parameter :: tolerance = 1.0e-12_dp    !! of the residual over the right-hand side, in the norm of D^-1
    integer, parameter :: most_iterations = 1000
    integer, parameter :: patience = 6               !! iterations after which a factorisation is made anew
-   integer, parameter :: nodes_per_block = 512      !! sums over nodes are taken over blocks of this many first
 
    type :: mass_solver_t
       integer :: by = by_lumped

@@ -4,20 +4,17 @@ module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t, element_of_slot
-   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, nodes_per_block
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: at_start, new, mapped, nodes_per_block, nodal_fields_t, new_nodal_fields, find_active_nodes, &
+   public :: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
              gather_mass_and_momentum, gather_internal_force
 
    ! The velocities of a node during a step
    integer, parameter :: at_start = 1            !! v_i, mapped from the particles at the start of the step, (10)
    integer, parameter :: new = 2                 !! v_i + a_i dt, which moves the particles
    integer, parameter :: mapped = 3              !! mapped anew from the new velocities of the particles
-
-   !> Sums over nodes are taken over blocks of this many nodes first, so that they do not depend on the number of threads.
-   integer, parameter :: nodes_per_block = 512
 
    type :: nodal_fields_t
       type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells

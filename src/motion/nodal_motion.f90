@@ -3,8 +3,9 @@ module hampm_nodal_motion
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
+   use hampm_mass_matrix, only: nodes_per_block
    use hampm_mass_solver, only: mass_solver_t, solve_mass
-   use hampm_nodal_fields, only: nodal_fields_t, nodes_per_block, at_start, new
+   use hampm_nodal_fields, only: nodal_fields_t, at_start, new
    implicit none
    private
    public :: find_velocity, accelerate
