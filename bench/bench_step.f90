@@ -7,6 +7,7 @@ program bench_step
    use hampm_assembly, only: assemble
    use hampm_crack, only: crack_t
    use hampm_failure, only: failure_t
+   use hampm_particles, only: smallest_occupied_cell
    use hampm_scene, only: scene_t
    use hampm_step, only: motion_t, advance, stable_time_step
    use hampm_threads, only: use_threads, processor_count
@@ -37,7 +38,7 @@ contains
       type(failure_t) :: failure
       call filled_box(cells, scheme, motion)
       call use_threads(threads, motion%particles%n)
-      dt = stable_time_step(motion%grid, motion%materials, 0.1_dp, 'shear')
+      dt = stable_time_step(smallest_occupied_cell(motion%grid, motion%particles), motion%materials, 0.1_dp, 'shear')
       steps = max(2, 1000000/motion%particles%n)
       bytes = bytes_per_step(scheme)
       do r = 1, repetitions

@@ -7,6 +7,7 @@ module hampm_measurements
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
+   use hampm_particles, only: smallest_occupied_cell
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_step, only: motion_t, refresh_grid
@@ -81,7 +82,7 @@ contains
       call results%add_column('dt', 's', 'time step', failure)
       call results%add_column('particles', '1', 'number of particles', failure, integer_valued=.true.)
       call results%add_column('cells', '1', 'number of cells', failure, integer_valued=.true.)
-      call results%add_column('finest_cell', 'm', 'size of the smallest cell', failure)
+      call results%add_column('finest_cell', 'm', 'size of the smallest occupied cell', failure)
       call results%add_column('kinetic_energy', 'J', 'kinetic energy', failure)
       call results%add_column('strain_energy', 'J', 'strain energy', failure)
       call results%add_column('external_work', 'J', 'work of the loads', failure)
@@ -118,8 +119,8 @@ contains
          call add(m, real(motion%steps, dp))
          call add(m, dt)
          call add(m, real(p%n, dp))
-         call add(m, real(grid%n_elements, dp))
-         call add(m, minval(grid%element_size))
+         call add(m, real(grid%forest%leaf_count(), dp))
+         call add(m, smallest_occupied_cell(grid, p))
          call add(m, m%kinetic_energy)
          call add(m, m%strain_energy)
          call add(m, motion%external_work)

@@ -8,6 +8,7 @@ module hampm_simulation
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state
    use hampm_measurements, only: measurements_t, new_measurements, measure, declare_columns, energy_residual
+   use hampm_particles, only: smallest_occupied_cell
    use hampm_progress, only: progress_t
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
@@ -48,7 +49,8 @@ contains
       call assemble(scene, s%motion, s%crack, failure)
       if (failure%failed()) return
       call use_threads(threads, s%motion%particles%n)
-      s%longest_step = stable_time_step(s%motion%grid, s%motion%materials, scene%method%courant, scene%method%wave_speed)
+      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%particles), s%motion%materials, &
+                                        scene%method%courant, scene%method%wave_speed)
       call new_measurements(scene, s%motion, s%crack, s%measurements, failure)
    end subroutine build
 

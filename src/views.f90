@@ -38,7 +38,7 @@ contains
       end associate
    end function particle_view
 
-   !> The grid, with the mass and velocity that its nodes had in the last step.
+   !> The grid, transition cells by their quarters, with the mass and velocity that its nodes had in the last step.
    function mesh_view(motion) result(view)
       type(motion_t), intent(in) :: motion
       type(block_t) :: view
@@ -50,8 +50,10 @@ contains
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
          view%offsets = [(corners*e, e=0, grid%n_elements)]
          view%cell_types = spread(vtk_quad, 1, grid%n_elements)
-         call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_nodes]))
+         call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
          call view%add_point_field('velocity', f%velocity(:, :, at_start))
+         call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
+                                                     e=1, grid%n_elements)], [1, grid%n_elements]))
          call view%add_cell_field('particles', reshape([(real(start(i + 1) - start(i), dp), i=1, grid%n_elements)], &
                                                        [1, grid%n_elements]))
       end associate

@@ -20,10 +20,11 @@ module hampm_mass_matrix
    !> Sums over nodes are taken over blocks of this many nodes first, so that they do not depend on the number of threads.
    integer, parameter :: nodes_per_block = 512
 
-   !> Some nodes and the cells around them, each ascending.
+   !> Some nodes, the dependent points of which they are parents, and the elements around all these, each ascending.
    type :: region_t
       integer :: n_nodes = 0
-      integer, allocatable :: nodes(:)
+      integer :: n_points = 0
+      integer, allocatable :: nodes(:)                  !! nodes and, after these, dependent points, (n_points)
       integer :: n_cells = 0
       integer, allocatable :: cells(:)
    end type region_t

@@ -44,7 +44,7 @@ contains
       real(dp), allocatable :: field(:, :), nodal(:, :)
       real(dp) :: stress(ndim, ndim)
       integer :: i
-      allocate (field(ndim, p%n), nodal(ndim, grid%n_nodes), source=0.0_dp)
+      allocate (field(ndim, p%n), nodal(ndim, grid%n_points), source=0.0_dp)
       do i = 1, p%n
          stress = materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i))
          field([u, s], i) = [p%displacement(crack%normal, i), stress(crack%normal, crack%normal)]

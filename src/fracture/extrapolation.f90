@@ -93,12 +93,12 @@ contains
       type(mass_matrix_t), intent(in) :: matrix
       type(mass_solver_t), intent(inout) :: solver
       real(dp), intent(in), contiguous :: field(:, :)   !! values of the particles, (ndim, n)
-      real(dp), intent(out), contiguous :: nodal(:, :)  !! values of the nodes, 0 where there are no particles, (ndim, n_nodes)
+      real(dp), intent(out), contiguous :: nodal(:, :)  !! values of the points, 0 where there are no particles, (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: rhs(:, :)
       real(dp) :: n(corners)
       integer :: i, c
-      allocate (rhs(ndim, grid%n_nodes), source=0.0_dp)
+      allocate (rhs(ndim, grid%n_points), source=0.0_dp)
       do i = 1, p%n
          n = p%mass(i)*shape_functions(inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
          do c = 1, corners
@@ -108,7 +108,11 @@ contains
          end do
       end do
       nodal = 0
-      call solve_mass(solver, grid, matrix, rhs, nodal, failure)
+      associate (dependent => matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points))
+         call grid%dependents%collect(dependent, ndim, rhs)
+         call solve_mass(solver, grid, matrix, rhs, nodal, failure)
+         call grid%dependents%expand(dependent, ndim, nodal)
+      end associate
    end subroutine extrapolate
 
    !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of

@@ -10,7 +10,7 @@ module hampm_particles
    use hampm_text, only: to_text
    implicit none
    private
-   public :: particles_t, new_particles, sort_into_cells
+   public :: particles_t, new_particles, sort_into_cells, smallest_occupied_cell
 
    type :: particles_t
       integer :: n = 0                                  !! number of particles
@@ -106,11 +106,18 @@ contains
       integer :: i, lost
       lost = 0
       do i = 1, p%n
-         p%cell(i) = grid%forest%leaf_at(p%place_in_grid(i))
+         p%cell(i) = grid%element_at(p%place_in_grid(i))
          if (p%cell(i) == outside .and. lost == 0) lost = i
       end do
       if (lost > 0) call failure%report(exit_computation, lost_particle(p, lost))
    end subroutine locate
+
+   !> Size of the smallest element that holds particles [m].
+   pure real(dp) function smallest_occupied_cell(grid, p) result(smallest)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      smallest = minval(grid%element_size(p%occupied(:p%n_occupied)))
+   end function smallest_occupied_cell
 
    !> Message about a particle that is no longer in the grid.
    function lost_particle(p, i) result(message)

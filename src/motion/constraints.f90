@@ -21,11 +21,11 @@ contains
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       logical, intent(in) :: components(ndim)
-      real(dp), parameter :: slack = 1.0e-6_dp          ! of a cell
+      real(dp), parameter :: slack = 1.0e-6_dp          ! of the smallest cell
       real(dp) :: margin
       integer :: i
       if (.not. allocated(c%fixed)) allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
-      margin = slack*grid%forest%cell
+      margin = slack*grid%finest_cell
       do i = 1, grid%n_nodes
          associate (x => grid%node_position(:, i))
             if (all(x >= lower - margin .and. x <= upper + margin)) c%fixed(:, i) = c%fixed(:, i) .or. components

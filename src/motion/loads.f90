@@ -7,7 +7,6 @@
 module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
-   use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_load_history, only: load_history_t
    use hampm_particles, only: particles_t
@@ -71,7 +70,7 @@ contains
       real(dp), intent(in) :: time               !! [s]
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_nodes)
+      real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_points)
       real(dp) :: n(corners), point_force(ndim)
       integer :: l, k, c, node
       do l = 1, size(loads)
@@ -130,7 +129,7 @@ contains
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: distance, best
-      integer :: ring, home(ndim), offset(ndim), k, e, i
+      integer :: ring, home(ndim), offset(ndim), k, i, first, last
       associate (forest => grid%forest)
          home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
          nearest = 0
@@ -140,9 +139,9 @@ contains
             do k = 0, (2*ring + 1)**ndim - 1
                offset = box_offset(k, ring)
                if (maxval(abs(offset)) /= ring) cycle
-               e = forest%leaf_at(forest%corner_position(home + offset) + 0.5_dp*forest%cell)
-               if (e == outside) cycle
-               do i = p%cell_start(e), p%cell_start(e + 1) - 1
+               if (any(home + offset < 0 .or. home + offset >= forest%cells)) cycle
+               call forest%leaves_of_root(home + offset, first, last)
+               do i = p%cell_start(grid%leaf_element(first)), p%cell_start(grid%leaf_element(last + 1)) - 1
                   distance = sum((p%position(i) - x)**2)
                   if (distance < best) then
                      best = distance

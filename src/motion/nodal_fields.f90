@@ -16,20 +16,23 @@ module hampm_nodal_fields
    integer, parameter :: new = 2                 !! v_i + a_i dt, which moves the particles
    integer, parameter :: mapped = 3              !! mapped anew from the new velocities of the particles
 
+   !> Arrays by node go on over the dependent points (`hampm_grid`): nodal values there are means of those of the nodes, and
+   !> sums are given to the nodes.
    type :: nodal_fields_t
       type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells
-      real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_nodes)
-      real(dp), allocatable :: force(:, :)              !! (7), internal and of the loads, without damping [N], (ndim, n_nodes)
-      real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_nodes)
-      real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_nodes, 3)
+      real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)              !! (7), internal and of the loads, without damping [N], (ndim, n_points)
+      real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_points)
+      real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_points, 3)
       real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
-                                                        !! (ndim, n_nodes, 2)
+                                                        !! (ndim, n_points, 2)
       ! Shares of the cells in the nodal sums, by corner and element as `node_slot` counts them; slot 0 stays zero
       real(dp), allocatable :: cell_mass(:)             !! share in D, (0:corners*n_elements)
       real(dp), allocatable :: cell_momentum(:, :)      !! share in `momentum`, (ndim, 0:corners*n_elements)
       real(dp), allocatable :: cell_force(:, :)         !! share of the internal force in `force`,
                                                         !! (ndim, 0:corners*n_elements)
       real(dp), allocatable :: cell_audit(:, :)         !! workspace of the sweeps for the audit, (2, n_elements)
+      logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of `accelerate`: sums over blocks of active nodes,
                                                         !! (2, number of blocks)
    end type nodal_fields_t
@@ -42,8 +45,9 @@ contains
       type(nodal_fields_t), intent(out) :: f
       type(failure_t), intent(inout) :: failure
       integer :: status
-      associate (n => grid%n_nodes, m => grid%n_elements)
-         allocate (f%mass_matrix%lumped(n), f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
+      associate (n => grid%n_points, m => grid%n_elements)
+         allocate (f%is_active(n), f%mass_matrix%lumped(n), &
+                   f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
                    f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%cell_mass(0:corners*m), &
                    f%cell_momentum(ndim, 0:corners*m), f%cell_force(ndim, 0:corners*m), f%cell_audit(2, m), &
                    f%partial_power(2, n/nodes_per_block + 1), stat=status)
@@ -77,14 +81,21 @@ contains
             f%cell_force(:, slot) = 0
          end do
       end do
+      do node = 1, grid%n_points
+         f%is_active(node) = touches_particles(grid, p, node)
+      end do
+      do node = grid%n_nodes + 1, grid%n_points
+         if (f%is_active(node)) call grid%dependents%mark_parents(node, f%is_active)
+      end do
       associate (matrix => f%mass_matrix)
          matrix%all%n_cells = p%n_occupied
          matrix%all%cells(:p%n_occupied) = p%occupied(:p%n_occupied)
-         matrix%all%n_nodes = 0
-         do node = 1, grid%n_nodes
-            if (is_active(grid, p, node)) then
-               matrix%all%n_nodes = matrix%all%n_nodes + 1
-               matrix%all%nodes(matrix%all%n_nodes) = node
+         matrix%all%n_points = 0
+         do node = 1, grid%n_points
+            if (f%is_active(node)) then
+               matrix%all%n_points = matrix%all%n_points + 1
+               matrix%all%nodes(matrix%all%n_points) = node
+               if (node <= grid%n_nodes) matrix%all%n_nodes = matrix%all%n_points
             else
                matrix%lumped(node) = 0
                f%velocity(:, node, :) = 0
@@ -95,33 +106,38 @@ contains
       end associate
    end subroutine find_active_nodes
 
-   !> Whether some element around a node is occupied.
-   pure logical function is_active(grid, p, node)
+   !> Whether some element around a point is occupied.
+   pure logical function touches_particles(grid, p, point)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: node
+      integer, intent(in) :: point
       integer :: c, e
-      is_active = .false.
+      touches_particles = .true.
       do c = 1, corners
-         if (grid%node_slot(c, node) == 0) exit
-         e = element_of_slot(grid%node_slot(c, node))
-         is_active = is_active .or. p%cell_start(e + 1) > p%cell_start(e)
+         if (grid%node_slot(c, point) == 0) exit
+         e = element_of_slot(grid%node_slot(c, point))
+         if (p%cell_start(e + 1) > p%cell_start(e)) return
       end do
-   end function is_active
+      touches_particles = .false.
+   end function touches_particles
 
    !> Sum the cells' shares of mass and momentum at each active node, always in the order of the cells.
    subroutine gather_mass_and_momentum(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_motion(f%mass_matrix%all%n_nodes, f%mass_matrix%all%nodes, grid%node_slot, f%cell_mass, f%cell_momentum, &
-                         f%mass_matrix%lumped, f%momentum)
+      associate (all => f%mass_matrix%all)
+         call gather_motion(all%n_points, all%nodes, grid%node_slot, f%cell_mass, f%cell_momentum, f%mass_matrix%lumped, &
+                            f%momentum)
+         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, f%mass_matrix%lumped)
+         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%momentum)
+      end associate
    end subroutine gather_mass_and_momentum
 
-   !> Sum the cells' shares of the internal force at each active node.
+   !> Sum the cells' shares of the internal force at each active point. Those of dependent points are not yet given to the nodes.
    subroutine gather_internal_force(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_vectors(f%mass_matrix%all%n_nodes, f%mass_matrix%all%nodes, grid%node_slot, f%cell_force, f%force)
+      call gather_vectors(f%mass_matrix%all%n_points, f%mass_matrix%all%nodes, grid%node_slot, f%cell_force, f%force)
    end subroutine gather_internal_force
 
    !> Nodal masses and momenta from the cells' shares.

@@ -3,7 +3,7 @@ module hampm_nodal_motion
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: nodes_per_block
+   use hampm_mass_matrix, only: region_t, nodes_per_block
    use hampm_mass_solver, only: mass_solver_t, solve_mass
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new
    implicit none
@@ -23,6 +23,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (solver%iterates()) f%velocity(:, :, which) = f%velocity(:, :, latest)
       call solve_mass(solver, grid, f%mass_matrix, f%momentum, f%velocity(:, :, which), failure)
+      call expand(grid, f%mass_matrix%all, f%velocity(:, :, which))
    end subroutine find_velocity
 
    !> Nodal accelerations (5) with the damping force -alpha m v, and the velocities v + a dt that move the particles.
@@ -44,17 +45,26 @@ contains
       if (solver%iterates()) call guess_acceleration(f)
       call solve_mass(solver, grid, f%mass_matrix, f%force, f%acceleration, failure)
       if (solver%iterates()) call remember_acceleration(f)
-      blocks = (f%mass_matrix%all%n_nodes - 1)/nodes_per_block + 1
+      call expand(grid, f%mass_matrix%all, f%acceleration)
+      blocks = (f%mass_matrix%all%n_points - 1)/nodes_per_block + 1
       !$omp parallel do schedule(static) private(first)
       do block = 1, blocks
          first = (block - 1)*nodes_per_block + 1
-         call kick_nodes(min(nodes_per_block, f%mass_matrix%all%n_nodes - first + 1), f%mass_matrix%all%nodes(first), &
+         call kick_nodes(min(nodes_per_block, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
                          damping_rate, dt, f%momentum, f%force, f%velocity(1, 1, at_start), f%acceleration, &
                          f%velocity(1, 1, new), f%partial_power(1, block))
       end do
       damping_power = damping_rate*sum(f%partial_power(1, :blocks))
       mapping_power = sum(f%partial_power(2, :blocks))
    end subroutine accelerate
+
+   !> Find the values at the dependent points.
+   subroutine expand(grid, region, x)
+      type(grid_t), intent(in) :: grid
+      type(region_t), intent(in) :: region
+      real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
+      call grid%dependents%expand(region%nodes(region%n_nodes + 1:region%n_points), ndim, x)
+   end subroutine expand
 
    !> Take the line through the last two solutions as the guess of the next.
    subroutine guess_acceleration(f)
@@ -70,7 +80,7 @@ contains
       f%past(:, :, 1) = f%acceleration
    end subroutine remember_acceleration
 
-   !> Damp the accelerations of `n` nodes and find their new velocities, with their share in the powers of `accelerate`.
+   !> Damp the accelerations of `n` points and find their new velocities, with their share in the powers of `accelerate`.
    pure subroutine kick_nodes(n, nodes, damping_rate, dt, momentum, force, velocity, acceleration, new_velocity, power)
       integer, intent(in) :: n, nodes(n)
       real(dp), intent(in) :: damping_rate, dt, momentum(ndim, *), force(ndim, *), velocity(ndim, *)

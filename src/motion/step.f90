@@ -137,6 +137,9 @@ contains
       real(dp) :: damping_power, mapping_power
       call gather_internal_force(m%grid, m%fields)
       call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
+      associate (all => m%fields%mass_matrix%all)
+         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
+      end associate
       call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
@@ -196,9 +199,9 @@ contains
       text = '('//to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))//') m'
    end function place
 
-   !> The time step (31): courant times the smallest cell over the largest wave speed [s].
-   pure real(dp) function stable_time_step(grid, materials, courant, wave_speed) result(dt)
-      type(grid_t), intent(in) :: grid
+   !> The time step (31): courant times the size of the smallest cell over the largest wave speed [s].
+   pure real(dp) function stable_time_step(cell, materials, courant, wave_speed) result(dt)
+      real(dp), intent(in) :: cell               !! size of the smallest cell with particles [m]
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: courant            !! [-]
       character(*), intent(in) :: wave_speed     !! 'shear', as in (32), or 'dilatational'
@@ -212,6 +215,6 @@ contains
             speed = max(speed, materials(k)%dilatational_wave_speed())
          end if
       end do
-      dt = courant*minval(grid%element_size)/speed
+      dt = courant*cell/speed
    end function stable_time_step
 end module hampm_step

@@ -1,21 +1,43 @@
-!> The forest: a lattice of square root cells that covers the scene. Each root cell is one leaf.
+!> The forest: a lattice of square root cells that covers the scene, each the root of a quadtree. Its leaves are the cells of
+!> the scene, stored as one array: root by root, in Morton order within a root (a linear quadtree, as in p4est).
+!>
+!> Places are integer coordinates on the lattice of the finest cells that can be, `deepest` levels below the root: exact,
+!> so that leaves and nodes are found by equality and never by comparing real numbers.
+!>
+!> Adapting and balancing are separate steps; nodes are numbered when a grid is built (`hampm_grid`).
 module hampm_forest
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners, long
    implicit none
    private
-   public :: forest_t, outside
+   public :: forest_t, outside, corner_offset, level_width, deepest
 
    integer, parameter :: outside = 0             !! the leaf of a place that the lattice does not cover
+   integer, parameter :: deepest = min(24, 62/ndim) !! levels below the root of the finest lattice
+   integer(long), parameter :: root_size = 2_long**deepest
 
    type :: forest_t
       real(dp) :: lower(ndim) = 0                !! lower corner of the lattice [m]
       real(dp) :: cell = 0                       !! size of a root cell [m]
       integer :: cells(ndim) = 0                 !! number of root cells in each direction
+      ! Not allocated as long as every root is a leaf
+      integer, allocatable :: level(:)           !! of each leaf below its root, (leaves)
+      integer(long), allocatable :: place(:, :)  !! lower corner of each leaf, (ndim, leaves)
+      integer, allocatable :: first_leaf(:)      !! of each root, (roots + 1)
    contains
       procedure :: leaf_count
       procedure :: leaf_at
-      procedure :: coordinates
-      procedure :: corner_position
+      procedure :: leaf_of
+      procedure :: leaves_of_root
+      procedure :: place_at
+      procedure :: place_of
+      procedure :: level_of
+      procedure :: size_of
+      procedure :: finest_level
+      procedure :: is_uniform
+      procedure :: position
+      procedure :: adapt
+      procedure :: balance
+      procedure :: same_leaves
    end type forest_t
 
 contains
@@ -23,43 +45,290 @@ contains
    !> Number of leaves.
    pure integer function leaf_count(self)
       class(forest_t), intent(in) :: self
-      leaf_count = product(self%cells)
+      if (self%is_uniform()) then
+         leaf_count = product(self%cells)
+      else
+         leaf_count = size(self%level)
+      end if
    end function leaf_count
+
+   !> Whether every root is a leaf.
+   pure logical function is_uniform(self)
+      class(forest_t), intent(in) :: self
+      is_uniform = .not. allocated(self%level)
+   end function is_uniform
 
    !> The leaf that covers the place `x`; `outside` where there is none, or where `x` is not a number.
    pure integer function leaf_at(self, x)
       class(forest_t), intent(in) :: self
-      real(dp), intent(in) :: x(ndim)            !! place [m]
-      real(dp) :: lattice(ndim)
-      integer :: i, d
-      lattice = (x - self%lower)/self%cell
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer(long) :: place(ndim)
       leaf_at = outside
-      if (.not. all(lattice >= 0 .and. lattice < self%cells)) return
-      i = 0
-      do d = ndim, 1, -1
-         i = i*self%cells(d) + int(lattice(d))
-      end do
-      leaf_at = i + 1
+      place = self%place_at(x)
+      if (place(1) >= 0) leaf_at = self%leaf_of(place)
    end function leaf_at
 
-   !> Integer coordinates of a leaf on the lattice, from 0.
-   pure function coordinates(self, leaf) result(c)
+   !> Integer coordinates of the finest cell that covers `x`; negative where there is none, or where `x` is not a number.
+   pure function place_at(self, x) result(place)
       class(forest_t), intent(in) :: self
-      integer, intent(in) :: leaf
-      integer :: c(ndim)
-      integer :: rest, d
-      rest = leaf - 1
-      do d = 1, ndim
-         c(d) = mod(rest, self%cells(d))
-         rest = rest/self%cells(d)
-      end do
-   end function coordinates
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer(long) :: place(ndim)
+      real(dp) :: lattice(ndim)
+      lattice = (x - self%lower)/self%cell
+      place = -1
+      if (all(lattice >= 0 .and. lattice < self%cells)) place = int(scale(lattice, deepest), long)
+   end function place_at
 
-   !> Position of the lattice point with integer coordinates `c` [m].
-   pure function corner_position(self, c) result(x)
+   !> The leaf that covers the finest cell with the integer coordinates `place`, which is in the lattice.
+   pure integer function leaf_of(self, place)
+      class(forest_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      integer :: root, low, high, middle
+      root = root_of(self, place)
+      leaf_of = root
+      if (self%is_uniform()) return
+      low = self%first_leaf(root)
+      high = self%first_leaf(root + 1) - 1
+      do while (low < high)                      ! the last leaf that does not come after the place
+         middle = (low + high + 1)/2
+         if (precedes(place, self%place(:, middle))) then
+            high = middle - 1
+         else
+            low = middle
+         end if
+      end do
+      leaf_of = low
+   end function leaf_of
+
+   !> First and last leaf of the root cell with the lattice coordinates `c`, from 0.
+   pure subroutine leaves_of_root(self, c, first, last)
       class(forest_t), intent(in) :: self
       integer, intent(in) :: c(ndim)
+      integer, intent(out) :: first, last
+      integer :: root
+      root = root_of(self, c*root_size)
+      first = root
+      last = root
+      if (self%is_uniform()) return
+      first = self%first_leaf(root)
+      last = self%first_leaf(root + 1) - 1
+   end subroutine leaves_of_root
+
+   !> Number of the root that covers a place.
+   pure integer function root_of(self, place)
+      class(forest_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      integer :: d
+      root_of = 0
+      do d = ndim, 1, -1
+         root_of = root_of*self%cells(d) + int(place(d)/root_size)
+      end do
+      root_of = root_of + 1
+   end function root_of
+
+   !> Whether place `a` comes before `b` in Morton order: the highest bit in which they differ decides, and of equal ones
+   !> that of the last direction.
+   pure logical function precedes(a, b)
+      integer(long), intent(in) :: a(ndim), b(ndim)
+      integer(long) :: difference, largest
+      integer :: d, decisive
+      decisive = 1
+      largest = ieor(a(1), b(1))
+      do d = 2, ndim
+         difference = ieor(a(d), b(d))
+         if (difference < largest .and. difference < ieor(difference, largest)) cycle
+         decisive = d
+         largest = difference
+      end do
+      precedes = a(decisive) < b(decisive)
+   end function precedes
+
+   !> Lower corner of a leaf.
+   pure function place_of(self, leaf) result(place)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      integer(long) :: place(ndim)
+      integer :: rest, d
+      if (.not. self%is_uniform()) then
+         place = self%place(:, leaf)
+         return
+      end if
+      rest = leaf - 1
+      do d = 1, ndim
+         place(d) = mod(rest, self%cells(d))*root_size
+         rest = rest/self%cells(d)
+      end do
+   end function place_of
+
+   !> Levels of a leaf below its root.
+   pure integer function level_of(self, leaf)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      level_of = 0
+      if (.not. self%is_uniform()) level_of = self%level(leaf)
+   end function level_of
+
+   !> Edge length of a leaf [m].
+   pure real(dp) function size_of(self, leaf)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      size_of = scale(self%cell, -self%level_of(leaf))
+   end function size_of
+
+   !> The finest level of any leaf.
+   pure integer function finest_level(self)
+      class(forest_t), intent(in) :: self
+      finest_level = 0
+      if (.not. self%is_uniform()) finest_level = maxval(self%level)
+   end function finest_level
+
+   !> Position of the lattice point with integer coordinates `place` [m].
+   pure function position(self, place) result(x)
+      class(forest_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
       real(dp) :: x(ndim)
-      x = self%lower + c*self%cell
-   end function corner_position
+      x = self%lower + place*scale(self%cell, -deepest)
+   end function position
+
+   !> Edge length of a cell of a level in integer coordinates.
+   pure integer(long) function level_width(level)
+      integer, intent(in) :: level
+      level_width = root_size/2_long**level
+   end function level_width
+
+   !> Refine the leaves with `change` > 0 by one level, and recombine those with `change` < 0 by one, where all leaves of a
+   !> family have it.
+   pure subroutine adapt(self, change)
+      class(forest_t), intent(inout) :: self
+      integer, intent(in) :: change(:)           !! (leaves)
+      integer, allocatable :: level(:)
+      integer(long), allocatable :: place(:, :)
+      integer :: leaf, n, c
+      if (self%is_uniform()) call store_roots(self)
+      n = size(change) + (corners - 1)*count(change > 0)
+      allocate (level(n), place(ndim, n))
+      n = 0
+      leaf = 1
+      do while (leaf <= size(change))
+         if (change(leaf) > 0) then
+            do c = 1, corners
+               level(n + c) = self%level(leaf) + 1
+               place(:, n + c) = self%place(:, leaf) + corner_offset(c)*level_width(self%level(leaf) + 1)
+            end do
+            n = n + corners
+            leaf = leaf + 1
+         else
+            n = n + 1
+            level(n) = self%level(leaf)
+            place(:, n) = self%place(:, leaf)
+            if (family_recombines(self, leaf, change)) then
+               level(n) = level(n) - 1
+               leaf = leaf + corners
+            else
+               leaf = leaf + 1
+            end if
+         end if
+      end do
+      self%level = level(:n)
+      self%place = place(:, :n)
+      call count_leaves(self)
+   end subroutine adapt
+
+   !> Whether a leaf is the first of a family of leaves that all recombine.
+   pure logical function family_recombines(self, leaf, change) result(yes)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      integer, intent(in) :: change(:)
+      yes = .false.
+      if (self%level(leaf) == 0 .or. leaf + corners - 1 > size(change)) return
+      if (any(mod(self%place(:, leaf), level_width(self%level(leaf) - 1)) /= 0)) return
+      yes = all(change(leaf:leaf + corners - 1) < 0) .and. all(self%level(leaf:leaf + corners - 1) == self%level(leaf))
+   end function family_recombines
+
+   !> Store the roots as leaves.
+   pure subroutine store_roots(self)
+      class(forest_t), intent(inout) :: self
+      integer :: leaf, n
+      n = self%leaf_count()
+      allocate (self%place(ndim, n), self%first_leaf(n + 1))
+      do leaf = 1, n
+         self%place(:, leaf) = self%place_of(leaf)
+      end do
+      allocate (self%level(n), source=0)
+   end subroutine store_roots
+
+   !> Find the first leaf of each root.
+   pure subroutine count_leaves(self)
+      class(forest_t), intent(inout) :: self
+      integer :: leaf, root
+      self%first_leaf = 0
+      do leaf = 1, size(self%level)
+         root = root_of(self, self%place(:, leaf))
+         self%first_leaf(root + 1) = self%first_leaf(root + 1) + 1
+      end do
+      self%first_leaf(1) = 1
+      do root = 2, size(self%first_leaf)
+         self%first_leaf(root) = self%first_leaf(root) + self%first_leaf(root - 1)
+      end do
+   end subroutine count_leaves
+
+   !> Refine until leaves that touch, at an edge or a corner, differ by one level at most (2:1 balance).
+   pure subroutine balance(self)
+      class(forest_t), intent(inout) :: self
+      integer, allocatable :: change(:)
+      integer :: leaf
+      if (self%is_uniform()) return
+      do
+         allocate (change(size(self%level)), source=0)
+         do leaf = 1, size(self%level)
+            if (self%level(leaf) > 1) call mark_coarse_neighbours(self, leaf, change)
+         end do
+         if (all(change == 0)) return
+         call self%adapt(change)
+         deallocate (change)
+      end do
+   end subroutine balance
+
+   !> Mark the leaves around a leaf that are more than one level coarser.
+   pure subroutine mark_coarse_neighbours(self, leaf, change)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      integer, intent(inout) :: change(:)
+      integer(long) :: place(ndim)
+      integer :: k, rest, d, direction(ndim), neighbour
+      do k = 0, 3**ndim - 1
+         rest = k
+         do d = 1, ndim
+            direction(d) = mod(rest, 3) - 1
+            rest = rest/3
+         end do
+         place = self%place(:, leaf) + direction*level_width(self%level(leaf))
+         if (any(place < 0 .or. place >= self%cells*root_size)) cycle
+         neighbour = self%leaf_of(place)
+         if (self%level(neighbour) < self%level(leaf) - 1) change(neighbour) = 1
+      end do
+   end subroutine mark_coarse_neighbours
+
+   !> Whether another forest on the same lattice has the same leaves.
+   pure logical function same_leaves(self, other)
+      class(forest_t), intent(in) :: self
+      type(forest_t), intent(in) :: other
+      same_leaves = .false.
+      if (self%leaf_count() /= other%leaf_count()) return
+      if (self%is_uniform() .or. other%is_uniform()) then
+         same_leaves = self%finest_level() == 0 .and. other%finest_level() == 0
+      else
+         same_leaves = all(self%level == other%level) .and. all(self%place == other%place)
+      end if
+   end function same_leaves
+
+   !> Which corner or child: 0 on the lower and 1 on the upper side in each direction.
+   pure function corner_offset(corner) result(offset)
+      integer, intent(in) :: corner
+      integer :: offset(ndim)
+      integer :: d
+      do d = 1, ndim
+         offset(d) = ibits(corner - 1, d - 1, 1)
+      end do
+   end function corner_offset
 end module hampm_forest

@@ -1,27 +1,52 @@
 !> The grid that is built from a forest: nodes, elements, and which element touches which node.
-!> One element is one leaf of the forest, with the same index.
+!>
+!> A leaf is one bilinear element of four nodes, the corners. A leaf beside which there are finer ones has up to four nodes
+!> more, in the middle of its sides: it is a transition element, of 5 to 8 nodes. Its shape functions are bilinear in each
+!> quarter: on a side they are piecewise linear through the nodes, as the finer cells have them, and in the middle the value
+!> is the mean of those at the middles of the four sides. They are continuous across every kind of edge, sum to 1, are 1 at
+!> their own node and 0 at the others, hold every linear field, and are nowhere negative. (The transition element of Gupta 1978
+!> blends the side functions linearly to the opposite side, which gives the middle the weights of its nodes twice as strongly:
+!> its corner functions are negative inside, and with them lumped masses may be.)
+!>
+!> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at
+!> which there is no node are dependent points (`hampm_dependents`). Elements stand between points: the nodes and, numbered on from
+!> them, the dependent points. A kernel that visits elements need not know which is which.
 module hampm_grid
-   use hampm_kinds, only: dp, ndim, corners
-   use hampm_forest, only: forest_t
+   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_dependents, only: dependents_t
+   use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: grid_t, build_grid, element_of_slot, corner_of_slot
+   public :: grid_t, build_grid, element_of_slot, corner_of_slot, most_nodes_of_leaf
+
+   integer, parameter :: sides = 2*ndim
+   integer, parameter :: most_nodes_of_leaf = corners + sides
 
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
       integer :: n_nodes = 0
+      integer :: n_points = 0                           !! nodes and dependent points
       integer :: n_elements = 0
-      real(dp), allocatable :: node_position(:, :)      !! [m], (ndim, n_nodes)
+      real(dp) :: finest_cell = 0                       !! size of the smallest leaf [m]
+      real(dp), allocatable :: node_position(:, :)      !! [m], (ndim, n_points)
       real(dp), allocatable :: element_lower(:, :)      !! lower corner [m], (ndim, n_elements)
       real(dp), allocatable :: element_size(:)          !! edge length [m], (n_elements)
-      integer, allocatable :: element_nodes(:, :)       !! node of each corner, (corners, n_elements)
-      integer, allocatable :: node_slot(:, :)           !! the corners of elements at which a node stands, in the order of the
+      integer, allocatable :: element_nodes(:, :)       !! point at each corner, (corners, n_elements)
+      integer, allocatable :: element_leaf(:)           !! leaf of which it is the whole or a quarter, (n_elements)
+      integer, allocatable :: leaf_element(:)           !! first element of each leaf, (leaves + 1)
+      integer, allocatable :: node_slot(:, :)           !! the corners of elements at which a point stands, in the order of the
                                                         !! elements: corner + corners (element - 1), 0 where there are
-                                                        !! fewer; (corners, n_nodes)
+                                                        !! fewer; (corners, n_points)
+      type(dependents_t) :: dependents
    contains
       procedure :: node_at
+      procedure :: element_at
       procedure :: local_coordinate
+      procedure :: is_transition
+      procedure :: leaf_size
+      procedure :: element_matrix
    end type grid_t
 
 contains
@@ -31,64 +56,272 @@ contains
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
-      integer :: status
+      type(place_table_t) :: points
+      integer :: status, leaf
       grid%forest = forest
-      grid%n_nodes = product(forest%cells + 1)
-      grid%n_elements = forest%leaf_count()
-      allocate (grid%node_position(ndim, grid%n_nodes), grid%element_lower(ndim, grid%n_elements), &
-                grid%element_size(grid%n_elements), grid%element_nodes(corners, grid%n_elements), &
-                grid%node_slot(corners, grid%n_nodes), stat=status)
+      associate (n_leaves => forest%leaf_count())
+         call points%reserve(expected_points(n_leaves), status)
+         if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
+         if (status == 0) then
+            call number_nodes(forest, points)
+            grid%n_nodes = points%n
+            grid%leaf_element(1) = 1
+            do leaf = 1, n_leaves
+               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) + merge(corners, 1, has_mid_node(forest, points, leaf))
+            end do
+            grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
+            allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
+                      grid%element_nodes(corners, grid%n_elements), grid%element_leaf(grid%n_elements), stat=status)
+         end if
+         if (status == 0) then
+            call place_elements(grid, points)
+            grid%n_points = points%n
+            allocate (grid%node_position(ndim, grid%n_points), grid%node_slot(corners, grid%n_points), stat=status)
+         end if
+      end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
          return
       end if
-      call place_elements(grid)
+      grid%finest_cell = scale(forest%cell, -forest%finest_level())
       call connect_nodes(grid)
+      call find_parents(grid, points)
    end subroutine build_grid
 
-   !> Elements and nodes from the lattice. Nodes are numbered along x first.
-   subroutine place_elements(grid)
+   !> About how many points so many leaves have.
+   pure integer function expected_points(leaves)
+      integer, intent(in) :: leaves
+      expected_points = leaves + leaves/8 + 16
+   end function expected_points
+
+   !> Number the nodes: the corners of leaves, in the order of the leaves.
+   subroutine number_nodes(forest, points)
+      type(forest_t), intent(in) :: forest
+      type(place_table_t), intent(inout) :: points
+      integer :: leaf, c, number
+      do leaf = 1, forest%leaf_count()
+         do c = 1, corners
+            call points%enter(corner_of_leaf(forest, leaf, c), number)
+         end do
+      end do
+   end subroutine number_nodes
+
+   !> Place of a corner of a leaf.
+   pure function corner_of_leaf(forest, leaf, corner) result(place)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf, corner
+      integer(long) :: place(ndim)
+      place = forest%place_of(leaf) + corner_offset(corner)*level_width(forest%level_of(leaf))
+   end function corner_of_leaf
+
+   !> Place of the middle of a side of a leaf: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
+   pure function middle_of_side(forest, leaf, side) result(place)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf, side
+      integer(long) :: place(ndim)
+      integer :: normal
+      normal = (side + 1)/2
+      place = forest%place_of(leaf) + level_width(forest%level_of(leaf))/2
+      place(normal) = place(normal) + (2*mod(side - 1, 2) - 1)*(level_width(forest%level_of(leaf))/2)
+   end function middle_of_side
+
+   !> Whether there is a node in the middle of any side of a leaf.
+   pure logical function has_mid_node(forest, nodes, leaf) result(has)
+      type(forest_t), intent(in) :: forest
+      type(place_table_t), intent(in) :: nodes
+      integer, intent(in) :: leaf
+      integer :: side
+      has = .false.
+      if (forest%is_uniform()) return
+      do side = 1, sides
+         has = has .or. nodes%number_of(middle_of_side(forest, leaf, side)) > 0
+      end do
+   end function has_mid_node
+
+   !> Elements of the leaves, and the points at their corners, of which the new ones are dependent.
+   subroutine place_elements(grid, points)
       type(grid_t), intent(inout) :: grid
-      integer :: e, corner, lower(ndim), c(ndim), node
-      do e = 1, grid%n_elements
-         lower = grid%forest%coordinates(e)
-         grid%element_lower(:, e) = grid%forest%corner_position(lower)
-         grid%element_size(e) = grid%forest%cell
-         do corner = 1, corners
-            c = lower + corner_offset(corner)
-            node = lattice_node(grid%forest, c)
-            grid%element_nodes(corner, e) = node
-            grid%node_position(:, node) = grid%forest%corner_position(c)
+      type(place_table_t), intent(inout) :: points
+      integer(long) :: lower(ndim), width
+      integer :: leaf, e, quarter, c
+      do leaf = 1, grid%forest%leaf_count()
+         width = level_width(grid%forest%level_of(leaf))
+         if (grid%is_transition(leaf)) width = width/2
+         do quarter = 1, grid%leaf_element(leaf + 1) - grid%leaf_element(leaf)
+            e = grid%leaf_element(leaf) + quarter - 1
+            lower = grid%forest%place_of(leaf) + corner_offset(quarter)*width
+            grid%element_leaf(e) = leaf
+            grid%element_lower(:, e) = grid%forest%position(lower)
+            grid%element_size(e) = grid%forest%size_of(leaf)
+            if (grid%is_transition(leaf)) grid%element_size(e) = grid%element_size(e)/2
+            do c = 1, corners
+               call points%enter(lower + corner_offset(c)*width, grid%element_nodes(c, e))
+            end do
          end do
       end do
    end subroutine place_elements
 
-   !> For each node the corners of elements at which it stands.
+   !> For each point its position and the corners of elements at which it stands.
    subroutine connect_nodes(grid)
       type(grid_t), intent(inout) :: grid
       integer :: e, corner, k
       grid%node_slot = 0
       do e = 1, grid%n_elements
          do corner = 1, corners
-            associate (slots => grid%node_slot(:, grid%element_nodes(corner, e)))
-               k = count(slots > 0) + 1
-               slots(k) = corner + corners*(e - 1)
+            associate (point => grid%element_nodes(corner, e))
+               k = count(grid%node_slot(:, point) > 0) + 1
+               grid%node_slot(k, point) = corner + corners*(e - 1)
+               if (k == 1) grid%node_position(:, point) = grid%element_lower(:, e) &
+                                                          + corner_offset(corner)*grid%element_size(e)
             end associate
          end do
       end do
    end subroutine connect_nodes
 
-   !> The node that stands at the place `x`, within a millionth of a cell; 0 where none does.
+   !> The weights of the dependent points.
+   subroutine find_parents(grid, points)
+      type(grid_t), intent(inout) :: grid
+      type(place_table_t), intent(in) :: points
+      real(dp), allocatable :: weight(:, :)
+      integer, allocatable :: node(:, :), count_of(:)
+      integer :: leaf, side, middle, n_corner, k
+      integer :: mids(sides), ends(2, sides)
+      associate (d => grid%dependents)
+         d%n_nodes = grid%n_nodes
+         d%n = grid%n_points - grid%n_nodes
+         allocate (weight(most_nodes_of_leaf, d%n), node(most_nodes_of_leaf, d%n), count_of(d%n))
+         count_of = 0
+         do leaf = 1, grid%forest%leaf_count()
+            if (.not. grid%is_transition(leaf)) cycle
+            do side = 1, sides
+               mids(side) = points%number_of(middle_of_side(grid%forest, leaf, side))
+               ends(:, side) = [(points%number_of(corner_of_leaf(grid%forest, leaf, side_corner(side, k))), k=1, 2)]
+               if (mids(side) <= d%n_nodes) cycle
+               count_of(mids(side) - d%n_nodes) = 2
+               node(:2, mids(side) - d%n_nodes) = ends(:, side)
+               weight(:2, mids(side) - d%n_nodes) = 0.5_dp
+            end do
+            middle = grid%element_nodes(corners, grid%leaf_element(leaf)) - d%n_nodes
+            n_corner = 0
+            do side = 1, sides
+               if (mids(side) <= d%n_nodes) then
+                  call add_parent(mids(side), 0.25_dp)
+               else
+                  call add_parent(ends(1, side), 0.125_dp)
+                  call add_parent(ends(2, side), 0.125_dp)
+               end if
+            end do
+            count_of(middle) = n_corner
+         end do
+         allocate (d%start(d%n + 1))
+         d%start(1) = 1
+         do k = 1, d%n
+            d%start(k + 1) = d%start(k) + count_of(k)
+         end do
+         d%node = [(node(:count_of(k), k), k=1, d%n)]
+         d%weight = [(weight(:count_of(k), k), k=1, d%n)]
+      end associate
+   contains
+      !> Add to the weight of a node in the middle.
+      subroutine add_parent(parent, share)
+         integer, intent(in) :: parent
+         real(dp), intent(in) :: share
+         integer :: j
+         do j = 1, n_corner
+            if (node(j, middle) == parent) exit
+         end do
+         if (j > n_corner) then
+            n_corner = j
+            node(j, middle) = parent
+            weight(j, middle) = 0
+         end if
+         weight(j, middle) = weight(j, middle) + share
+      end subroutine add_parent
+   end subroutine find_parents
+
+   !> The corner at one end, 1 or 2, of a side of a leaf.
+   pure integer function side_corner(side, end)
+      integer, intent(in) :: side, end
+      integer, parameter :: table(2, sides) = reshape([1, 3, 2, 4, 1, 2, 3, 4], [2, sides])
+      side_corner = table(end, side)
+   end function side_corner
+
+   !> Whether a leaf is a transition element.
+   pure logical function is_transition(self, leaf)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      is_transition = self%leaf_element(leaf + 1) > self%leaf_element(leaf) + 1
+   end function is_transition
+
+   !> Size of the leaf of an element [m].
+   pure real(dp) function leaf_size(self, e)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      leaf_size = self%forest%size_of(self%element_leaf(e))
+   end function leaf_size
+
+   !> The node that stands at the place `x`, within a millionth of the smallest cell; 0 where none does.
    pure integer function node_at(self, x)
       class(grid_t), intent(in) :: self
-      real(dp), intent(in) :: x(ndim)            !! place [m]
-      real(dp) :: lattice(ndim)
-      node_at = 0
-      lattice = (x - self%forest%lower)/self%forest%cell
-      if (any(.not. (lattice > -0.5_dp .and. lattice < self%forest%cells + 0.5_dp))) return
-      if (any(abs(lattice - anint(lattice)) > 1.0e-6_dp)) return
-      node_at = lattice_node(self%forest, nint(lattice))
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      do node_at = self%n_nodes, 1, -1
+         if (all(abs(self%node_position(:, node_at) - x) <= 1.0e-6_dp*self%finest_cell)) return
+      end do
    end function node_at
+
+   !> The element that covers the place `x`; `outside` where there is none, or where `x` is not a number.
+   pure integer function element_at(self, x) result(e)
+      class(grid_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer(long) :: place(ndim)
+      integer :: leaf, d
+      e = outside
+      place = self%forest%place_at(x)
+      if (place(1) < 0) return
+      leaf = self%forest%leaf_of(place)
+      e = self%leaf_element(leaf)
+      if (.not. self%is_transition(leaf)) return
+      place = (place - self%forest%place_of(leaf))/(level_width(self%forest%level_of(leaf))/2)
+      do d = 1, ndim
+         e = e + int(place(d))*2**(d - 1)
+      end do
+   end function element_at
+
+   !> The nodes of an element and their part in its corners: value at corner c = sum of part(c, k) times value at node(k).
+   subroutine element_matrix(self, e, n, node, part)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      integer, intent(out) :: n
+      integer, intent(out) :: node(most_nodes_of_leaf)
+      real(dp), intent(out) :: part(corners, most_nodes_of_leaf)
+      integer :: c, j
+      n = 0
+      part = 0
+      do c = 1, corners
+         associate (point => self%element_nodes(c, e), d => self%dependents)
+            if (point <= self%n_nodes) then
+               call add(point, 1.0_dp)
+            else
+               do j = d%start(point - d%n_nodes), d%start(point - d%n_nodes + 1) - 1
+                  call add(d%node(j), d%weight(j))
+               end do
+            end if
+         end associate
+      end do
+   contains
+      !> Add a node to those of corner c.
+      subroutine add(a, weight)
+         integer, intent(in) :: a
+         real(dp), intent(in) :: weight
+         integer :: k
+         do k = 1, n
+            if (node(k) == a) exit
+         end do
+         n = max(n, k)
+         node(k) = a
+         part(c, k) = part(c, k) + weight
+      end subroutine add
+   end subroutine element_matrix
 
    !> Element of an entry of `node_slot`.
    pure integer function element_of_slot(slot) result(e)
@@ -106,30 +339,8 @@ contains
    pure function local_coordinate(self, e, x) result(xi)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e
-      real(dp), intent(in) :: x(ndim)            !! place [m]
+      real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: xi(ndim)
       xi = (x - self%element_lower(:, e))/self%element_size(e)
    end function local_coordinate
-
-   !> Number of the node with integer coordinates `c`.
-   pure integer function lattice_node(forest, c)
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: c(ndim)
-      integer :: d
-      lattice_node = 0
-      do d = ndim, 1, -1
-         lattice_node = lattice_node*(forest%cells(d) + 1) + c(d)
-      end do
-      lattice_node = lattice_node + 1
-   end function lattice_node
-
-   !> Which corner: 0 on the lower and 1 on the upper side in each direction.
-   pure function corner_offset(corner) result(offset)
-      integer, intent(in) :: corner
-      integer :: offset(ndim)
-      integer :: d
-      do d = 1, ndim
-         offset(d) = ibits(corner - 1, d - 1, 1)
-      end do
-   end function corner_offset
 end module hampm_grid

@@ -2,14 +2,15 @@
 program test_forest
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
    use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_set_flag, ieee_invalid
-   use hampm_kinds, only: dp, ndim
-   use hampm_forest, only: forest_t, outside
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_forest, only: forest_t, outside, level_width
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    implicit none
 
    type(forest_t) :: forest
    real(dp) :: upper(ndim), inside(ndim), x(ndim)
-   integer :: leaf, c(ndim), d, wrong
+   integer(long) :: place(ndim)
+   integer :: leaf, d, wrong
 
    call repeat_random_numbers()
    forest = forest_t(lower=[-1.0_dp, 0.5_dp], cell=0.25_dp, cells=[7, 3])
@@ -19,14 +20,14 @@ program test_forest
    call check(forest%leaf_count() == 21, 'as many leaves as cells')
    wrong = 0
    do leaf = 1, forest%leaf_count()
-      c = forest%coordinates(leaf)
+      place = forest%place_of(leaf)
       call random_number(x)
-      if (forest%leaf_at(forest%corner_position(c) + x*forest%cell) /= leaf) wrong = wrong + 1
-      if (forest%leaf_at(forest%corner_position(c)) /= leaf) wrong = wrong + 1
-      if (any(c < 0 .or. c >= forest%cells)) wrong = wrong + 1
+      if (forest%leaf_at(forest%position(place) + x*forest%cell) /= leaf) wrong = wrong + 1
+      if (forest%leaf_at(forest%position(place)) /= leaf) wrong = wrong + 1
+      if (any(place < 0 .or. place >= forest%cells*level_width(0))) wrong = wrong + 1
    end do
    call check(wrong == 0, 'a leaf covers its inside and its lower edges')
-   call check_close(maxval(abs(forest%corner_position(forest%cells) - upper)), 0.0_dp, 0.0_dp, &
+   call check_close(maxval(abs(forest%position(forest%cells*level_width(0)) - upper)), 0.0_dp, 0.0_dp, &
                     'the last corner is the upper corner of the lattice')
    do d = 1, ndim
       x = inside

@@ -61,7 +61,7 @@ contains
          if (grid%node_at(grid%node_position(:, node) + 0.5_dp*grid%forest%cell) /= 0) wrong = wrong + 1
       end do
       call check(wrong == 0, 'node_at finds every node at its place and none between nodes')
-      call check(grid%node_at(grid%forest%corner_position([7, 0])) == 0, 'nor beyond the upper edge of the grid')
-      call check(grid%node_at(grid%forest%corner_position([0, -1])) == 0, 'nor below the lower edge')
+      call check(grid%node_at(grid%forest%lower + [7, 0]*grid%forest%cell) == 0, 'nor beyond the upper edge of the grid')
+      call check(grid%node_at(grid%forest%lower + [0, -1]*grid%forest%cell) == 0, 'nor below the lower edge')
    end subroutine places_of_nodes
 end program test_grid

@@ -1,0 +1,96 @@
+!> A table that numbers integer places in the order in which they are first met: open addressing with linear probing.
+module hampm_place_table
+   use hampm_kinds, only: ndim, long
+   implicit none
+   private
+   public :: place_table_t
+
+   type :: place_table_t
+      integer :: n = 0                                  !! places numbered so far
+      integer, allocatable, private :: number(:)        !! number in each seat, 0 where it is free, (seats), a power of 2
+      integer(long), allocatable, private :: place(:, :) !! place in each seat, (ndim, seats)
+   contains
+      procedure :: reserve
+      procedure :: enter
+      procedure :: number_of
+   end type place_table_t
+
+contains
+
+   !> Room for `n` places at first. `status` is not 0 where the memory does not suffice.
+   pure subroutine reserve(self, n, status)
+      class(place_table_t), intent(inout) :: self
+      integer, intent(in) :: n
+      integer, intent(out) :: status
+      integer, parameter :: most_seats = 2**30
+      integer :: seats
+      seats = 16
+      do while (seats/2 < n .and. seats < most_seats)
+         seats = 2*seats
+      end do
+      allocate (self%number(0:seats - 1), self%place(ndim, 0:seats - 1), stat=status)
+      if (status == 0) self%number = 0
+   end subroutine reserve
+
+   !> Number of a place, which gets the next one where it is new.
+   pure subroutine enter(self, place, number)
+      class(place_table_t), intent(inout) :: self
+      integer(long), intent(in) :: place(ndim)
+      integer, intent(out) :: number
+      integer :: seat
+      seat = seat_of(self, place)
+      if (self%number(seat) == 0) then
+         self%n = self%n + 1
+         self%number(seat) = self%n
+         self%place(:, seat) = place
+         number = self%n
+         if (self%n > size(self%number)/2) call grow(self)
+      else
+         number = self%number(seat)
+      end if
+   end subroutine enter
+
+   !> Double the number of seats.
+   pure subroutine grow(self)
+      class(place_table_t), intent(inout) :: self
+      integer, allocatable :: number(:)
+      integer(long), allocatable :: place(:, :)
+      integer :: k, seat
+      call move_alloc(self%number, number)
+      call move_alloc(self%place, place)
+      allocate (self%number(0:2*size(number) - 1), source=0)
+      allocate (self%place(ndim, 0:2*size(number) - 1))
+      do k = 0, size(number) - 1
+         if (number(k) == 0) cycle
+         seat = seat_of(self, place(:, k))
+         self%number(seat) = number(k)
+         self%place(:, seat) = place(:, k)
+      end do
+   end subroutine grow
+
+   !> Number of a place, 0 where it has none.
+   pure integer function number_of(self, place)
+      class(place_table_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      number_of = self%number(seat_of(self, place))
+   end function number_of
+
+   !> The seat that holds a place, or the free one where it would be.
+   pure integer function seat_of(self, place) result(seat)
+      class(place_table_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      integer(long), parameter :: prime = 2147483647_long, factor = 48271_long, low_bits = 2_long**31 - 1
+      integer(long) :: mixed
+      integer :: d
+      mixed = 0
+      do d = 1, ndim
+         mixed = mod(mixed*factor + iand(place(d), low_bits), prime)
+         mixed = mod(mixed*factor + ishft(place(d), -31), prime)
+      end do
+      seat = int(iand(mod(mixed*factor, prime), int(size(self%number) - 1, long)))
+      do while (self%number(seat) /= 0)
+         if (all(self%place(:, seat) == place)) return
+         seat = mod(seat + 1, size(self%number))
+      end do
+   end function seat_of
+end module hampm_place_table
