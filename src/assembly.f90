@@ -101,7 +101,9 @@ contains
             if (spec%kind == 'body') then
                call load_on_particles(p, spec%lower, spec%upper, loads(k))
             else
-               call load_on_points(p, grid, load_points(spec, scene), loads(k))
+               associate (points => load_points(spec, scene))
+                  call load_on_points(p, grid, points, (spec%upper - spec%lower)/(2*size(points, 2)), loads(k))
+               end associate
             end if
             if (size(loads(k)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
                                            '): there is no particle within its box; give it a box that holds material')

@@ -2,13 +2,14 @@
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_crack, only: crack_t
-   use hampm_extrapolation, only: patch_t, patch_around, fitted_displacement, internal_force, extrapolate
+   use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
    implicit none
    private
    public :: crack_opening, stress_closure, nodal_force_closure

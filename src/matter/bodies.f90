@@ -31,6 +31,7 @@ contains
       real(dp) :: spacing(ndim)
       integer :: i, k, d, rest, c(ndim)
       spacing = (upper - lower)/n
+      call note_spacing(p, body, spacing)
       do k = 0, product(n) - 1
          rest = k
          do d = 1, ndim
@@ -47,4 +48,19 @@ contains
          p%id(i) = i
       end do
    end subroutine fill_rectangle
+
+   !> Note how far apart the points of a body are.
+   pure subroutine note_spacing(p, body, spacing)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: body
+      real(dp), intent(in) :: spacing(ndim)
+      real(dp), allocatable :: longer(:, :)
+      if (.not. allocated(p%spacing)) allocate (p%spacing(ndim, 0))
+      if (size(p%spacing, 2) < body) then
+         allocate (longer(ndim, body), source=0.0_dp)
+         longer(:, :size(p%spacing, 2)) = p%spacing
+         call move_alloc(longer, p%spacing)
+      end if
+      p%spacing(:, body) = spacing
+   end subroutine note_spacing
 end module hampm_bodies

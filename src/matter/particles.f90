@@ -3,14 +3,14 @@
 !> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
 !> position and F, keeps all digits of small strains.
 module hampm_particles
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_forest, only: outside
    use hampm_text, only: to_text
    implicit none
    private
-   public :: particles_t, new_particles, sort_into_cells, smallest_occupied_cell
+   public :: particles_t, new_particles, fit_workspace, sort_into_cells, smallest_occupied_cell
 
    type :: particles_t
       integer :: n = 0                                  !! number of particles
@@ -24,6 +24,11 @@ module hampm_particles
       integer, allocatable :: material(:)               !! index of the material, (n)
       integer, allocatable :: body(:)                   !! index of the body, (n)
       integer, allocatable :: id(:)                     !! number that stays with the particle, (n)
+      ! Where cells refine: how a particle came from one that the body began with. Not allocated elsewhere
+      integer, allocatable :: level(:)                  !! how often it was split, (n)
+      integer(long), allocatable :: path(:)             !! which child it is of each split: a digit of base 2**ndim for each,
+                                                        !! the last split last; (n)
+      real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
       integer, allocatable :: cell(:)                   !! the element in which the particle stands, ascending, (n)
       integer, allocatable :: cell_start(:)             !! first particle of each element, (n_elements + 1)
       integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
@@ -31,6 +36,7 @@ module hampm_particles
       ! Workspace of the sort
       integer, allocatable :: new_place(:)              !! where the last sort moved each particle, (n)
       integer, allocatable, private :: next(:), integer_copy(:)
+      integer(long), allocatable, private :: long_copy(:)
       real(dp), allocatable, private :: real_copy(:)
    contains
       procedure :: position
@@ -46,19 +52,41 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       allocate (p%mass(n), p%volume(n), p%reference(ndim, n), p%displacement(ndim, n), p%velocity(ndim, n), &
-                p%gradient(ndim, ndim, n), p%material(n), p%body(n), p%id(n), p%cell(n), p%cell_start(n_elements + 1), &
-                p%occupied(n_elements), p%new_place(n), p%next(n_elements), p%integer_copy(n), &
-                p%real_copy(ndim*ndim*n), stat=status)
+                p%gradient(ndim, ndim, n), p%material(n), p%body(n), p%id(n), p%cell(n), stat=status)
       if (status /= 0) then
-         call failure%report(exit_computation, 'particles: not enough memory for '//to_text(n)//' particles')
+         call failure%report(exit_computation, too_many(n))
          return
       end if
-      p%n = n
+      call fit_workspace(p, n, n_elements, failure)
+      if (failure%failed()) return
       p%displacement = 0
       p%velocity = 0
       p%gradient = 0
       p%cell = outside
    end subroutine new_particles
+
+   !> Make what depends on the numbers of particles and of elements fit to these numbers; a sort has to follow. Fails where the
+   !> memory does not suffice.
+   subroutine fit_workspace(p, n, n_elements, failure)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: n, n_elements
+      type(failure_t), intent(inout) :: failure
+      integer :: status
+      p%n = n
+      if (allocated(p%cell_start)) deallocate (p%cell_start, p%occupied, p%next, p%new_place, p%integer_copy, p%real_copy)
+      if (allocated(p%long_copy)) deallocate (p%long_copy)
+      allocate (p%cell_start(n_elements + 1), p%occupied(n_elements), p%next(n_elements), p%new_place(n), &
+                p%integer_copy(n), p%real_copy(ndim*ndim*n), stat=status)
+      if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
+      if (status /= 0) call failure%report(exit_computation, too_many(n))
+   end subroutine fit_workspace
+
+   !> Message about a lack of memory.
+   function too_many(n) result(message)
+      integer, intent(in) :: n
+      character(:), allocatable :: message
+      message = 'particles: not enough memory for '//to_text(n)//' particles'
+   end function too_many
 
    !> Position of particle `i` [m].
    pure function position(self, i) result(x)
@@ -96,6 +124,8 @@ contains
       call permute_integers(p, p%body)
       call permute_integers(p, p%id)
       call permute_integers(p, p%cell)
+      if (allocated(p%level)) call permute_integers(p, p%level)
+      if (allocated(p%path)) call permute_longs(p, p%path)
    end subroutine sort_into_cells
 
    !> Set `cell` from the positions.
@@ -191,4 +221,12 @@ contains
       p%integer_copy(p%new_place) = values
       values = p%integer_copy
    end subroutine permute_integers
+
+   !> As `permute_reals`, of one long integer a particle.
+   subroutine permute_longs(p, values)
+      type(particles_t), intent(inout) :: p
+      integer(long), intent(inout) :: values(:)
+      p%long_copy(p%new_place) = values
+      values = p%long_copy
+   end subroutine permute_longs
 end module hampm_particles

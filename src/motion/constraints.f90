@@ -4,9 +4,15 @@ module hampm_constraints
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: constraints_t, constrain_box, hold
+   public :: constraints_t, constrain_box, fit_constraints, hold
+
+   type :: box_t
+      real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! its corners [m]
+      logical :: components(ndim) = .false.      !! what it holds
+   end type box_t
 
    type :: constraints_t
+      type(box_t), allocatable, private :: boxes(:)
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
       integer, allocatable :: node(:)            !! nodes with a fixed component, ascending
    contains
@@ -21,18 +27,32 @@ contains
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       logical, intent(in) :: components(ndim)
+      if (.not. allocated(c%boxes)) allocate (c%boxes(0))
+      c%boxes = [c%boxes, box_t(lower, upper, components)]
+      call fit_constraints(c, grid)
+   end subroutine constrain_box
+
+   !> Find the nodes of a grid that are in the boxes.
+   subroutine fit_constraints(c, grid)
+      type(constraints_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
       real(dp), parameter :: slack = 1.0e-6_dp          ! of the smallest cell
       real(dp) :: margin
-      integer :: i
-      if (.not. allocated(c%fixed)) allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
+      integer :: i, k
+      if (allocated(c%fixed)) deallocate (c%fixed)
+      allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
+      if (.not. allocated(c%boxes)) allocate (c%boxes(0))
       margin = slack*grid%finest_cell
-      do i = 1, grid%n_nodes
-         associate (x => grid%node_position(:, i))
-            if (all(x >= lower - margin .and. x <= upper + margin)) c%fixed(:, i) = c%fixed(:, i) .or. components
-         end associate
+      do k = 1, size(c%boxes)
+         do i = 1, grid%n_nodes
+            associate (x => grid%node_position(:, i), box => c%boxes(k))
+               if (all(x >= box%lower - margin .and. x <= box%upper + margin)) &
+                  c%fixed(:, i) = c%fixed(:, i) .or. box%components
+            end associate
+         end do
       end do
       c%node = pack([(i, i=1, grid%n_nodes)], any(c%fixed, dim=1))
-   end subroutine constrain_box
+   end subroutine fit_constraints
 
    !> Whether a component of a node is held.
    pure logical function holds(self, node, component)

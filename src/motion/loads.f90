@@ -12,7 +12,7 @@ module hampm_loads
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, book_work
+   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, book_work, point_displacement
 
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
@@ -20,21 +20,27 @@ module hampm_loads
       real(dp), allocatable :: share(:)          !! part of the resultant at each point [-], (points)
       integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
+      logical :: by_mass = .false.               !! whether it acts on all material of its hosts, else at the points
+      real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
+                                                 !! (ndim, points)
       real(dp), allocatable :: moved(:, :)       !! displacement of each point at the last `book_work` [m], (ndim, points)
    end type load_t
 
 contains
 
-   !> A load shared equally by the material places `points`, each hosted by the nearest particle.
-   subroutine load_on_points(p, grid, points, load)
+   !> A load shared equally by the material places `points`, each hosted by the nearest particle and the middle of a segment that
+   !> reaches by `half` to both sides.
+   subroutine load_on_points(p, grid, points, half, load)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
+      real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
       type(load_t), intent(inout) :: load
       integer :: k, n
       n = size(points, 2)
       allocate (load%share(n), source=1/real(n, dp))
       allocate (load%host(n), load%offset(ndim, n))
+      allocate (load%half(ndim, n), source=spread(half, 2, n))
       allocate (load%moved(ndim, n), source=0.0_dp)
       do k = 1, n
          load%host(k) = nearest_particle(p, grid, points(:, k))
@@ -50,7 +56,8 @@ contains
       integer :: i
       load%host = pack([(i, i=1, p%n)], [(all(p%reference(:, i) >= lower .and. p%reference(:, i) <= upper), i=1, p%n)])
       load%share = p%mass(load%host)/sum(p%mass(load%host))
-      allocate (load%offset(ndim, size(load%host)), source=0.0_dp)
+      load%by_mass = .true.
+      allocate (load%offset(ndim, size(load%host)), load%half(ndim, size(load%host)), source=0.0_dp)
       allocate (load%moved(ndim, size(load%host)), source=0.0_dp)
    end subroutine load_on_particles
 
@@ -100,13 +107,22 @@ contains
       do l = 1, size(loads)
          associate (load => loads(l))
             do k = 1, size(load%host)
-               u = p%displacement(:, load%host(k)) + matmul(p%gradient(:, :, load%host(k)), load%offset(:, k))
+               u = point_displacement(load, k, p)
                work = work + load%share(k)*load%history%factor(time)*dot_product(load%force, u - load%moved(:, k))
                load%moved(:, k) = u
             end do
          end associate
       end do
    end subroutine book_work
+
+   !> Displacement of the material at point `k` of a load [m].
+   pure function point_displacement(load, k, p) result(u)
+      type(load_t), intent(in) :: load
+      integer, intent(in) :: k
+      type(particles_t), intent(in) :: p
+      real(dp) :: u(ndim)
+      u = p%displacement(:, load%host(k)) + matmul(p%gradient(:, :, load%host(k)), load%offset(:, k))
+   end function point_displacement
 
    !> Shape functions of the nodes of the host's cell at point `k` of a load.
    pure function weights(load, k, grid, p) result(n)

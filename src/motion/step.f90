@@ -1,7 +1,7 @@
 !> One time step of the material point method.
 module hampm_step
    use hampm_kinds, only: dp, ndim, long
-   use hampm_constraints, only: constraints_t
+   use hampm_constraints, only: constraints_t, fit_constraints
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t, add_loads, book_work, follow_sort
@@ -17,7 +17,7 @@ module hampm_step
    use hampm_text, only: to_text
    implicit none
    private
-   public :: motion_t, start_motion, advance, refresh_grid, stable_time_step, when, place
+   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, refresh_grid, stable_time_step, when, place
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -33,6 +33,7 @@ module hampm_step
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       logical :: mapped = .false.                !! whether the cells hold the sums for the next step
+      logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done
       real(dp) :: external_work = 0              !! work of the loads so far [J]
@@ -51,16 +52,24 @@ contains
       type(mass_choice_t), intent(in), optional :: mass
       if (present(mass)) m%mass = mass
       m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
-      m%mapped = .false.
       if (.not. allocated(m%loads)) allocate (m%loads(0))
-      if (.not. allocated(m%constraints%fixed)) allocate (m%constraints%fixed(ndim, m%grid%n_nodes), source=.false.)
+      call fit_to_grid(m, failure)
+   end subroutine start_motion
+
+   !> Make constraints, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the memory does
+   !> not suffice.
+   subroutine fit_to_grid(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      m%mapped = .false.
+      call fit_constraints(m%constraints, m%grid)
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints%fixed, m%solver, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%particles, m%fields)
-   end subroutine start_motion
+   end subroutine fit_to_grid
 
    !> Advance by one step `dt`. Fails where a particle leaves the grid or jumps.
    subroutine advance(m, dt, failure)
@@ -87,8 +96,18 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + work
       m%time = m%time + dt
       m%steps = m%steps + 1
-      if (left_cell) call sort_particles(m, failure)
+      m%sorted = left_cell
+      if (left_cell) call sort_anew(m, failure)
    end subroutine advance
+
+   !> Sort the particles, after some have moved to other cells or their number has changed.
+   subroutine sort_anew(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      m%mapped = .false.
+      call sort_particles(m, failure)
+      if (.not. failure%failed()) call find_active_nodes(m%grid, m%particles, m%fields)
+   end subroutine sort_anew
 
    !> Map the particles to the grid at the start of a step, where the last step has not done so.
    subroutine map_to_grid(m)
@@ -145,7 +164,7 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
    end subroutine gather_acceleration
 
-   !> Sort the particles that have moved to other cells.
+   !> Sort the particles into the cells of the grid, with the loads that they carry.
    subroutine sort_particles(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
@@ -155,7 +174,6 @@ contains
          call failure%report(lost%code, when(m%steps, m%time)//lost%message)
          return
       end if
-      call find_active_nodes(m%grid, m%particles, m%fields)
       call follow_sort(m%loads, m%particles%new_place)
    end subroutine sort_particles
 

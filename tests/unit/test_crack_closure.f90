@@ -6,8 +6,7 @@ program test_crack_closure
    use hampm_crack, only: crack_t, find_crack
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
-   use hampm_extrapolation, only: patch_t, patch_around, fitted_displacement, extrapolate, &
-                                  internal_force
+   use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
@@ -16,6 +15,7 @@ program test_crack_closure
    use hampm_material, only: new_material
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    use hampm_step, only: motion_t, refresh_grid
+   use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
    implicit none
 
    real(dp), parameter :: cell = 0.25_dp, young = 50.0_dp, poisson = 0.3_dp

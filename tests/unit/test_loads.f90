@@ -90,7 +90,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = force
       m%loads(1)%history = load_history_t(kind='ramp', rise_time=2.0_dp)
-      call load_on_points(m%particles, m%grid, edge_places(), m%loads(1))
+      call load_on_points(m%particles, m%grid, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       centre = [upper(1), (lower(2) + upper(2))/2]
       call check_resultant(m, 2.0_dp, centre, force, 'traction on the edge')
       call check_resultant(m, 0.5_dp, centre, 0.25_dp*force, 'traction while it rises')
@@ -123,7 +123,7 @@ contains
       allocate (m%loads(2))
       m%loads(1)%force = force
       m%loads(2)%force = -3*force
-      call load_on_points(m%particles, m%grid, edge_places(), m%loads(1))
+      call load_on_points(m%particles, m%grid, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
       m%particles%displacement = spread(translation/2, 2, m%particles%n)
       call book_work(m%loads, 0.0_dp, m%particles, first)
@@ -143,7 +143,7 @@ contains
       call place([0.0_dp, 0.0_dp], m)
       call random_number(x)
       x = 1.6_dp*x - 0.2_dp
-      call load_on_points(m%particles, m%grid, x, load)
+      call load_on_points(m%particles, m%grid, x, [0.0_dp, 0.0_dp], load)
       wrong = 0
       do i = 1, places
          distance = minval([(norm2(m%particles%position(n) - x(:, i)), n=1, m%particles%n)])

@@ -1,16 +1,13 @@
-!> Values of particle fields at nodes: at one node from the particles in the cells around it, or at all by a mass matrix.
-module hampm_extrapolation
+!> Values at one node from the particles in the cells around it.
+module hampm_patch
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
-   use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
-   use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_mass_solver, only: mass_solver_t, solve_mass
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: patch_t, patch_around, fitted_displacement, internal_force, extrapolate
+   public :: patch_t, patch_around, fitted_displacement, internal_force
 
    integer, parameter :: most_nodes = 3**ndim    !! nodes of the cells around a node
 
@@ -86,35 +83,6 @@ contains
       end do
    end function internal_force
 
-   !> Nodal values of a vector field that the particles carry, by the mass matrix of a run as velocities are in (8).
-   subroutine extrapolate(grid, p, matrix, solver, field, nodal, failure)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(mass_matrix_t), intent(in) :: matrix
-      type(mass_solver_t), intent(inout) :: solver
-      real(dp), intent(in), contiguous :: field(:, :)   !! values of the particles, (ndim, n)
-      real(dp), intent(out), contiguous :: nodal(:, :)  !! values of the points, 0 where there are no particles, (ndim, n_points)
-      type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: rhs(:, :)
-      real(dp) :: n(corners)
-      integer :: i, c
-      allocate (rhs(ndim, grid%n_points), source=0.0_dp)
-      do i = 1, p%n
-         n = p%mass(i)*shape_functions(inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
-         do c = 1, corners
-            associate (node => grid%element_nodes(c, p%cell(i)))
-               rhs(:, node) = rhs(:, node) + n(c)*field(:, i)
-            end associate
-         end do
-      end do
-      nodal = 0
-      associate (dependent => matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points))
-         call grid%dependents%collect(dependent, ndim, rhs)
-         call solve_mass(solver, grid, matrix, rhs, nodal, failure)
-         call grid%dependents%expand(dependent, ndim, nodal)
-      end associate
-   end subroutine extrapolate
-
    !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of
    !> the patch [m]. Where the particles move with the grid's own field it returns the nodal value itself, not a smoothed
    !> one. The normal equations are solved by conjugate gradients from the lumped values on, so that what few particles
@@ -167,4 +135,4 @@ contains
       end do
       first = x(1)
    end function first_unknown
-end module hampm_extrapolation
+end module hampm_patch

@@ -1,0 +1,159 @@
+!> Particles as fine as the cells in which they are: split where their cell is finer than they are, recombined where all
+!> siblings are in coarser cells. So a body that moves through a fine patch is split on entry and recombined behind it.
+!>
+!> The kinetic and strain energy that this gains or loses is booked in the energy audit.
+module hampm_matching
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: interpolate_gradient, inside_cell
+   use hampm_energy, only: kinetic_energy, strain_energy
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t, outside
+   use hampm_grid, only: build_grid
+   use hampm_load_following, only: follow_split, follow_recombination
+   use hampm_particles, only: fit_workspace
+   use hampm_splitting, only: start_families, split, recombine
+   use hampm_step, only: motion_t, fit_to_grid, sort_particles, sort_anew, refresh_grid
+   implicit none
+   private
+   public :: match_particles, adopt_forest
+
+contains
+
+   !> Build the grid of another forest, and make the particles fit it. Fails where the memory does not suffice or a particle has
+   !> left the grid.
+   subroutine adopt_forest(m, forest, failure)
+      type(motion_t), intent(inout) :: m
+      type(forest_t), intent(in) :: forest
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: energy
+      call start_families(m%particles)
+      energy = total_energy(m)
+      call split_marked(m, coarser_than(m, forest), failure)
+      if (failure%failed()) return
+      call build_grid(forest, m%grid, failure)
+      if (failure%failed()) return
+      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
+      if (failure%failed()) return
+      call sort_particles(m, failure)
+      if (failure%failed()) return
+      call fit_to_grid(m, failure)
+      if (failure%failed()) return
+      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      call match_particles(m, failure)
+   end subroutine adopt_forest
+
+   !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice.
+   subroutine match_particles(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      logical, allocatable :: marked(:)
+      real(dp) :: energy
+      integer :: families
+      call start_families(m%particles)
+      marked = coarser_than(m, m%grid%forest)
+      if (.not. any(marked) .and. .not. any(finer_than_cell(m))) return
+      energy = total_energy(m)
+      do while (any(marked))
+         call split_marked(m, marked, failure)
+         if (failure%failed()) return
+         marked = coarser_than(m, m%grid%forest)
+      end do
+      do
+         call recombine_marked(m, finer_than_cell(m), families, failure)
+         if (failure%failed() .or. families == 0) exit
+      end do
+      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+   end subroutine match_particles
+
+   !> Which particles are coarser than the leaf of a forest in which they stand.
+   pure function coarser_than(m, forest) result(coarser)
+      type(motion_t), intent(in) :: m
+      type(forest_t), intent(in) :: forest
+      logical, allocatable :: coarser(:)
+      integer :: i, leaf
+      allocate (coarser(m%particles%n), source=.false.)
+      do i = 1, m%particles%n
+         leaf = forest%leaf_at(m%particles%place_in_grid(i))
+         if (leaf /= outside) coarser(i) = m%particles%level(i) < forest%level_of(leaf)
+      end do
+   end function coarser_than
+
+   !> Which particles are finer than their cell.
+   pure function finer_than_cell(m) result(finer)
+      type(motion_t), intent(in) :: m
+      logical, allocatable :: finer(:)
+      integer :: i
+      allocate (finer(m%particles%n))
+      associate (grid => m%grid, p => m%particles)
+         do i = 1, p%n
+            finer(i) = p%level(i) > grid%forest%level_of(grid%element_leaf(p%cell(i)))
+         end do
+      end associate
+   end function finer_than_cell
+
+   !> Split the marked particles and sort.
+   subroutine split_marked(m, marked, failure)
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: marked(:)
+      type(failure_t), intent(inout) :: failure
+      integer, allocatable :: first_child(:)
+      if (.not. any(marked)) return
+      call split(m%particles, marked, velocity_gradients(m, marked), first_child)
+      call follow_split(m%loads, m%particles, marked, first_child)
+      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
+      if (.not. failure%failed()) call sort_anew(m, failure)
+   end subroutine split_marked
+
+   !> Recombine the families of which all are marked, and sort.
+   subroutine recombine_marked(m, marked, families, failure)
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: marked(:)
+      integer, intent(out) :: families
+      type(failure_t), intent(inout) :: failure
+      integer, allocatable :: new_number(:)
+      real(dp), allocatable :: reference(:, :)
+      families = 0
+      if (.not. any(marked)) return
+      reference = m%particles%reference
+      call recombine(m%particles, marked, families, new_number)
+      if (families == 0) return
+      call follow_recombination(m%loads, m%particles, reference, new_number)
+      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
+      if (.not. failure%failed()) call sort_anew(m, failure)
+   end subroutine recombine_marked
+
+   !> Velocity gradient at the marked particles [1/s], from the momentum mapped to the grid as it is.
+   function velocity_gradients(m, marked) result(gradients)
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: marked(:)
+      real(dp), allocatable :: gradients(:, :, :)
+      real(dp), allocatable :: velocity(:, :)
+      real(dp) :: xi(ndim)
+      integer :: a, i, k
+      allocate (gradients(ndim, ndim, count(marked)))
+      allocate (velocity(ndim, m%grid%n_points), source=0.0_dp)
+      call refresh_grid(m)
+      associate (all => m%fields%mass_matrix%all, lumped => m%fields%mass_matrix%lumped)
+         do a = 1, all%n_nodes
+            if (lumped(all%nodes(a)) > 0) velocity(:, all%nodes(a)) = m%fields%momentum(:, all%nodes(a))/lumped(all%nodes(a))
+         end do
+         call m%grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), ndim, velocity)
+      end associate
+      k = 0
+      do i = 1, m%particles%n
+         if (.not. marked(i)) cycle
+         k = k + 1
+         associate (e => m%particles%cell(i))
+            xi = inside_cell(m%grid%local_coordinate(e, m%particles%place_in_grid(i)))
+            gradients(:, :, k) = interpolate_gradient(xi, velocity(:, m%grid%element_nodes(:, e)))/m%grid%element_size(e)
+         end associate
+      end do
+   end function velocity_gradients
+
+   !> Kinetic and strain energy of the particles [J], where it is audited.
+   real(dp) function total_energy(m) result(energy)
+      type(motion_t), intent(in) :: m
+      energy = 0
+      if (m%audit) energy = kinetic_energy(m%particles) + strain_energy(m%particles, m%materials)
+   end function total_energy
+end module hampm_matching

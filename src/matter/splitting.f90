@@ -1,0 +1,213 @@
+!> Splitting particles into children and recombining these.
+!>
+!> The children stand at the quarter points of the parent's reference rectangle, X +- s/4, s being its edges: (15)-(18). They
+!> carry u + H dX, v + L dx and the parent's H: mass, volume, linear momentum, the displacement field and the strain energy
+!> stay, and angular momentum to second order in s. Recombining gives the sums of mass, volume and momentum, the mean
+!> position and the volume-weighted H.
+!>
+!> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
+!> find each other wherever they have moved.
+module hampm_splitting
+   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_forest, only: corner_offset
+   use hampm_particles, only: particles_t
+   use hampm_place_table, only: place_table_t
+   implicit none
+   private
+   public :: start_families, split, recombine, child_offset, spacing_of
+
+   real(dp), parameter :: reach = 2              !! siblings further from their mean, in edges of the parent, stay apart
+
+contains
+
+   !> Begin to keep account of splits.
+   subroutine start_families(p)
+      type(particles_t), intent(inout) :: p
+      if (allocated(p%level)) return
+      allocate (p%level(p%n), source=0)
+      allocate (p%path(p%n), source=0_long)
+   end subroutine start_families
+
+   !> Edges of the reference rectangle of a particle [m].
+   pure function spacing_of(p, i) result(spacing)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: spacing(ndim)
+      spacing = scale(p%spacing(:, p%body(i)), -p%level(i))
+   end function spacing_of
+
+   !> Where child `c` of particle `i` stands from it in the reference configuration: dX [m].
+   pure function child_offset(p, i, c) result(offset)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i, c
+      real(dp) :: offset(ndim)
+      offset = (2*corner_offset(c) - 1)*spacing_of(p, i)/4
+   end function child_offset
+
+   !> Split the marked particles. The children of a particle stand together where it stood. The workspace has to be fitted and the
+   !> particles sorted afterwards.
+   subroutine split(p, marked, velocity_gradient, first_child)
+      type(particles_t), intent(inout) :: p
+      logical, intent(in) :: marked(:)                     !! (n)
+      real(dp), intent(in) :: velocity_gradient(:, :, :)   !! L of the marked ones, in space; in the total frame in the
+                                                           !! reference configuration [1/s]; (ndim, ndim, marked)
+      integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, (n)
+      integer, allocatable :: origin(:)
+      integer :: i, c, k, marks
+      allocate (first_child(p%n), origin(p%n + (corners - 1)*count(marked)))
+      k = 0
+      do i = 1, p%n
+         first_child(i) = k + 1
+         do c = 1, merge(corners, 1, marked(i))
+            k = k + 1
+            origin(k) = i
+         end do
+      end do
+      call take(p, origin)
+      marks = 0
+      do i = 1, size(marked)
+         if (.not. marked(i)) cycle
+         marks = marks + 1
+         do c = 1, corners
+            call become_child(p, first_child(i) + c - 1, c, velocity_gradient(:, :, marks))
+         end do
+      end do
+   end subroutine split
+
+   !> Make particle `k`, a copy of its parent, child `c`.
+   subroutine become_child(p, k, c, l)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: k, c
+      real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
+      real(dp) :: offset(ndim), apart(ndim)
+      offset = child_offset(p, k, c)
+      apart = matmul(p%gradient(:, :, k), offset)
+      p%reference(:, k) = p%reference(:, k) + offset
+      p%displacement(:, k) = p%displacement(:, k) + apart
+      if (p%total_frame) then
+         p%velocity(:, k) = p%velocity(:, k) + matmul(l, offset)
+      else
+         p%velocity(:, k) = p%velocity(:, k) + matmul(l, offset + apart)
+      end if
+      p%mass(k) = p%mass(k)/corners
+      p%volume(k) = p%volume(k)/corners
+      p%level(k) = p%level(k) + 1
+      p%path(k) = p%path(k)*corners + (c - 1)
+   end subroutine become_child
+
+   !> Recombine the families of siblings of which all are marked, and near each other. The workspace has to be fitted and the
+   !> particles sorted afterwards.
+   subroutine recombine(p, marked, families, new_number)
+      type(particles_t), intent(inout) :: p
+      logical, intent(in) :: marked(:)                   !! (n)
+      integer, intent(out) :: families                   !! how many were recombined
+      integer, allocatable, intent(out) :: new_number(:) !! new place of each particle, or of the one that it is part of; (n)
+      integer, allocatable :: member(:, :), origin(:)
+      integer :: i, k, f
+      call find_families(p, marked, member, families)
+      if (families == 0) return
+      allocate (new_number(p%n), source=-1)
+      do f = 1, families
+         call merge_into_first(p, member(:, f))
+         new_number(member(2:, f)) = 0           ! no place of their own
+      end do
+      origin = pack([(i, i=1, p%n)], new_number /= 0)
+      do k = 1, size(origin)
+         new_number(origin(k)) = k
+      end do
+      do f = 1, families
+         new_number(member(2:, f)) = new_number(member(1, f))
+      end do
+      call take(p, origin)
+   end subroutine recombine
+
+   !> The complete families among the marked particles that are near each other, in the order of their first members.
+   subroutine find_families(p, marked, member, families)
+      type(particles_t), intent(in) :: p
+      logical, intent(in) :: marked(:)
+      integer, allocatable, intent(out) :: member(:, :)  !! (corners, families and more)
+      integer, intent(out) :: families
+      type(place_table_t) :: table
+      integer, allocatable :: found(:)
+      integer :: i, f, status
+      integer(long) :: key(ndim)
+      allocate (member(corners, count(marked)), source=0)
+      allocate (found(count(marked)), source=0)
+      families = 0
+      if (size(found) == 0) return
+      call table%reserve(size(found), status)
+      key = 0
+      do i = 1, p%n
+         if (.not. marked(i) .or. p%level(i) == 0) cycle
+         key(1) = p%id(i)*64_long + p%level(i)
+         key(2) = p%path(i)/corners
+         call table%enter(key, f)
+         found(f) = found(f) + 1
+         member(int(mod(p%path(i), int(corners, long))) + 1, f) = i
+      end do
+      do f = 1, table%n
+         if (found(f) < corners) cycle
+         if (.not. is_together(p, member(:, f))) cycle
+         families = families + 1
+         member(:, families) = member(:, f)
+      end do
+   end subroutine find_families
+
+   !> Whether siblings are near each other.
+   pure logical function is_together(p, siblings)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: siblings(corners)
+      real(dp) :: x(ndim, corners), middle(ndim)
+      integer :: c
+      do c = 1, corners
+         x(:, c) = p%position(siblings(c))
+      end do
+      middle = sum(x, dim=2)/corners
+      is_together = maxval(abs(x - spread(middle, 2, corners))) <= reach*2*maxval(spacing_of(p, siblings(1)))
+   end function is_together
+
+   !> Make the first of some siblings what all are together.
+   subroutine merge_into_first(p, siblings)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: siblings(corners)
+      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim)
+      integer :: c
+      mass = sum(p%mass(siblings))
+      volume = sum(p%volume(siblings))
+      momentum = 0
+      gradient = 0
+      do c = 1, corners
+         momentum = momentum + p%mass(siblings(c))*p%velocity(:, siblings(c))
+         gradient = gradient + p%volume(siblings(c))*p%gradient(:, :, siblings(c))
+      end do
+      associate (k => siblings(1))
+         p%reference(:, k) = sum(p%reference(:, siblings), dim=2)/corners
+         p%displacement(:, k) = sum(p%displacement(:, siblings), dim=2)/corners
+         p%velocity(:, k) = momentum/mass
+         p%gradient(:, :, k) = gradient/volume
+         p%mass(k) = mass
+         p%volume(k) = volume
+         p%level(k) = p%level(k) - 1
+         p%path(k) = p%path(k)/corners
+      end associate
+   end subroutine merge_into_first
+
+   !> Make particle k what particle origin(k) was.
+   subroutine take(p, origin)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: origin(:)
+      p%mass = p%mass(origin)
+      p%volume = p%volume(origin)
+      p%reference = p%reference(:, origin)
+      p%displacement = p%displacement(:, origin)
+      p%velocity = p%velocity(:, origin)
+      p%gradient = p%gradient(:, :, origin)
+      p%material = p%material(origin)
+      p%body = p%body(origin)
+      p%id = p%id(origin)
+      p%cell = p%cell(origin)
+      p%level = p%level(origin)
+      p%path = p%path(origin)
+      p%n = size(origin)
+   end subroutine take
+end module hampm_splitting

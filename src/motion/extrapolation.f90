@@ -1,0 +1,74 @@
+!> Nodal values of fields that the particles carry, by a mass matrix, as velocities are in (8) and (10).
+module hampm_extrapolation
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions, inside_cell
+   use hampm_failure, only: failure_t
+   use hampm_grid, only: grid_t
+   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_mass_solver, only: mass_solver_t, solve_mass
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: extrapolate, extrapolate_lumped
+
+contains
+
+   !> Nodal values of a vector field by the mass matrix of a run. Fails where the equations cannot be solved.
+   subroutine extrapolate(grid, p, matrix, solver, field, nodal, failure)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(mass_matrix_t), intent(in) :: matrix
+      type(mass_solver_t), intent(inout) :: solver
+      real(dp), intent(in), contiguous :: field(:, :)   !! values of the particles, (ndim, n)
+      real(dp), intent(out), contiguous :: nodal(:, :)  !! values of the points, 0 where there are no particles, (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: rhs(:, :)
+      allocate (rhs(ndim, grid%n_points))
+      call map_field(grid, p, matrix, ndim, field, rhs)
+      nodal = 0
+      call solve_mass(solver, grid, matrix, rhs, nodal, failure)
+      call grid%dependents%expand(matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points), ndim, nodal)
+   end subroutine extrapolate
+
+   !> Nodal values of a field of `width` components by the lumped mass matrix.
+   subroutine extrapolate_lumped(grid, p, matrix, width, field, nodal)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: width
+      real(dp), intent(in) :: field(width, *)           !! values of the particles, (width, n)
+      real(dp), intent(out) :: nodal(width, *)          !! values of the points, 0 where there are no particles, (width, n_points)
+      integer :: a
+      call map_field(grid, p, matrix, width, field, nodal)
+      associate (all => matrix%all)
+         do a = 1, all%n_nodes
+            associate (i => all%nodes(a))
+               if (matrix%lumped(i) > 0) nodal(:, i) = nodal(:, i)/matrix%lumped(i)
+            end associate
+         end do
+         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), width, nodal)
+      end associate
+   end subroutine extrapolate_lumped
+
+   !> The sums over the particles of mass times shape function times value, at the nodes.
+   subroutine map_field(grid, p, matrix, width, field, sums)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: width
+      real(dp), intent(in) :: field(width, *)
+      real(dp), intent(out) :: sums(width, *)
+      real(dp) :: n(corners)
+      integer :: i, c
+      sums(:, :grid%n_points) = 0
+      do i = 1, p%n
+         n = p%mass(i)*shape_functions(inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+         do c = 1, corners
+            associate (point => grid%element_nodes(c, p%cell(i)))
+               sums(:, point) = sums(:, point) + n(c)*field(:, i)
+            end associate
+         end do
+      end do
+      call grid%dependents%collect(matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points), width, sums)
+   end subroutine map_field
+end module hampm_extrapolation

@@ -1,0 +1,171 @@
+!> Loads whose hosts split or recombine: resultant, moment and the material that carries them stay.
+!>
+!> A point goes to the child on its side. A segment of a traction is halved, so that it is as fine as the cells under it; that of
+!> a body force is shared by the children. Points that recombining brings to the same particle become one in their middle.
+module hampm_load_following
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_forest, only: corner_offset
+   use hampm_loads, only: load_t, point_displacement
+   use hampm_particles, only: particles_t
+   use hampm_splitting, only: child_offset
+   implicit none
+   private
+   public :: follow_split, follow_recombination
+
+contains
+
+   !> After a split.
+   subroutine follow_split(loads, p, marked, first_child)
+      type(load_t), intent(inout) :: loads(:)
+      type(particles_t), intent(in) :: p         !! as it is now
+      logical, intent(in) :: marked(:)           !! which particles were split, by their old numbers
+      integer, intent(in) :: first_child(:)      !! new place of each particle or its first child
+      type(load_t) :: old
+      integer :: l, k, n, c
+      do l = 1, size(loads)
+         old = loads(l)
+         n = sum(merge(pieces(old), 1, marked(old%host)))
+         call resize(loads(l), n)
+         n = 0
+         do k = 1, size(old%host)
+            associate (host => old%host(k))
+               if (.not. marked(host)) then
+                  call put(loads(l), n, old%share(k), first_child(host), old%offset(:, k), old%half(:, k), p)
+               else if (old%by_mass) then
+                  do c = 1, corners
+                     call put(loads(l), n, old%share(k)/corners, first_child(host) + c - 1, old%offset(:, k), &
+                              old%half(:, k), p)
+                  end do
+               else if (any(abs(old%half(:, k)) > 0)) then
+                  do c = -1, 1, 2
+                     call put_on_child(loads(l), n, old%share(k)/2, first_child(host), &
+                                       old%offset(:, k) + c*old%half(:, k)/2, old%half(:, k)/2, p)
+                  end do
+               else
+                  call put_on_child(loads(l), n, old%share(k), first_child(host), old%offset(:, k), old%half(:, k), p)
+               end if
+            end associate
+         end do
+      end do
+   end subroutine follow_split
+
+   !> How many points each point of a load becomes when its host splits.
+   pure function pieces(load)
+      type(load_t), intent(in) :: load
+      integer :: pieces(size(load%host))
+      integer :: k
+      if (load%by_mass) then
+         pieces = corners
+      else
+         pieces = [(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%host))]
+      end if
+   end function pieces
+
+   !> Put a point on that child of a particle on whose side it is.
+   subroutine put_on_child(load, n, share, first_child, offset, half, p)
+      type(load_t), intent(inout) :: load
+      integer, intent(inout) :: n                !! number of points so far
+      real(dp), intent(in) :: share
+      integer, intent(in) :: first_child
+      real(dp), intent(in) :: offset(ndim)       !! from the parent [m]
+      real(dp), intent(in) :: half(ndim)
+      type(particles_t), intent(in) :: p
+      integer :: c, best
+      best = 1
+      do c = 2, corners
+         if (all(corner_offset(c) == merge(1, 0, offset > 0))) best = c
+      end do
+      associate (child => first_child + best - 1)
+         ! The offset of a child counted by its own spacing is half of that counted by the parent's
+         call put(load, n, share, child, offset - 2*child_offset(p, child, best), half, p)
+      end associate
+   end subroutine put_on_child
+
+   !> Append a point.
+   subroutine put(load, n, share, host, offset, half, p)
+      type(load_t), intent(inout) :: load
+      integer, intent(inout) :: n
+      real(dp), intent(in) :: share
+      integer, intent(in) :: host
+      real(dp), intent(in) :: offset(ndim), half(ndim)
+      type(particles_t), intent(in) :: p
+      n = n + 1
+      load%share(n) = share
+      load%host(n) = host
+      load%offset(:, n) = offset
+      load%half(:, n) = half
+      load%moved(:, n) = point_displacement(load, n, p)
+   end subroutine put
+
+   !> Room for `n` points.
+   subroutine resize(load, n)
+      type(load_t), intent(inout) :: load
+      integer, intent(in) :: n
+      deallocate (load%share, load%host, load%offset, load%half, load%moved)
+      allocate (load%share(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
+   end subroutine resize
+
+   !> After a recombination. `reference` holds the reference positions before it.
+   subroutine follow_recombination(loads, p, reference, new_number)
+      type(load_t), intent(inout) :: loads(:)
+      type(particles_t), intent(in) :: p         !! as it is now
+      real(dp), intent(in) :: reference(:, :)    !! [m], (ndim, old number of particles)
+      integer, intent(in) :: new_number(:)       !! of each particle, or of the one that it is part of
+      type(load_t) :: old
+      integer, allocatable :: point_of(:)
+      logical, allocatable :: is_merged(:)
+      real(dp) :: offset(ndim)
+      integer :: l, k, n, host
+      call find_merged(p%n, new_number, is_merged)
+      allocate (point_of(p%n))
+      do l = 1, size(loads)
+         old = loads(l)
+         point_of = 0
+         n = 0
+         do k = 1, size(old%host)
+            host = new_number(old%host(k))
+            offset = old%offset(:, k) + reference(:, old%host(k)) - p%reference(:, host)
+            if (old%by_mass) offset = 0
+            if (is_merged(host) .and. point_of(host) > 0) then
+               call join(loads(l), point_of(host), old%share(k), offset, old%half(:, k), p)
+            else
+               call put(loads(l), n, old%share(k), host, offset, old%half(:, k), p)
+               point_of(host) = n
+            end if
+         end do
+         old = loads(l)
+         call resize(loads(l), n)
+         loads(l)%share = old%share(:n)
+         loads(l)%host = old%host(:n)
+         loads(l)%offset = old%offset(:, :n)
+         loads(l)%half = old%half(:, :n)
+         loads(l)%moved = old%moved(:, :n)
+      end do
+   end subroutine follow_recombination
+
+   !> Which particles were several before.
+   pure subroutine find_merged(n, new_number, is_merged)
+      integer, intent(in) :: n
+      integer, intent(in) :: new_number(:)
+      logical, allocatable, intent(out) :: is_merged(:)  !! (n)
+      logical, allocatable :: seen(:)
+      integer :: i
+      allocate (seen(n), is_merged(n), source=.false.)
+      do i = 1, size(new_number)
+         is_merged(new_number(i)) = seen(new_number(i))
+         seen(new_number(i)) = .true.
+      end do
+   end subroutine find_merged
+
+   !> Join a point to another one of the same host, in their middle.
+   subroutine join(load, k, share, offset, half, p)
+      type(load_t), intent(inout) :: load
+      integer, intent(in) :: k
+      real(dp), intent(in) :: share, offset(ndim), half(ndim)
+      type(particles_t), intent(in) :: p
+      load%offset(:, k) = (load%share(k)*load%offset(:, k) + share*offset)/(load%share(k) + share)
+      load%share(k) = load%share(k) + share
+      load%half(:, k) = load%half(:, k) + half
+      load%moved(:, k) = point_displacement(load, k, p)
+   end subroutine join
+end module hampm_load_following
