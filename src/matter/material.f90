@@ -1,7 +1,7 @@
 !> A material: its law with its constants, and the stress and energy that follow from the displacement gradient.
 module hampm_material
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_linear_elastic, only: linear_stress, linear_energy_density
+   use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
    use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density
    implicit none
    private
@@ -21,6 +21,7 @@ module hampm_material
       procedure :: conjugate_stress
       procedure :: mapped_stress
       procedure :: energy_density
+      procedure :: stress_energy_density
       procedure :: shear_wave_speed
       procedure :: dilatational_wave_speed
    end type material_t
@@ -94,6 +95,16 @@ contains
          energy_density = neo_hookean_energy_density(self%lambda, self%mu, self%plane_stress, h)
       end if
    end function energy_density
+
+   !> Elastic energy per volume of a small stress [J/m3].
+   pure real(dp) function stress_energy_density(self, stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
+      real(dp) :: lambda
+      lambda = self%lambda
+      if (self%plane_stress .and. .not. self%linear) lambda = 2*lambda*self%mu/(lambda + 2*self%mu)
+      stress_energy_density = linear_stress_energy_density(lambda, self%mu, stress)
+   end function stress_energy_density
 
    !> Speed of shear (rotational) waves [m/s], equation (32).
    pure real(dp) function shear_wave_speed(self)

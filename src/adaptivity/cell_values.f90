@@ -1,0 +1,58 @@
+!> Values by leaf from values by node or particle.
+module hampm_cell_values
+   use hampm_kinds, only: dp, corners
+   use hampm_grid, only: grid_t, most_nodes_of_leaf
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: mean_of_nodes, is_occupied, sum_over_particles
+
+contains
+
+   !> Mean of nodal values over the nodes of a leaf: its corners and the nodes in the middle of its sides.
+   function mean_of_nodes(grid, leaf, nodal) result(mean)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: nodal(:)           !! (n_nodes and more)
+      real(dp) :: mean
+      integer :: node(most_nodes_of_leaf), n
+      call nodes_of_leaf(grid, leaf, n, node)
+      mean = sum(nodal(node(:n)))/n
+   end function mean_of_nodes
+
+   !> The nodes of a leaf.
+   pure subroutine nodes_of_leaf(grid, leaf, n, node)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf
+      integer, intent(out) :: n, node(most_nodes_of_leaf)
+      integer :: e, c
+      n = 0
+      do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
+         do c = 1, corners
+            associate (point => grid%element_nodes(c, e))
+               if (point > grid%n_nodes) cycle
+               if (any(node(:n) == point)) cycle
+               n = n + 1
+               node(n) = point
+            end associate
+         end do
+      end do
+   end subroutine nodes_of_leaf
+
+   !> Whether there are particles in a leaf.
+   pure logical function is_occupied(grid, p, leaf)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: leaf
+      is_occupied = p%cell_start(grid%leaf_element(leaf + 1)) > p%cell_start(grid%leaf_element(leaf))
+   end function is_occupied
+
+   !> Sum of a value over the particles of a leaf.
+   pure real(dp) function sum_over_particles(grid, p, leaf, value) result(total)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: value(:)           !! (n)
+      total = sum(value(p%cell_start(grid%leaf_element(leaf)):p%cell_start(grid%leaf_element(leaf + 1)) - 1))
+   end function sum_over_particles
+end module hampm_cell_values

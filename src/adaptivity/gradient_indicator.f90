@@ -1,0 +1,121 @@
+!> The refinement parameter R of Tan & Nairn, (20)-(23): how far the mean of a field around a node is from its value there.
+module hampm_gradient_indicator
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions
+   use hampm_cell_values, only: is_occupied
+   use hampm_extrapolation, only: extrapolate_lumped
+   use hampm_forest, only: outside
+   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_step, only: motion_t, refresh_grid
+   implicit none
+   private
+   public :: nodal_field, refinement_parameter
+
+contains
+
+   !> A field at the points of the grid, by the lumped mass matrix: 'energy_density' [J/m3], 'stress_norm' [Pa] or 'speed' [m/s].
+   subroutine nodal_field(m, name, phi)
+      type(motion_t), intent(inout) :: m
+      character(*), intent(in) :: name
+      real(dp), allocatable, intent(out) :: phi(:)  !! (n_points)
+      real(dp), allocatable :: value(:)
+      integer :: i
+      allocate (value(m%particles%n), phi(m%grid%n_points))
+      do i = 1, m%particles%n
+         associate (material => m%materials(m%particles%material(i)), h => m%particles%gradient(:, :, i))
+            select case (name)
+            case ('energy_density')
+               value(i) = material%energy_density(h)
+            case ('stress_norm')
+               value(i) = norm2(material%kirchhoff_stress(h))
+            case default
+               value(i) = norm2(m%particles%velocity(:, i))
+            end select
+         end associate
+      end do
+      call refresh_grid(m)
+      call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
+   end subroutine nodal_field
+
+   !> R of each active node (23), 0 where the field is: the mean of phi at the distance of the smallest cell at the node to both
+   !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated; beyond the edge of the
+   !> body it is mirrored, which is exact on a symmetry plane.
+   subroutine refinement_parameter(m, phi, r)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
+      real(dp), allocatable, intent(out) :: r(:) !! [-], (n_points)
+      real(dp) :: mean
+      integer :: a, d
+      allocate (r(m%grid%n_points), source=0.0_dp)
+      associate (all => m%fields%mass_matrix%all)
+         do a = 1, all%n_nodes
+            associate (node => all%nodes(a))
+               if (.not. phi(node) > 0) cycle
+               mean = 0
+               do d = 1, ndim
+                  mean = mean + mean_beside(m, phi, node, d)/ndim
+               end do
+               r(node) = abs(mean/phi(node) - 1)
+            end associate
+         end do
+      end associate
+   end subroutine refinement_parameter
+
+   !> Mean of phi on both sides of a node in direction `d`.
+   real(dp) function mean_beside(m, phi, node, d) result(mean)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: phi(:)
+      integer, intent(in) :: node, d
+      real(dp) :: x(ndim), value(2), distance
+      logical :: inside(2)
+      integer :: side
+      distance = smallest_at(m%grid, node)
+      do side = 1, 2
+         x = m%grid%node_position(:, node)
+         x(d) = x(d) + (2*side - 3)*distance
+         call value_at(m, phi, x, value(side), inside(side))
+      end do
+      if (all(inside)) then
+         mean = sum(value)/2
+      else if (any(inside)) then
+         mean = merge(value(1), value(2), inside(1))
+      else
+         mean = phi(node)
+      end if
+   end function mean_beside
+
+   !> Size of the smallest leaf at a node [m].
+   pure real(dp) function smallest_at(grid, node) result(smallest)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node
+      integer :: c
+      smallest = huge(smallest)
+      do c = 1, corners
+         if (grid%node_slot(c, node) == 0) exit
+         smallest = min(smallest, grid%leaf_size(element_of_slot(grid%node_slot(c, node))))
+      end do
+   end function smallest_at
+
+   !> Value of a nodal field at a place, and whether the place is in or at the edge of an occupied cell.
+   subroutine value_at(m, phi, x, value, inside)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: phi(:)
+      real(dp), intent(in) :: x(ndim)
+      real(dp), intent(out) :: value
+      logical, intent(out) :: inside
+      real(dp) :: probe(ndim)
+      integer :: k, d, e
+      value = 0
+      do k = 0, corners - 1                      ! a place on the edge between cells is in any of them
+         do d = 1, ndim
+            probe(d) = x(d) + (2*ibits(k, d - 1, 1) - 1)*1.0e-3_dp*m%grid%finest_cell
+         end do
+         e = m%grid%element_at(probe)
+         inside = e /= outside
+         if (inside) inside = is_occupied(m%grid, m%particles, m%grid%element_leaf(e))
+         if (.not. inside) cycle
+         value = dot_product(shape_functions(m%grid%local_coordinate(e, x)), phi(m%grid%element_nodes(:, e)))
+         return
+      end do
+   end subroutine value_at
+end module hampm_gradient_indicator

@@ -1,0 +1,280 @@
+!> Cells and particles that refine and recombine by themselves: an indicator marks leaves, the forest follows and is balanced, and
+!> grid and particles follow the forest.
+module hampm_refinement
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_cell_values, only: mean_of_nodes, is_occupied
+   use hampm_error_indicator, only: estimate_errors
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t, level_width, outside
+   use hampm_gradient_indicator, only: nodal_field, refinement_parameter
+   use hampm_matching, only: adopt_forest, match_particles
+   use hampm_step, only: motion_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: refinement_t, refine_at_start, refine, follow_particles
+
+   real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
+
+   type :: refinement_t
+      character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'
+      character(name_len) :: field = ''          !! of 'gradient': 'energy_density', 'stress_norm' or 'speed'
+      real(dp) :: r_crit = 0                     !! of 'gradient': mean R above which a leaf is refined
+      real(dp) :: r_coarsen = 0                  !! and below which a family is recombined
+      real(dp) :: tolerance = 0                  !! of 'zz': relative error in the energy norm
+      integer :: rings = 0                       !! of 'tip': cells around the tip, of every level
+      integer :: max_level = 0
+      real(dp) :: energy_floor = 0               !! part of the largest value below which the field is not looked at
+      real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box in which cells may be refined [m]
+      real(dp) :: upper(ndim) = huge(1.0_dp)
+      integer :: interval = 1                    !! steps between two looks
+      integer :: max_particles = huge(1)
+      logical :: has_tip = .false.
+      real(dp) :: tip(ndim) = 0                  !! crack tip [m]
+      logical :: reached_max_level = .false.     !! whether a leaf would have been refined further
+      logical :: reached_max_particles = .false. !! whether refinement has ended
+      real(dp) :: largest_r = 0                  !! largest mean R of a leaf in the box at the last look
+      real(dp) :: relative_error = 0             !! estimated at the last look, of 'zz'
+      integer :: adaptations = 0                 !! how often the grid has been built anew
+   contains
+      procedure :: is_active
+      procedure :: warning
+   end type refinement_t
+
+contains
+
+   !> Whether cells refine at all.
+   pure logical function is_active(self)
+      class(refinement_t), intent(in) :: self
+      is_active = self%indicator /= 'none' .and. self%max_level > 0
+   end function is_active
+
+   !> Refine before the first step as far as that does not depend on the motion. `adapted` tells whether anything changed.
+   subroutine refine_at_start(r, m, adapted, failure)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(inout) :: m
+      logical, intent(out) :: adapted
+      type(failure_t), intent(inout) :: failure
+      logical :: again
+      adapted = .false.
+      if (r%indicator /= 'tip') return
+      again = r%is_active()
+      do while (again .and. .not. failure%failed())
+         call refine(r, m, again, failure)
+         adapted = adapted .or. again
+      end do
+   end subroutine refine_at_start
+
+   !> After a step in which particles have moved to other cells: split and recombine those that no longer fit.
+   subroutine follow_particles(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      if (.not. m%grid%forest%is_uniform()) call match_particles(m, failure)
+   end subroutine follow_particles
+
+   !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed.
+   subroutine refine(r, m, adapted, failure)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(inout) :: m
+      logical, intent(out) :: adapted
+      type(failure_t), intent(inout) :: failure
+      type(forest_t) :: forest
+      integer, allocatable :: change(:)
+      adapted = .false.
+      allocate (change(m%grid%forest%leaf_count()), source=0)
+      select case (r%indicator)
+      case ('tip')
+         call mark_around_tip(r, m, change)
+      case ('gradient')
+         call mark_by_gradient(r, m, change)
+      case ('zz')
+         call mark_by_error(r, m, change)
+      end select
+      if (all(change == 0)) return
+      forest = m%grid%forest
+      call forest%adapt(change)
+      call forest%balance()
+      if (r%has_tip) call even_out_tip(r%tip, forest)
+      if (forest%same_leaves(m%grid%forest)) return
+      if (would_exceed(r, m, forest)) return
+      call adopt_forest(m, forest, failure)
+      r%adaptations = r%adaptations + 1
+      adapted = .true.
+   end subroutine refine
+
+   !> Whether a leaf may be refined; where only its level stands against it, that is noted.
+   logical function may_refine(r, m, leaf) result(may)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: leaf
+      may = is_occupied(m%grid, m%particles, leaf) .and. is_in_box(r, m, leaf)
+      if (.not. may) return
+      may = m%grid%forest%level_of(leaf) < r%max_level
+      r%reached_max_level = r%reached_max_level .or. .not. may
+   end function may_refine
+
+   !> Whether the middle of a leaf is in the box.
+   pure logical function is_in_box(r, m, leaf)
+      type(refinement_t), intent(in) :: r
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: leaf
+      associate (x => middle_of(m%grid%forest, leaf))
+         is_in_box = all(x >= r%lower .and. x <= r%upper)
+      end associate
+   end function is_in_box
+
+   !> Middle of a leaf [m].
+   pure function middle_of(forest, leaf) result(x)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp) :: x(ndim)
+      x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
+   end function middle_of
+
+   !> Refine the leaves that are within `rings` cells of their own size of the tip, and recombine families that are not within as
+   !> many of the size of their parent.
+   subroutine mark_around_tip(r, m, change)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(in) :: m
+      integer, intent(inout) :: change(:)
+      real(dp) :: distance, edge
+      integer :: leaf
+      do leaf = 1, size(change)
+         distance = maxval(abs(middle_of(m%grid%forest, leaf) - r%tip))
+         edge = m%grid%forest%size_of(leaf)
+         if (distance < r%rings*edge) then
+            if (m%grid%forest%level_of(leaf) >= r%max_level) cycle
+            if (may_refine(r, m, leaf)) change(leaf) = 1
+         else if (distance > (2*r%rings + 1)*edge) then
+            change(leaf) = -1
+         end if
+      end do
+   end subroutine mark_around_tip
+
+   !> Refine the leaves with a mean R above `r_crit`, and recombine those with one below `r_coarsen`.
+   subroutine mark_by_gradient(r, m, change)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(inout) :: m
+      integer, intent(inout) :: change(:)
+      real(dp), allocatable :: phi(:), parameter(:)
+      real(dp) :: mean, least
+      integer :: leaf
+      call nodal_field(m, r%field, phi)
+      call refinement_parameter(m, phi, parameter)
+      least = r%energy_floor*maxval(phi)
+      r%largest_r = 0
+      do leaf = 1, size(change)
+         if (.not. is_occupied(m%grid, m%particles, leaf)) then
+            if (r%r_coarsen > 0) change(leaf) = -1
+            cycle
+         end if
+         mean = mean_of_nodes(m%grid, leaf, parameter)
+         if (mean_of_nodes(m%grid, leaf, phi) <= least) mean = 0
+         if (is_in_box(r, m, leaf)) r%largest_r = max(r%largest_r, mean)
+         if (mean > r%r_crit) then
+            if (may_refine(r, m, leaf)) change(leaf) = 1
+         else if (mean < r%r_coarsen) then
+            change(leaf) = -1
+         end if
+      end do
+   end subroutine mark_by_gradient
+
+   !> As long as the estimated relative error is above `tolerance`, refine the leaves with the largest errors, as few as hold a
+   !> part `marked_part` of its square.
+   subroutine mark_by_error(r, m, change)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(inout) :: m
+      integer, intent(inout) :: change(:)
+      real(dp), allocatable :: squared(:)
+      logical, allocatable :: open(:)
+      real(dp) :: norm, total, found
+      integer :: leaf
+      call estimate_errors(m, squared, norm)
+      total = sum(squared)
+      r%relative_error = 0
+      if (norm + total > 0) r%relative_error = sqrt(total/(norm + total))
+      if (r%relative_error <= r%tolerance) return
+      allocate (open(size(squared)))
+      open = squared > 0
+      found = 0
+      do while (found < marked_part*total .and. any(open))
+         leaf = maxloc(squared, dim=1, mask=open)
+         open(leaf) = .false.
+         found = found + squared(leaf)
+         if (may_refine(r, m, leaf)) change(leaf) = 1
+      end do
+   end subroutine mark_by_error
+
+   !> Refine until the cells at the tip and those around them are of one size, so that the nodes behind and ahead of it are at the
+   !> same distance.
+   subroutine even_out_tip(tip, forest)
+      real(dp), intent(in) :: tip(ndim)          !! [m]
+      type(forest_t), intent(inout) :: forest
+      integer, allocatable :: change(:)
+      integer :: leaf, finest
+      real(dp) :: reach
+      do
+         reach = 0
+         finest = 0
+         do leaf = 1, forest%leaf_count()        ! the coarsest cell at the tip, and the finest at the cells at the tip
+            if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf)) reach = max(reach, forest%size_of(leaf))
+         end do
+         do leaf = 1, forest%leaf_count()
+            if (distance_to(leaf) < 1.000001_dp*reach) finest = max(finest, forest%level_of(leaf))
+         end do
+         allocate (change(forest%leaf_count()), source=0)
+         do leaf = 1, size(change)
+            if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf) .and. forest%level_of(leaf) < finest) change(leaf) = 1
+         end do
+         if (all(change == 0)) return
+         call forest%adapt(change)
+         call forest%balance()
+         deallocate (change)
+      end do
+   contains
+      !> Distance of the tip from a leaf [m].
+      pure real(dp) function distance_to(leaf) result(distance)
+         integer, intent(in) :: leaf
+         distance = maxval(abs(middle_of(forest, leaf) - tip)) - 0.5_dp*forest%size_of(leaf)
+      end function distance_to
+   end subroutine even_out_tip
+
+   !> Whether a forest would need more particles than allowed; refinement then ends.
+   logical function would_exceed(r, m, forest) result(exceeds)
+      type(refinement_t), intent(inout) :: r
+      type(motion_t), intent(in) :: m
+      type(forest_t), intent(in) :: forest
+      real(dp) :: particles
+      integer :: i, leaf
+      particles = 0
+      associate (p => m%particles)
+         do i = 1, p%n
+            leaf = forest%leaf_at(p%place_in_grid(i))
+            if (leaf == outside) cycle
+            particles = particles + real(2**ndim, dp)**max(0, forest%level_of(leaf) - level_of_particle(i))
+         end do
+      end associate
+      exceeds = particles > r%max_particles
+      r%reached_max_particles = r%reached_max_particles .or. exceeds
+   contains
+      pure integer function level_of_particle(i) result(level)
+         integer, intent(in) :: i
+         level = 0
+         if (allocated(m%particles%level)) level = m%particles%level(i)
+      end function level_of_particle
+   end function would_exceed
+
+   !> What the user should know at the end; '' where there is nothing.
+   function warning(self) result(text)
+      class(refinement_t), intent(in) :: self
+      character(:), allocatable :: text
+      text = ''
+      if (self%reached_max_particles) then
+         text = 'refinement ended at &refine max_particles = '//to_text(self%max_particles)// &
+                ': cells that would have been refined further were not'
+      else if (self%reached_max_level) then
+         text = 'refinement reached &refine max_level = '//to_text(self%max_level)// &
+                ': cells that would have been refined further were not'
+      end if
+   end function warning
+end module hampm_refinement
