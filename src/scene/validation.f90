@@ -145,7 +145,7 @@ contains
       if (status == is_number .and. .not. in_interval(number, trim(key%allowed))) then
          message = must_be(key)
       else if (status == is_extreme .and. key%kind == kind_integer) then
-         message = must_be(key)//' and below 1e9'
+         message = must_be(key)//' and at most '//to_text(huge(1))
       else if (status == is_extreme) then
          message = must_be(key)//', finite and in size 0 or from 1e-100 to 1e100'
       else if (status == is_no_number) then

@@ -78,7 +78,7 @@ contains
       end if
    end function unsigned
 
-   !> Read an integer of at most 9 digits, into a real number, which holds it exactly.
+   !> Read an integer that an integer variable can hold, into a real number, which holds it exactly.
    pure subroutine parse_integer(text, number, status)
       character(*), intent(in) :: text
       real(dp), intent(out) :: number
@@ -87,7 +87,7 @@ contains
       status = is_no_number
       if (len(text) == 0 .or. verify(unsigned(text), '0123456789') > 0) return
       call parse_real(text, number, status)
-      if (abs(number) >= 1e9_dp) status = is_extreme
+      if (abs(number) > huge(1)) status = is_extreme
    end subroutine parse_integer
 
    !> Whether a number lies in an interval in the notation `[0, 0.5)`, `(0, inf)`.
