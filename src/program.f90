@@ -7,6 +7,7 @@ module hampm_program
    use hampm_reading, only: read_scene
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build, run, summary, solver_report
+   use hampm_text, only: to_text
    use hampm_version, only: version
    implicit none
    private
@@ -41,7 +42,7 @@ contains
       call build(scene, options%threads, simulation, failure)
       if (failure%failed()) return
       if (options%check) then
-         write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(simulation)
+         write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(scene, simulation)
       else
          call run(simulation, options%output, options%quiet, failure)
          report = solver_report(simulation)
@@ -51,11 +52,24 @@ contains
    end subroutine simulate
 
    !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
-   function summary_as_comments(simulation) result(text)
+   function summary_as_comments(scene, simulation) result(text)
+      type(scene_t), intent(in) :: scene
       type(simulation_t), intent(in) :: simulation
       character(:), allocatable :: text
-      text = with_prefix('! ', summary(simulation))
+      text = with_prefix('! ', summary(simulation)//refinement_summary(scene))
    end function summary_as_comments
+
+   !> How cells refine, and how deep; no line where they do not.
+   pure function refinement_summary(scene) result(text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: text
+      text = ''
+      associate (refine => scene%refine)
+         if (refine%indicator == 'none') return
+         text = 'refinement      '//trim(refine%indicator)//', at most '//to_text(refine%max_level)//' levels, to cells of '// &
+                to_text(scale(scene%grid%cell, -refine%max_level))//' m'//new_line('a')
+      end associate
+   end function refinement_summary
 
    !> Print every line of a message to the standard error, behind the name of the program.
    subroutine print_message(message)

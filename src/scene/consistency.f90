@@ -3,9 +3,10 @@
 module hampm_consistency
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_kinds, only: dp, name_len
-   use hampm_load_consistency, only: check_constraints, check_loads
+   use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, point_text
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, point_text
+   use hampm_refine_consistency, only: check_refine
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text, did_you_mean
@@ -24,13 +25,15 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      logical :: has_grid
+      logical :: has_grid, has_bodies
       integer :: before
       call check_materials(scene, settings, mistakes)
       before = mistakes%count
       call check_grid(scene, settings, mistakes, has_grid)
       call check_bodies(scene, settings, has_grid, mistakes)
       if (has_grid .and. mistakes%count == before) call check_particle_number(scene, settings, mistakes)
+      has_bodies = has_grid .and. bodies_good(settings) .and. mistakes%count == before
+      call check_refine(scene, settings, has_bodies, mistakes)
       call check_constraints(scene, settings, has_grid, mistakes)
       call check_loads(scene, settings, has_grid, mistakes)
       call check_crack(scene, settings, has_grid, mistakes)
@@ -161,10 +164,9 @@ contains
       do i = 1, size(scene%bodies)
          b = settings%find('body', i)
          if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper') .and. settings%good(b, 'points_per_cell'))) return
-         particles = particles + product((scene%bodies(i)%upper - scene%bodies(i)%lower)/scene%grid%cell &
-                                         *scene%bodies(i)%points_per_cell)
+         particles = particles + particle_number(scene%bodies(i), scene%grid%cell)
          if (particles <= most_particles) cycle
-         call settings%complain(mistakes, b, 'points_per_cell', 'there would be '//to_text(anint(particles))// &
+         call settings%complain(mistakes, b, 'points_per_cell', 'there would be '//to_text(particles)// &
                                 ' material points; their number must be in [1, 2e9]')
          return
       end do

@@ -49,6 +49,7 @@ module hampm_keys
       group_t('load', repeats, is_optional, 'a force on the material, with its history in time'), &
       group_t('damping', once, is_assumed, 'a force -rate*m*v on all material'), &
       group_t('method', once, is_assumed, 'how the equations of motion are integrated'), &
+      group_t('refine', once, is_optional, 'where cells refine; without this group they never do'), &
       group_t('crack', once, is_optional, 'the crack; without this group the scene has none'), &
       group_t('energy_release', once, is_assumed, 'which energy quantities are recorded'), &
       group_t('output', once, is_assumed, 'what is written, and how often')]
@@ -142,6 +143,30 @@ module hampm_keys
             any_number, 'and its upper corner; needed there'), &
       key_t('method', 'solver', kind_name, 1, 1, may, 'cg', '', '', &
             'cg|umfpack|banded', 'of the equations with a full, partial or blended mass matrix'), &
+      key_t('refine', 'indicator', kind_name, 1, 1, may, 'none', 'gradient', '', &
+            'none|gradient|zz|tip', 'what tells which cells refine: gradients, the estimated error, the distance to the tip'), &
+      key_t('refine', 'field', kind_name, 1, 1, may, 'energy_density', '', '', &
+            'energy_density|stress_norm|speed', 'of indicator = ''gradient'': the field whose gradients count'), &
+      key_t('refine', 'r_crit', kind_real, 1, 1, may, '0.03', '', '', &
+            positive, 'of ''gradient'': cells whose mean R is above it refine'), &
+      key_t('refine', 'r_coarsen', kind_real, 1, 1, may, '0.0', '', '', &
+            not_negative, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit'), &
+      key_t('refine', 'tolerance', kind_real, 1, 1, may, '0.02', '', '', &
+            '(0, 1)', 'of ''zz'': relative error in the energy norm that is aimed at'), &
+      key_t('refine', 'rings', kind_integer, 1, 1, may, '4', '', '', &
+            '[1, 1000]', 'of ''tip'': cells within so many cells of the crack tip refine, level by level'), &
+      key_t('refine', 'max_level', kind_integer, 1, 1, may, '4', '', '', &
+            '[0, 20]', 'how often a root cell may be divided; its size is halved each time'), &
+      key_t('refine', 'energy_floor', kind_real, 1, 1, may, '1e-3', '', '', &
+            '[0, 1)', 'cells below this part of the largest energy density do not refine'), &
+      key_t('refine', 'region_lower', kind_real, 0, ndim, may, '', '0.04, 0.0', 'm', &
+            any_number, 'lower corner of the box in which cells may refine; without limit by default'), &
+      key_t('refine', 'region_upper', kind_real, 0, ndim, may, '', '0.06, 0.01', 'm', &
+            any_number, 'and its upper corner'), &
+      key_t('refine', 'interval', kind_integer, 1, 1, may, '10', '', '', &
+            '[1, inf)', 'steps between looks at the indicator'), &
+      key_t('refine', 'max_particles', kind_integer, 1, 1, may, '1000000', '', '', &
+            '[1, 2e9]', 'refinement ends, with a warning, where there would be more material points'), &
       key_t('crack', 'kind', kind_name, 1, 1, may, 'symmetry', '', '', &
             'symmetry', 'along the constrained edge of a symmetric half'), &
       key_t('crack', 'tip', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &

@@ -8,7 +8,7 @@ module hampm_load_consistency
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_constraints, check_loads
+   public :: check_constraints, check_loads, bodies_good
 
 contains
 

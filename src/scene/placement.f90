@@ -6,7 +6,7 @@ module hampm_placement
    use hampm_text, only: to_text
    implicit none
    private
-   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, point_text
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text
 
 contains
 
@@ -65,6 +65,13 @@ contains
       at_end = abs(lower - body%lower) <= tol .or. abs(lower - body%upper) <= tol
       on_face = count(flat) == 1 .and. all(at_end .or. .not. flat) .and. within(lower, upper, body%lower, body%upper, tol)
    end function on_face
+
+   !> Number of material points that a body is filled with; a real number, because an integer might not hold it.
+   pure real(dp) function particle_number(body, cell)
+      type(body_t), intent(in) :: body
+      real(dp), intent(in) :: cell                 !! size of a root cell [m]
+      particle_number = product(max(anint((body%upper - body%lower)/(cell/body%points_per_cell)), 1.0_dp))
+   end function particle_number
 
    !> A position as text.
    pure function point_text(point) result(text)

@@ -7,7 +7,7 @@ module hampm_reading
    use hampm_namelist_file, only: read_text, scan_namelist
    use hampm_namelist_text, only: canonical_text
    use hampm_overrides, only: override
-   use hampm_scene, only: scene_t, material_spec_t, body_t, constraint_spec_t, load_spec_t
+   use hampm_scene, only: scene_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, refine_t
    use hampm_settings, only: settings_t
    use hampm_text, only: string_t
    use hampm_validation, only: validate
@@ -127,6 +127,7 @@ contains
       scene%method%full_lower = vector(settings, b, 'full_lower')
       scene%method%full_upper = vector(settings, b, 'full_upper')
       scene%method%solver = settings%text(b, 'solver')
+      call fill_refine(settings, settings%find('refine', 1), scene%refine)
       b = settings%find('crack', 1)
       scene%crack%present = b > 0
       scene%crack%kind = settings%text(b, 'kind')
@@ -144,9 +145,30 @@ contains
       scene%output%snapshot_interval = settings%number(b, 'snapshot_interval')
    end subroutine fill_single
 
-   pure subroutine fill_material(settings, b, material)
+   !> How cells refine. Without the group nothing is set: no indicator, no limit of the region.
+   pure subroutine fill_refine(settings, b, refine)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: b                     !! position of the group, here and below
+      type(refine_t), intent(inout) :: refine
+      refine%present = b > 0
+      if (.not. refine%present) return
+      refine%indicator = settings%text(b, 'indicator')
+      refine%field = settings%text(b, 'field')
+      refine%r_crit = settings%number(b, 'r_crit')
+      refine%r_coarsen = settings%number(b, 'r_coarsen')
+      refine%tolerance = settings%number(b, 'tolerance')
+      refine%rings = nint(settings%number(b, 'rings'))
+      refine%max_level = nint(settings%number(b, 'max_level'))
+      refine%energy_floor = settings%number(b, 'energy_floor')
+      if (size(settings%numbers(b, 'region_lower')) == ndim) refine%region_lower = settings%numbers(b, 'region_lower')
+      if (size(settings%numbers(b, 'region_upper')) == ndim) refine%region_upper = settings%numbers(b, 'region_upper')
+      refine%interval = nint(settings%number(b, 'interval'))
+      refine%max_particles = nint(settings%number(b, 'max_particles'))
+   end subroutine fill_refine
+
+   pure subroutine fill_material(settings, b, material)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b
       type(material_spec_t), intent(inout) :: material
       material%name = settings%text(b, 'name')
       material%law = settings%text(b, 'law')

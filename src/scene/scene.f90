@@ -5,7 +5,7 @@ module hampm_scene
    implicit none
    private
    public :: scene_t, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, method_t, crack_spec_t, energy_release_t, output_t
+             damping_t, method_t, refine_t, crack_spec_t, energy_release_t, output_t
 
    type :: run_t
       character(path_len) :: title = ''
@@ -74,6 +74,22 @@ module hampm_scene
       character(name_len) :: solver = 'cg'       !! 'cg', 'umfpack' or 'banded'
    end type method_t
 
+   type :: refine_t
+      logical :: present = .false.               !! whether the scene has the group
+      character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'; 'none' where the group is absent
+      character(name_len) :: field = ''          !! of gradient: 'energy_density', 'stress_norm' or 'speed'
+      real(dp) :: r_crit = 0                     !! of gradient: mean R of a cell above which it refines [-]
+      real(dp) :: r_coarsen = 0                  !! of gradient: R below which families recombine, 0: never [-]
+      real(dp) :: tolerance = 0                  !! of zz: relative error in the energy norm [-]
+      integer :: rings = 0                       !! of tip: distance from the tip, in cells of each level
+      integer :: max_level = 0                   !! level of the finest cells, 0: the root cells
+      real(dp) :: energy_floor = 0               !! part of the largest energy density below which cells do not refine [-]
+      real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
+      real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
+      integer :: interval = 1                    !! steps between looks at the indicator
+      integer :: max_particles = 0               !! refinement ends where there would be more particles
+   end type refine_t
+
    type :: crack_spec_t
       logical :: present = .false.               !! whether the scene has a crack
       character(name_len) :: kind = ''           !! 'symmetry'
@@ -104,6 +120,7 @@ module hampm_scene
       type(load_spec_t), allocatable :: loads(:)
       type(damping_t) :: damping
       type(method_t) :: method
+      type(refine_t) :: refine
       type(crack_spec_t) :: crack
       type(energy_release_t) :: energy_release
       type(output_t) :: output

@@ -63,12 +63,29 @@ GOOD = """\
 /
 """
 
+REFINE = """\
+&refine
+  indicator = 'gradient'
+  field = 'energy_density'
+  r_crit = 0.03
+  r_coarsen = 0.0
+  tolerance = 0.02
+  rings = 4
+  max_level = 4
+  energy_floor = 1e-3
+  region_lower = 0.04, 0.0
+  region_upper = 0.06, 0.01
+  interval = 10
+  max_particles = 1000000
+/
+"""
 
-def changed(*replacements):
-    """The good scene after replacements `(old, new)`, each of which must apply at exactly one place."""
-    text = GOOD
+
+def changed(*replacements, scene=GOOD):
+    """A scene after replacements `(old, new)`, each of which must apply at exactly one place."""
+    text = scene
     for old, new in replacements:
-        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in the good scene"
+        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in the scene"
         text = text.replace(old, new)
     return text
 

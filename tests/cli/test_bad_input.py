@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from base_case import GOOD, changed, line_of
+from base_case import GOOD, REFINE, changed, line_of
 
 BODY = "  lower = 0.0, 0.0\n  upper = 0.1, 0.01\n"
 TRACTION = "  kind = 'traction'\n  lower = 0.0, 0.0\n  upper = 0.0, 0.01\n"
@@ -139,6 +139,43 @@ CONSISTENCY = [
     ("file = 'beam.h5'", "file = '../beam.h5'", "file", "must be the name of a file, not empty and without folders"),
 ]
 
+# The same in a scene whose cells refine.
+REFINEMENT = [
+    ("'gradient'", "'gradent'", "indicator", "&refine indicator = 'gradent': must be 'none', 'gradient', 'zz' or 'tip'; did you mean"),
+    ("'gradient'", "gradient", "indicator", "indicator = gradient: must be in quotes: 'gradient'"),
+    ("'energy_density'", "'energy'", "field", "must be 'energy_density', 'stress_norm' or 'speed'"),
+    ("r_crit = 0.03", "r_crit = 0", "r_crit", "&refine r_crit = 0: must be in (0, inf)"),
+    ("r_crit = 0.03", "rcrit = 0.03", "rcrit", "&refine has no key 'rcrit'; did you mean 'r_crit'?"),
+    ("r_coarsen = 0.0", "r_coarsen = -0.01", "r_coarsen", "r_coarsen = -0.01: must be in [0, inf)"),
+    ("r_coarsen = 0.0", "r_coarsen = 0.03", "r_coarsen", "r_coarsen = 0.03: must be below r_crit = 0.03"),
+    ("r_coarsen = 0.0", "r_coarsen = 1", "r_coarsen", "r_coarsen = 1: must be below r_crit = 0.03"),
+    ("tolerance = 0.02", "tolerance = 0", "tolerance", "tolerance = 0: must be in (0, 1)"),
+    ("tolerance = 0.02", "tolerance = 1", "tolerance", "tolerance = 1: must be in (0, 1)"),
+    ("rings = 4", "rings = 0", "rings", "rings = 0: must be an integer in [1, 1000]"),
+    ("rings = 4", "rings = 1001", "rings", "rings = 1001: must be an integer in [1, 1000]"),
+    ("rings = 4", "rings = 4.5", "rings", "rings = 4.5: must be an integer in [1, 1000] (it is no integer)"),
+    ("max_level = 4", "max_level = -1", "max_level", "max_level = -1: must be an integer in [0, 20]"),
+    ("max_level = 4", "max_level = 21", "max_level", "max_level = 21: must be an integer in [0, 20]"),
+    ("energy_floor = 1e-3", "energy_floor = -1e-3", "energy_floor", "energy_floor = -1e-3: must be in [0, 1)"),
+    ("energy_floor = 1e-3", "energy_floor = 1", "energy_floor", "energy_floor = 1: must be in [0, 1)"),
+    ("interval = 10\n", "interval = 0\n", "interval = 0\n", "&refine interval = 0: must be an integer in [1, inf)"),
+    ("max_particles = 1000000", "max_particles = 0", "max_particles", "max_particles = 0: must be an integer in [1, 2e9]"),
+    ("max_particles = 1000000", "max_particles = 2000000001", "max_particles", "must be an integer in [1, 2e9]"),
+    ("max_particles = 1000000", "max_particles = 2559", "max_particles", "number of material points that the scene begins with, 2560"),
+    ("region_lower = 0.04, 0.0", "region_lower = 0.04", "region_lower", "must have 2 values, or none for no limit, not 1"),
+    ("region_upper = 0.06, 0.01", "region_upper = 3*0.1", "region_upper", "may have at most 2 values; each must be in (-inf, inf) [m]"),
+    ("region_upper = 0.06, 0.01", "region_upper = 0.06", "region_upper", "must have 2 values, or none for no limit, not 1"),
+    ("region_upper = 0.06, 0.01", "region_upper = 0.06, 0.0", "region_upper", "must be above region_lower = (0.04, 0.0) in every"),
+    ("region_upper = 0.06, 0.01", "region_upper = 0.03, 0.01", "region_upper", "must be above region_lower = (0.04, 0.0) in every"),
+    ("0.04, 0.0\n  region_upper = 0.06, 0.01", "0.1, 0.0", "region_lower", "must contain material of a body"),
+    ("region_lower = 0.04, 0.0\n  region_upper = 0.06, 0.01", "region_upper = 0.1, -0.01", "region_upper", "must contain material"),
+    ("0.0\n  region_upper = 0.06, 0.01", "-1\n  region_upper = 0.06, -0.5", "region_lower", "must contain material of a body"),
+    ("points_per_cell = 2", "points_per_cell = 3", "points_per_cell", "&body points_per_cell = 3: must be even (2, 4, ...)"),
+    ("  max_particles = 1000000\n/\n", "  max_particles = 1000000\n", "&refine", "&refine: its '/' is missing"),
+    ("&refine", "&refien", "&refien", "there is no group &refien; did you mean 'refine'?"),
+    ("1000000\n/", "1000000\n/\n&refine /", "&refine /", "&refine stands a second time"),
+]
+
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), VALUES + SYNTAX + CONSISTENCY)
 def test_one_mistake_is_refused_with_its_line(hampm, tmp_path, old, new, fragment, phrase):
@@ -148,6 +185,15 @@ def test_one_mistake_is_refused_with_its_line(hampm, tmp_path, old, new, fragmen
     if fragment in new:
         line += new[: new.index(fragment)].count("\n")
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: ", phrase)
+
+
+@pytest.mark.parametrize(("old", "new", "fragment", "phrase"), REFINEMENT)
+def test_one_mistake_of_refinement_is_refused_alone_with_its_line(hampm, tmp_path, old, new, fragment, phrase):
+    text = changed((old, new), scene=GOOD + REFINE)
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
+    assert len(result.stderr.splitlines()) == 1
 
 
 def test_a_single_mistake_gives_a_single_line(hampm, tmp_path):
@@ -204,6 +250,30 @@ def test_estimators_and_the_dcb_need_a_crack(hampm, tmp_path):
     start = GOOD.index("&crack")
     (tmp_path / "case.nml").write_text(GOOD[:start] + GOOD[GOOD.index("&energy_release") :])
     assert_refused(hampm("case.nml"), 2, "'nodal_force' and 'stress_closure' need a group &crack", "'dcb' needs a group &crack")
+
+
+def test_refinement_by_the_distance_to_the_tip_needs_a_crack(hampm, tmp_path):
+    text = GOOD[: GOOD.index("&crack")] + REFINE.replace("gradient", "tip")
+    (tmp_path / "case.nml").write_text(text)
+    line = line_of(text, "indicator = 'tip'")
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &refine indicator = 'tip': 'tip' needs a group &crack")
+
+
+def test_every_body_needs_an_even_number_of_points_where_cells_refine(hampm, tmp_path):
+    bodies = changed(("reference = 'dcb'", "reference = 'none'"), ("upper = 0.1, 0.01", "upper = 0.07, 0.01"))
+    other = "&body material = 'aluminium' lower = 0.07, 0.0 upper = 0.1, 0.01 points_per_cell = 1 /\n"
+    (tmp_path / "case.nml").write_text(bodies + other + REFINE)
+    line = line_of(bodies + other, "points_per_cell = 1")
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &body points_per_cell = 1: must be even (2, 4, ...)")
+
+
+def test_mistakes_of_other_groups_do_not_spread_to_refinement(hampm, tmp_path):
+    """What the region and the number of points are checked against is unknown here."""
+    text = changed(("upper = 0.1, 0.01", "upper = 0.1"), ("points_per_cell = 2", "points_per_cell = 0"), scene=GOOD + REFINE)
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, "&body upper = 0.1: must have 2 values", "&body points_per_cell = 0: must be an integer in [1, 16]")
+    assert "&refine" not in result.stderr
 
 
 @pytest.mark.parametrize("group", ["run", "grid", "material", "body"])

@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from base_case import GOOD, changed
+from base_case import GOOD, REFINE, changed
 
 
 @pytest.fixture
@@ -74,6 +74,53 @@ def test_check_tells_what_a_run_would_do_below_the_scene(check):
     assert float(facts["time step"][0]) == pytest.approx(longest_step, rel=1e-12)
     assert int(facts["steps"][0]) == math.ceil(1.5e-3 / longest_step)
     assert float(facts["G_ref"][0]) == pytest.approx(12 * 0.05**2 / (70e9 * 0.01**2 * 0.01**3), rel=1e-12)
+
+
+def test_check_tells_how_cells_refine_and_how_deep(check):
+    def refinement(text):
+        return [line[18:] for line in check(text).splitlines() if line.startswith("! refinement ")]
+
+    assert refinement(GOOD) == []
+    assert refinement(GOOD + REFINE.replace("gradient", "none")) == []
+    (line,) = refinement(GOOD + REFINE.replace("gradient", "zz"))
+    assert re.match(r"zz, at most 4 levels, to cells of (\S+) m", line)
+    assert float(line.split()[-2]) == 1.25e-3 / 2**4
+
+
+@pytest.mark.parametrize("indicator", ["none", "gradient", "zz", "tip"])
+def test_refinement_by_every_indicator(check, indicator):
+    scene = check(GOOD + REFINE.replace("gradient", indicator))
+    assert value_of(scene, "refine", "indicator") == f"'{indicator}'"
+    assert check(scene) == scene
+
+
+def test_refinement_has_defaults_and_no_region(check):
+    scene = check(GOOD + "&refine /\n")
+    assert value_of(scene, "refine", "indicator") == "'none'"
+    assert value_of(scene, "refine", "region_lower") == value_of(scene, "refine", "region_upper") == ""
+    assert value_of(scene, "refine", "interval") == "10"
+    assert int(value_of(scene, "refine", "max_particles")) == 1_000_000
+    assert check(scene) == scene
+
+
+@pytest.mark.parametrize(
+    "limit", ["region_lower = 0.05, -1", "region_upper = 0.05, 1", "max_particles = 2000000000", "max_particles = 2560"]
+)
+def test_a_region_may_be_open_and_limits_may_be_reached(check, limit):
+    scene = check(GOOD + f"&refine indicator = 'gradient' {limit} /\n")
+    assert check(scene) == scene
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "indicator = 'none' max_particles = 1 region_lower = 1, 1 region_upper = 0, 0 r_coarsen = 1",
+        "indicator = 'tip' r_coarsen = 1 max_level = 0",
+        "indicator = 'zz' r_coarsen = 1 max_level = 0",
+    ],
+)
+def test_keys_that_an_indicator_does_not_use_have_no_meaning(check, keys):
+    check(changed(("points_per_cell = 2", "points_per_cell = 3")) + f"&refine {keys} /\n")
 
 
 def test_values_that_stand_for_others_are_resolved(check):
