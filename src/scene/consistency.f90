@@ -42,7 +42,7 @@ contains
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency
 
-   !> A partial mass matrix needs a box with cells in it.
+   !> A partial mass matrix needs cells in which it is full.
    pure subroutine check_mass(scene, settings, has_grid, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
@@ -50,15 +50,30 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       integer :: b
       b = settings%find('method', 1)
-      if (scene%method%mass /= 'partial' .or. .not. has_grid) return
-      if (.not. (settings%good(b, 'mass') .and. settings%good(b, 'full_lower') .and. settings%good(b, 'full_upper'))) return
+      if (scene%method%mass /= 'partial') return
+      select case (scene%method%full_region)
+       case ('box')
+         if (has_grid) call check_full_box(scene, settings, b, mistakes)
+       case ('refined')
+         if (scene%refine%indicator == 'none') call settings%complain(mistakes, b, 'full_region', &
+            '''refined'' needs a group &refine with an indicator other than ''none''')
+      end select
+   end subroutine check_mass
+
+   !> The box in which a partial mass matrix is full has cells in it.
+   pure subroutine check_full_box(scene, settings, b, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b                     !! position of the group &method
+      type(mistakes_t), intent(inout) :: mistakes
+      if (.not. (settings%good(b, 'full_lower') .and. settings%good(b, 'full_upper'))) return
       associate (grid => scene%grid, lower => scene%method%full_lower, upper => scene%method%full_upper)
          if (any(upper - lower < grid%cell) .or. any(upper < grid%lower + grid%cell) &
              .or. any(lower > grid%lower + (grid%cells - 1)*grid%cell)) &
             call settings%complain(mistakes, b, 'full_upper', 'must give with full_lower a box of at least one cell '// &
                                    'within the grid, for mass = ''partial''')
       end associate
-   end subroutine check_mass
+   end subroutine check_full_box
 
    !> Materials need different names, and bodies name one of them.
    pure subroutine check_materials(scene, settings, mistakes)

@@ -137,8 +137,10 @@ module hampm_keys
             '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
       key_t('method', 'blend', kind_real, 1, 1, may, '0.5', '', '', &
             '[0, 1]', 'of mass = ''blend'': part that is lumped'), &
+      key_t('method', 'full_region', kind_name, 1, 1, may, 'box', '', '', &
+            'box|refined', 'of mass = ''partial'': it is full in a box, or in the cells that are refined'), &
       key_t('method', 'full_lower', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'of mass = ''partial'': lower corner of the box in which it is full'), &
+            any_number, 'of full_region = ''box'': lower corner of the box in which it is full'), &
       key_t('method', 'full_upper', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
             any_number, 'and its upper corner; needed there'), &
       key_t('method', 'solver', kind_name, 1, 1, may, 'cg', '', '', &

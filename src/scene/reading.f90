@@ -124,6 +124,7 @@ contains
       scene%method%mass = settings%text(b, 'mass')
       scene%method%order = nint(settings%number(b, 'order'))
       scene%method%blend = settings%number(b, 'blend')
+      scene%method%full_region = settings%text(b, 'full_region')
       scene%method%full_lower = vector(settings, b, 'full_lower')
       scene%method%full_upper = vector(settings, b, 'full_upper')
       scene%method%solver = settings%text(b, 'solver')

@@ -69,7 +69,8 @@ module hampm_scene
       character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
       integer :: order = 1                       !! of fmpm
       real(dp) :: blend = 0                      !! lumped part [-]
-      real(dp) :: full_lower(ndim) = 0           !! box of a partial mass matrix [m]
+      character(name_len) :: full_region = 'box' !! of a partial mass matrix: 'box' or 'refined'
+      real(dp) :: full_lower(ndim) = 0           !! box in which it is full [m]
       real(dp) :: full_upper(ndim) = 0           !! [m]
       character(name_len) :: solver = 'cg'       !! 'cg', 'umfpack' or 'banded'
    end type method_t

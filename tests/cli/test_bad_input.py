@@ -132,6 +132,14 @@ CONSISTENCY = [
     ("direction = 1.0, 0.0", "direction = 2*0.0", "direction", "must be along a grid line"),
     ("force = 0.0, 1.0", "force = 1.0, 0.0", "reference =", "'dcb' needs a &load with a force normal to the crack"),
     ("reference = 'dcb'", "reference = 'value'", "&energy_release", "must be in (0, inf) [J/m2] for reference = 'value'"),
+    ("'musl'", "'musl'\n  mass = 'partial'", "&method", "full_upper = 0.0, 0.0 (default): must give with full_lower a box of at least"),
+    (
+        "'musl'",
+        "'musl'\n  mass = 'partial'\n  full_region = 'refined'",
+        "full_region",
+        "full_region = 'refined': 'refined' needs a group &refine with an indicator other than 'none'",
+    ),
+    ("'musl'", "'musl' full_region = 'refind'", "full_region", "must be 'box' or 'refined'; did you mean 'refined'?"),
     ("history_interval = 1e-6", "history_interval = 1", "history_interval", "must be in [0, end_time = 0.0015] [s]"),
     ("history_interval = 1e-6", "history_interval = 1e-60", "history_interval", "must be at least a 1e-8 part of end_time"),
     ("snapshot_interval = 1e-4", "snapshot_interval = 2e-3", "snapshot", "must be in [0, end_time = 0.0015] [s]"),
@@ -259,6 +267,14 @@ def test_refinement_by_the_distance_to_the_tip_needs_a_crack(hampm, tmp_path):
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &refine indicator = 'tip': 'tip' needs a group &crack")
 
 
+def test_a_mass_matrix_that_is_full_where_cells_refine_needs_cells_that_do(hampm, tmp_path):
+    method = ("'musl'", "'musl'\n  mass = 'partial'\n  full_region = 'refined'")
+    text = changed(method, ("'gradient'", "'none'"), scene=GOOD + REFINE)
+    (tmp_path / "case.nml").write_text(text)
+    line = line_of(text, "full_region")
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &method full_region = 'refined': 'refined' needs a group &refine with")
+
+
 def test_every_body_needs_an_even_number_of_points_where_cells_refine(hampm, tmp_path):
     bodies = changed(("reference = 'dcb'", "reference = 'none'"), ("upper = 0.1, 0.01", "upper = 0.07, 0.01"))
     other = "&body material = 'aluminium' lower = 0.07, 0.0 upper = 0.1, 0.01 points_per_cell = 1 /\n"
@@ -274,6 +290,15 @@ def test_mistakes_of_other_groups_do_not_spread_to_refinement(hampm, tmp_path):
     result = hampm("case.nml")
     assert_refused(result, 2, "&body upper = 0.1: must have 2 values", "&body points_per_cell = 0: must be an integer in [1, 16]")
     assert "&refine" not in result.stderr
+
+
+def test_a_wrong_indicator_is_one_mistake(hampm, tmp_path):
+    """A mass matrix that is full where cells refine does not count it as no indicator."""
+    method = ("'musl'", "'musl' mass = 'partial' full_region = 'refined'")
+    (tmp_path / "case.nml").write_text(changed(method, ("'gradient'", "'gradent'"), scene=GOOD + REFINE))
+    result = hampm("case.nml")
+    assert_refused(result, 2, "&refine indicator = 'gradent'")
+    assert len(result.stderr.splitlines()) == 1
 
 
 @pytest.mark.parametrize("group", ["run", "grid", "material", "body"])

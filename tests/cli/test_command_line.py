@@ -94,6 +94,18 @@ def test_refinement_by_every_indicator(check, indicator):
     assert check(scene) == scene
 
 
+def test_the_mass_matrix_may_be_full_where_cells_refine(check):
+    method = ("'musl'", "'musl' mass = 'partial' full_region = 'refined'")
+    scene = check(changed(method, scene=GOOD + REFINE))
+    assert value_of(scene, "method", "full_region") == "'refined'"
+    assert value_of(check(GOOD), "method", "full_region") == "'box'"
+    assert check(scene) == scene
+
+
+def test_the_region_of_another_mass_matrix_has_no_meaning(check):
+    check(changed(("'musl'", "'musl' full_region = 'refined'")))
+
+
 def test_refinement_has_defaults_and_no_region(check):
     scene = check(GOOD + "&refine /\n")
     assert value_of(scene, "refine", "indicator") == "'none'"
