@@ -11,22 +11,24 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_material, only: new_material
    use hampm_particles, only: particles_t, new_particles, sort_into_cells
+   use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t, body_t
    use hampm_step, only: motion_t, start_motion
    use hampm_text, only: to_text
    implicit none
    private
-   public :: assemble
+   public :: assemble, place_crack
 
 contains
 
-   !> Build the motion and the crack of a scene. Fails where memory does not suffice or a part of the scene meets nothing.
-   subroutine assemble(scene, motion, crack, failure)
+   !> Build the motion of a scene and its refinement. Fails where memory does not suffice or a part of the scene meets nothing.
+   subroutine assemble(scene, motion, refinement, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(out) :: motion
-      type(crack_t), intent(out) :: crack
+      type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
       integer :: k
+      refinement = refinement_of(scene)
       call build_grid(forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells), motion%grid, failure)
       if (failure%failed()) return
       motion%materials = [(new_material(scene%materials(k)%name, scene%materials(k)%law, scene%run%plane == 'stress', &
@@ -48,9 +50,38 @@ contains
                                                                            method%blend, method%full_lower, &
                                                                            method%full_upper))
       end associate
-      if (failure%failed() .or. .not. scene%crack%present) return
-      call find_crack(motion%grid, scene%crack%tip, scene%crack%direction, middle(scene%bodies(1)), crack, failure)
    end subroutine assemble
+
+   !> Find the crack of a scene that has one in a grid. Fails where its tip is not at a node.
+   subroutine place_crack(scene, grid, crack, failure)
+      type(scene_t), intent(in) :: scene
+      type(grid_t), intent(in) :: grid
+      type(crack_t), intent(out) :: crack
+      type(failure_t), intent(inout) :: failure
+      call find_crack(grid, scene%crack%tip, scene%crack%direction, middle(scene%bodies(1)), crack, failure)
+   end subroutine place_crack
+
+   !> How the cells of a scene refine.
+   pure function refinement_of(scene) result(r)
+      type(scene_t), intent(in) :: scene
+      type(refinement_t) :: r
+      associate (spec => scene%refine)
+         r%indicator = spec%indicator
+         r%field = spec%field
+         r%r_crit = spec%r_crit
+         r%r_coarsen = spec%r_coarsen
+         r%tolerance = spec%tolerance
+         r%rings = spec%rings
+         r%max_level = spec%max_level
+         r%energy_floor = spec%energy_floor
+         r%lower = spec%region_lower
+         r%upper = spec%region_upper
+         r%interval = spec%interval
+         r%max_particles = spec%max_particles
+      end associate
+      r%has_tip = scene%crack%present
+      r%tip = scene%crack%tip
+   end function refinement_of
 
    !> Fill the bodies with particles and sort these into the cells.
    subroutine place_particles(scene, grid, p, failure)

@@ -13,7 +13,7 @@ module hampm_measurements
    use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
-   public :: measurements_t, new_measurements, measure, declare_columns, energy_residual
+   public :: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
 
    !> The latest row, with what is needed to take the next one.
    type :: measurements_t
@@ -32,16 +32,12 @@ module hampm_measurements
 contains
 
    !> Ready for the first row.
-   subroutine new_measurements(scene, motion, crack, m, failure)
+   subroutine new_measurements(scene, motion, crack, m)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
       type(crack_t), intent(in) :: crack
-      type(measurements_t), intent(out) :: m
-      type(failure_t), intent(inout) :: failure
+      type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth
-      logical, allocatable :: held(:, :)
-      allocate (held(ndim, motion%grid%n_nodes), source=.false.)
-      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, held, m%extrapolation, failure)
       m%initial_energy = kinetic_energy(motion%particles)
       select case (scene%energy_release%reference)
       case ('value')
@@ -53,6 +49,16 @@ contains
                                                           scene%materials(1)%young, chi_foundation)
       end select
    end subroutine new_measurements
+
+   !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
+   subroutine fit_extrapolation(motion, m, failure)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      logical, allocatable :: held(:, :)
+      allocate (held(ndim, motion%grid%n_nodes), source=.false.)
+      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, held, m%extrapolation, failure)
+   end subroutine fit_extrapolation
 
    !> Load, crack length and depth of a double cantilever beam, from the scene: the resultant of the loads normal to the
    !> crack, the distance from the first load to the tip, and the size of the body normal to the crack.

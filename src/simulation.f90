@@ -2,14 +2,15 @@
 module hampm_simulation
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
-   use hampm_assembly, only: assemble
+   use hampm_assembly, only: assemble, place_crack
    use hampm_crack, only: crack_t
    use hampm_failure, only: failure_t
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state
-   use hampm_measurements, only: measurements_t, new_measurements, measure, declare_columns, energy_residual
+   use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
    use hampm_particles, only: smallest_occupied_cell
    use hampm_progress, only: progress_t
+   use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_step, only: motion_t, advance, stable_time_step
@@ -29,6 +30,7 @@ module hampm_simulation
       type(crack_t) :: crack
       type(measurements_t) :: measurements
       type(results_t) :: results
+      type(refinement_t) :: refinement
       type(progress_t) :: progress
       real(dp) :: longest_step = 0               !! time step (31) [s]
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
@@ -46,13 +48,31 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%scene = scene
-      call assemble(scene, s%motion, s%crack, failure)
+      call assemble(scene, s%motion, s%refinement, failure)
+      if (failure%failed()) return
+      call refine_at_start(s%refinement, s%motion, failure)
       if (failure%failed()) return
       call use_threads(threads, s%motion%particles%n)
-      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%particles), s%motion%materials, &
-                                        scene%method%courant, scene%method%wave_speed)
-      call new_measurements(scene, s%motion, s%crack, s%measurements, failure)
+      call fit_to_mesh(s, failure)
+      if (failure%failed()) return
+      call new_measurements(scene, s%motion, s%crack, s%measurements)
    end subroutine build
+
+   !> Make time step, crack and extrapolations fit a new mesh.
+   subroutine fit_to_mesh(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call limit_time_step(s)
+      if (s%scene%crack%present) call place_crack(s%scene, s%motion%grid, s%crack, failure)
+      if (.not. failure%failed()) call fit_extrapolation(s%motion, s%measurements, failure)
+   end subroutine fit_to_mesh
+
+   !> The longest time step follows the smallest occupied cell.
+   subroutine limit_time_step(s)
+      type(simulation_t), intent(inout) :: s
+      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%particles), s%motion%materials, &
+                                        s%scene%method%courant, s%scene%method%wave_speed)
+   end subroutine limit_time_step
 
    !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable.
    subroutine run(s, folder, quiet, failure)
@@ -80,21 +100,41 @@ contains
       if (s%scene%output%snapshot_interval > 0) time = min(time, s%snapshots*s%scene%output%snapshot_interval)
    end function next_output
 
-   !> Advance to a time by equal steps, none longer than (31).
+   !> Advance to a time by steps that are equal as long as the mesh stays, none longer than (31).
    subroutine advance_to(s, time, failure)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
       integer(long) :: steps, k
-      steps = max(1_long, ceiling((time - s%motion%time)/s%longest_step - rounding, long))
-      s%dt = (time - s%motion%time)/steps
-      do k = 1, steps
-         call advance(s%motion, s%dt, failure)
-         if (failure%failed()) return
-         call show_progress(s, last=.false.)
+      real(dp) :: limit
+      do while (.not. is_due(s, time))
+         limit = s%longest_step
+         steps = max(1_long, ceiling((time - s%motion%time)/limit - rounding, long))
+         s%dt = (time - s%motion%time)/steps
+         do k = 1, steps
+            call advance(s%motion, s%dt, failure)
+            if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, failure)
+            if (failure%failed()) return
+            call show_progress(s, last=.false.)
+            if (abs(s%longest_step - limit) > 0) exit
+         end do
       end do
       s%motion%time = time
    end subroutine advance_to
+
+   !> After a step: let particles and, at its interval, mesh follow the motion.
+   subroutine adapt(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: adapted
+      if (s%motion%sorted) then
+         call follow_particles(s%motion, failure)
+         call limit_time_step(s)
+      end if
+      if (failure%failed() .or. mod(s%motion%steps, int(s%refinement%interval, long)) /= 0) return
+      call refine(s%refinement, s%motion, adapted, failure)
+      if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
+   end subroutine adapt
 
    !> Whether the time of an output has come.
    pure logical function is_due(s, time)
@@ -147,11 +187,11 @@ contains
       logical, intent(in) :: last
       associate (m => s%motion, g_ratio => s%measurements%g_ratio)
          if (last) then
-            call s%progress%finish(m%time, m%steps, m%grid%n_elements, m%particles%n, 0, g_ratio, &
-                                   energy_residual(m, s%measurements))
+            call s%progress%finish(m%time, m%steps, m%grid%forest%leaf_count(), m%particles%n, &
+                                   m%grid%forest%finest_level(), g_ratio, energy_residual(m, s%measurements))
          else
-            call s%progress%show(m%time, m%steps, m%grid%n_elements, m%particles%n, 0, g_ratio, &
-                                 energy_residual(m, s%measurements))
+            call s%progress%show(m%time, m%steps, m%grid%forest%leaf_count(), m%particles%n, &
+                                 m%grid%forest%finest_level(), g_ratio, energy_residual(m, s%measurements))
          end if
       end associate
    end subroutine show_progress
@@ -177,7 +217,7 @@ contains
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
       text = 'particles       '//to_text(s%motion%particles%n)//nl// &
-             'cells           '//to_text(s%motion%grid%n_elements)//', of which occupied '// &
+             'cells           '//to_text(s%motion%grid%forest%leaf_count())//', of which occupied '// &
              to_text(s%motion%particles%n_occupied)//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
              'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl

@@ -49,19 +49,15 @@ contains
       is_active = self%indicator /= 'none' .and. self%max_level > 0
    end function is_active
 
-   !> Refine before the first step as far as that does not depend on the motion. `adapted` tells whether anything changed.
-   subroutine refine_at_start(r, m, adapted, failure)
+   !> Refine before the first step as far as that does not depend on the motion.
+   subroutine refine_at_start(r, m, failure)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
-      logical, intent(out) :: adapted
       type(failure_t), intent(inout) :: failure
-      logical :: again
-      adapted = .false.
-      if (r%indicator /= 'tip') return
-      again = r%is_active()
-      do while (again .and. .not. failure%failed())
-         call refine(r, m, again, failure)
-         adapted = adapted .or. again
+      logical :: adapted
+      adapted = r%is_active() .and. r%indicator == 'tip'
+      do while (adapted .and. .not. failure%failed())
+         call refine(r, m, adapted, failure)
       end do
    end subroutine refine_at_start
 
