@@ -131,7 +131,8 @@ contains
          call follow_particles(s%motion, failure)
          call limit_time_step(s)
       end if
-      if (failure%failed() .or. mod(s%motion%steps, int(s%refinement%interval, long)) /= 0) return
+      if (failure%failed() .or. .not. s%refinement%follows_motion()) return
+      if (mod(s%motion%steps, int(s%refinement%interval, long)) /= 0) return
       call refine(s%refinement, s%motion, adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
    end subroutine adapt

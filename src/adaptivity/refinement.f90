@@ -38,6 +38,7 @@ module hampm_refinement
       integer :: adaptations = 0                 !! how often the grid has been built anew
    contains
       procedure :: is_active
+      procedure :: follows_motion
       procedure :: warning
    end type refinement_t
 
@@ -49,13 +50,19 @@ contains
       is_active = self%indicator /= 'none' .and. self%max_level > 0
    end function is_active
 
+   !> Whether the mesh may change during the run: cells around the tip stay, as the tip does.
+   pure logical function follows_motion(self)
+      class(refinement_t), intent(in) :: self
+      follows_motion = self%is_active() .and. self%indicator /= 'tip'
+   end function follows_motion
+
    !> Refine before the first step as far as that does not depend on the motion.
    subroutine refine_at_start(r, m, failure)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       logical :: adapted
-      adapted = r%is_active() .and. r%indicator == 'tip'
+      adapted = r%is_active() .and. .not. r%follows_motion()
       do while (adapted .and. .not. failure%failed())
          call refine(r, m, adapted, failure)
       end do
@@ -127,8 +134,7 @@ contains
       x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
    end function middle_of
 
-   !> Refine the leaves that are within `rings` cells of their own size of the tip, and recombine families that are not within as
-   !> many of the size of their parent.
+   !> Refine the leaves that are within `rings` cells of their own size of the tip.
    subroutine mark_around_tip(r, m, change)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(in) :: m
@@ -138,12 +144,8 @@ contains
       do leaf = 1, size(change)
          distance = maxval(abs(middle_of(m%grid%forest, leaf) - r%tip))
          edge = m%grid%forest%size_of(leaf)
-         if (distance < r%rings*edge) then
-            if (m%grid%forest%level_of(leaf) >= r%max_level) cycle
-            if (may_refine(r, m, leaf)) change(leaf) = 1
-         else if (distance > (2*r%rings + 1)*edge) then
-            change(leaf) = -1
-         end if
+         if (distance >= r%rings*edge .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
+         if (may_refine(r, m, leaf)) change(leaf) = 1
       end do
    end subroutine mark_around_tip
 
