@@ -2,10 +2,12 @@
 !>
 !>   lumped   x = D^-1 b, D the lumped matrix (9);
 !>   fmpm     the first `order` terms of the series sum_j (I - D^-1 M)^j D^-1 b (Nairn & Hammerquist 2021);
-!>   cg       conjugate gradients preconditioned by D, from x + D^-1 (b - M x), x being the guess: the sum of M x is then
-!>            the sum of b at every iterate, so that momentum is exact;
+!>   cg       conjugate gradients preconditioned by D;
 !>   umfpack, banded   conjugate gradients preconditioned by a factorisation: one iterate while the matrix is the
 !>            factorised one; when it has changed so much that more than a few are needed, it is factorised anew.
+!>
+!> Iteration ends with x + D^-1 (b - M x): the sum of M x is then the sum of b to rounding, so that momentum is exact,
+!> whatever the tolerance is.
 !>
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
@@ -149,12 +151,6 @@ contains
       if (failure%failed()) return
       call hold(s, x)
       call start_residual(s, grid, region, matrix, b, x, norm, target)
-      if (s%by == by_cg .and. any(norm > target)) then
-         ! x + D^-1 r: whatever the guess was, the sum of M x is then the sum of b, and stays so under iteration
-         call copy(region, s%z, s%d)
-         call multiply(s, grid, region, matrix, s%d, s%q, rz)
-         call step_along(s, region, matrix, [1.0_dp, 1.0_dp], x, norm)
-      end if
       do k = 0, most_iterations
          if (all(norm <= target)) exit
          rz_new = norm
@@ -171,6 +167,7 @@ contains
          call step_along(s, region, matrix, ratio(rz_new, rz), x, norm)
          rz = rz_new
       end do
+      call add(region, [1.0_dp, 1.0_dp], s%z, x)    ! now the sum of M x is that of b, see above
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
       if (k > most_iterations) call failure%report(exit_computation, 'mass matrix: conjugate gradients have not '// &
