@@ -67,7 +67,8 @@ contains
       end do
       call dpbtrf('L', matrix%n, self%bandwidth, self%band, self%bandwidth + 1, info)
       if (info /= 0) call failure%report(exit_computation, 'mass matrix: not positive definite at row '//to_text(info)// &
-                                         ' of '//to_text(matrix%n))
+                                         ' of '//to_text(matrix%n)//'. Likely cause: the run is unstable; '// &
+                                         'reduce &method courant')
    end subroutine factorise
 
    !> Solve with the factorised matrix.

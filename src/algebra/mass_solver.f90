@@ -152,7 +152,7 @@ contains
       call hold(s, x)
       call start_residual(s, grid, region, matrix, b, x, norm, target)
       do k = 0, most_iterations
-         if (all(norm <= target)) exit
+         if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
          rz_new = norm
          if (s%by /= by_cg) then
             call s%direct%solve(s%r, s%z)
@@ -170,10 +170,22 @@ contains
       call add(region, [1.0_dp, 1.0_dp], s%z, x)    ! now the sum of M x is that of b, see above
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
-      if (k > most_iterations) call failure%report(exit_computation, 'mass matrix: conjugate gradients have not '// &
-         'converged in '//to_text(most_iterations)//' iterations. Likely cause: the run is unstable; reduce &method courant')
+      if (.not. all(norm <= target)) call report_divergence(min(k, most_iterations), norm, target, failure)
       if (k > patience) s%factorised = .false.
    end subroutine iterate
+
+   !> Fail because the iteration does not come to an end, telling how far it came.
+   subroutine report_divergence(iterations, norm, target, failure)
+      integer, intent(in) :: iterations
+      real(dp), intent(in) :: norm(ndim), target(ndim)  !! squares, as of `start_residual`
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: found
+      found = 'momenta or forces of the nodes are too large or no longer numbers'
+      if (all(norm <= huge(norm)) .and. all(target > 0)) &
+         found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side'
+      call failure%report(exit_computation, 'mass matrix: the nodal equations are not solved after '//to_text(iterations)// &
+                          ' iterations: '//found//'. Likely cause: the run is unstable; reduce &method courant')
+   end subroutine report_divergence
 
    !> r = b - M x without held components, z = D^-1 r, the square of the norm of r, r.z, and that which is small enough.
    subroutine start_residual(s, grid, region, matrix, b, x, norm, target)

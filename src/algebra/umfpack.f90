@@ -105,7 +105,9 @@ contains
       self%value = matrix%value
       status = umfpack_di_numeric(self%column_start, self%row, self%value, self%symbolic, self%numeric, self%control, info)
       if (status /= 0) call failure%report(exit_computation, 'mass matrix: UMFPACK cannot factorise it (status '// &
-                                           to_text(int(status))//'); it is singular or memory does not suffice')
+                                           to_text(int(status))//'): it is singular or memory does not suffice. '// &
+                                           'Likely cause: the run is unstable, reduce &method courant; or the grid is '// &
+                                           'too large for it, use &method solver = ''cg''')
    end subroutine factorise
 
    !> Solve with the factorised matrix.

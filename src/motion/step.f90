@@ -144,8 +144,10 @@ contains
       integer, intent(in) :: which
       integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unsolved
       call gather_mass_and_momentum(m%grid, m%fields)
-      call find_velocity(m%grid, m%solver, m%fields, which, latest, failure)
+      call find_velocity(m%grid, m%solver, m%fields, which, latest, unsolved)
+      call pass_on(m, m%steps + 1, unsolved, failure)
    end subroutine gather_velocity
 
    !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
@@ -153,13 +155,15 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unsolved
       real(dp) :: damping_power, mapping_power
       call gather_internal_force(m%grid, m%fields)
       call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
       associate (all => m%fields%mass_matrix%all)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
       end associate
-      call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, failure)
+      call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, unsolved)
+      call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
    end subroutine gather_acceleration
@@ -170,12 +174,19 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: lost
       call sort_into_cells(m%particles, m%grid, lost)
-      if (lost%failed()) then
-         call failure%report(lost%code, when(m%steps, m%time)//lost%message)
-         return
-      end if
+      call pass_on(m, m%steps, lost, failure)
+      if (failure%failed()) return
       call follow_sort(m%loads, m%particles%new_place)
    end subroutine sort_particles
+
+   !> Fail as a part of a step did, if it did, and say when.
+   subroutine pass_on(m, step, part, failure)
+      type(motion_t), intent(in) :: m
+      integer(long), intent(in) :: step
+      type(failure_t), intent(in) :: part
+      type(failure_t), intent(inout) :: failure
+      if (part%failed()) call failure%report(part%code, when(step, m%time)//part%message)
+   end subroutine pass_on
 
    !> Fail because a particle has moved further than a stable run would, naming it and the likely cause.
    subroutine report_jump(m, failure)

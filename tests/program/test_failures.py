@@ -60,9 +60,11 @@ def test_a_body_that_leaves_the_grid(hampm, tmp_path, program):
     assert history.times[-1] == pytest.approx((4.0 - 2.05) / 3000, abs=2e-6)
 
 
-def test_a_crushed_body(hampm, tmp_path):
+@pytest.mark.parametrize("mass", [[], ["--set", "method.mass=full"],
+                                  ["--set", "method.mass=full", "--set", "method.solver=umfpack"]], ids=["lumped", "cg", "umfpack"])
+def test_a_crushed_body(hampm, tmp_path, mass):
     (tmp_path / "case.nml").write_text(CRUSHED)
-    result = hampm("case.nml")
+    result = hampm("case.nml", *mass)
     assert_failed(result, tmp_path / "case.h5", "Likely cause: .*&method courant")
 
 

@@ -2,12 +2,13 @@
 program test_mass_solver
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
-   use hampm_failure, only: failure_t
+   use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_matrix, only: eigenvalue_floor, prepare_cell
    use hampm_mass_samples, only: choice_of, map_mass, displace, dense_matrix, solution
+   use hampm_mass_solver, only: solve_mass
    use hampm_material, only: new_material
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
    use hampm_step, only: motion_t, advance
@@ -28,6 +29,9 @@ program test_mass_solver
    call check_limits()
    call check_series()
    call check_row_sums()
+   do k = 1, size(solvers)
+      call check_message(trim(solvers(k)))
+   end do
    do k = 2, size(solvers)
       call check_reuse_in_the_total_frame(trim(solvers(k)))
       call check_reuse_in_the_updated_frame(trim(solvers(k)))
@@ -271,6 +275,23 @@ contains
       end do
       is_positive = .true.
    end function is_positive
+
+   !> A matrix that is not positive definite, as none that is mapped is, cannot be solved with.
+   subroutine check_message(solver)
+      character(*), intent(in) :: solver
+      type(motion_t) :: m
+      type(failure_t) :: failure
+      real(dp), allocatable :: x(:, :)
+      call random_body(m, 0.5_dp)
+      call map_mass(m, choice_of('full', solver))
+      m%fields%mass_matrix%cell = -m%fields%mass_matrix%cell
+      allocate (x, source=m%fields%momentum)
+      call solve_mass(m%solver, m%grid, m%fields%mass_matrix, m%fields%momentum, x, failure)
+      call check(failure%code == exit_computation, solver//': equations that are not solved are a failure')
+      call check(index(failure%message, 'mass matrix: ') == 1, solver//': its message says where')
+      call check(index(failure%message, '&method courant') > 0, solver//': and which key to change')
+      call m%solver%direct%release()
+   end subroutine check_message
 
    !> In the total frame one factorisation serves for ever, in one iteration a solution.
    subroutine check_reuse_in_the_total_frame(solver)
