@@ -125,8 +125,8 @@ module hampm_keys
             not_negative, 'damping force per mass and velocity'), &
       key_t('method', 'scheme', kind_name, 1, 1, may, 'musl', '', '', &
             'usf|usl|usavg|musl', 'when in a step the stress is updated'), &
-      key_t('method', 'courant', kind_real, 1, 1, may, '0.1', '', '', &
-            '(0, 10]', 'time step in units of cell size / wave speed'), &
+      key_t('method', 'courant', kind_real, 1, 1, may, '0.0', '', '', &
+            '[0, 10]', 'time step over cell size / wave speed; 0: 0.1, but 0.05 for full, partial in the updated frame'), &
       key_t('method', 'wave_speed', kind_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed limits the time step'), &
       key_t('method', 'frame', kind_name, 1, 1, may, 'updated', '', '', &

@@ -47,14 +47,20 @@ contains
    pure subroutine resolve(settings)
       type(settings_t), intent(inout) :: settings
       real(dp) :: direction(ndim)
-      integer :: run, output, crack
+      integer :: run, method, output, crack
       run = settings%find('run', 1)
+      method = settings%find('method', 1)
       output = settings%find('output', 1)
       crack = settings%find('crack', 1)
       if (.not. settings%given(output, 'file')) call settings%set_text(output, 'file', result_file(settings%file))
       if (settings%good(output, 'history_interval') .and. settings%good(run, 'end_time')) then
          if (settings%number(output, 'history_interval') <= 0) &
             call settings%set_numbers(output, 'history_interval', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
+      end if
+      if (settings%good(method, 'courant')) then
+         if (settings%number(method, 'courant') <= 0) &
+            call settings%set_numbers(method, 'courant', &
+                                      [safe_courant(settings%text(method, 'frame'), settings%text(method, 'mass'))])
       end if
       if (settings%good(crack, 'direction')) then
          direction = settings%numbers(crack, 'direction')
@@ -63,6 +69,13 @@ contains
          call settings%set_numbers(crack, 'direction', direction)
       end if
    end subroutine resolve
+
+   !> Courant number that is stable also for free edges that cross cells, see docs/mass.md.
+   pure real(dp) function safe_courant(frame, mass)
+      character(*), intent(in) :: frame, mass
+      safe_courant = 0.1_dp
+      if (frame == 'updated' .and. (mass == 'full' .or. mass == 'partial')) safe_courant = 0.05_dp
+   end function safe_courant
 
    !> Name of the result file of a namelist file: without folder, `.h5` instead of its ending.
    pure function result_file(path) result(name)

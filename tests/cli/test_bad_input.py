@@ -52,7 +52,7 @@ VALUES = [
     ("cells = 80, 9", "cells = 100000, 100000", "cells", "their product must be in [1, 1e9]"),
     ("points_per_cell = 2", "points_per_cell = 17", "points", "must be an integer in [1, 16]"),
     ("points_per_cell = 2", "points_per_cell = 2.0", "points", "points_per_cell = 2.0: must be an integer"),
-    ("courant = 0.1", "courant = 10.5", "courant", "&method courant = 10.5: must be in (0, 10]"),
+    ("courant = 0.1", "courant = 10.5", "courant", "&method courant = 10.5: must be in [0, 10]"),
     ("rate = 1e4", "rate = -1", "rate =", "&damping rate = -1: must be in [0, inf) [1/s]"),
     ("'musl'", "'mulsl'", "scheme", "scheme = 'mulsl': must be 'usf', 'usl', 'usavg' or 'musl'; did you mean 'musl'?"),
     ("'musl'", "musl", "scheme", "scheme = musl: must be in quotes: 'musl'"),
