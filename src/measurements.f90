@@ -1,6 +1,7 @@
 !> What the history records: which columns a scene has, and one row of their values.
 module hampm_measurements
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp
+   use hampm_constraints, only: constraints_t
    use hampm_crack, only: crack_t
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
@@ -55,9 +56,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      logical, allocatable :: held(:, :)
-      allocate (held(ndim, motion%grid%n_nodes), source=.false.)
-      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, held, m%extrapolation, failure)
+      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, constraints_t(), m%extrapolation, failure)
    end subroutine fit_extrapolation
 
    !> Load, crack length and depth of a double cantilever beam, from the scene: the resultant of the loads normal to the

@@ -12,6 +12,7 @@
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_constraints, only: constraints_t, hold
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
@@ -30,8 +31,7 @@ module hampm_mass_solver
    type :: mass_solver_t
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm
-      integer, allocatable, private :: held_nodes(:)  !! nodes with a held component
-      logical, allocatable, private :: held(:, :)     !! which components of these, (ndim, number of them)
+      type(constraints_t), private :: constraints   !! which components are held
       type(direct_t) :: direct
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
@@ -46,20 +46,20 @@ module hampm_mass_solver
 
 contains
 
-   !> A solver for a grid. `held` tells which components are zero. Fails where the memory does not suffice.
-   subroutine new_mass_solver(by, order, grid, held, s, failure)
+   !> A solver for a grid. Fails where the memory does not suffice.
+   subroutine new_mass_solver(by, order, grid, constraints, s, failure)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
       type(grid_t), intent(in) :: grid
-      logical, intent(in) :: held(:, :)             !! (ndim, n_nodes)
+      type(constraints_t), intent(in) :: constraints
       type(mass_solver_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       integer :: status
       s%by = by
       s%order = order
       s%direct%by_umfpack = by == by_umfpack
-      s%held_nodes = pack([(status, status=1, grid%n_nodes)], any(held, dim=1))
-      s%held = held(:, s%held_nodes)
+      s%constraints = constraints
+      if (.not. allocated(s%constraints%fixed)) allocate (s%constraints%fixed(ndim, grid%n_nodes), source=.false.)
       if (by == by_lumped) return
       associate (n => grid%n_nodes)
          allocate (s%r(ndim, n), s%z(ndim, n), s%d(ndim, n), s%q(ndim, n), s%product(ndim, 0:corners*grid%n_elements), &
@@ -97,7 +97,7 @@ contains
       select case (s%by)
       case (by_lumped)
          call divide(matrix%all, matrix, b, x)
-         call hold(s, x)
+         call hold(s%constraints, x)
       case (by_fmpm)
          call add_series(s, grid, matrix, b, x)
       case default
@@ -114,7 +114,7 @@ contains
       real(dp), intent(inout), contiguous :: x(:, :)
       call copy(matrix%coupled, x, s%z)
       call divide(matrix%all, matrix, b, x)
-      call hold(s, x)
+      call hold(s%constraints, x)
       call copy(matrix%coupled, s%z, x)
    end subroutine solve_lumped_part
 
@@ -128,7 +128,7 @@ contains
       real(dp) :: unused(ndim)
       integer :: j
       call divide(matrix%all, matrix, b, x)
-      call hold(s, x)
+      call hold(s%constraints, x)
       if (s%order > 1) call copy(matrix%all, x, s%d)
       do j = 2, s%order
          call multiply(s, grid, matrix%all, matrix, s%d, s%q, unused)
@@ -147,9 +147,12 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), dimension(ndim) :: norm, rz, rz_new, target
       integer :: k
-      if (s%by /= by_cg .and. .not. s%factorised) call factorise(s, grid, matrix, failure)
-      if (failure%failed()) return
-      call hold(s, x)
+      if (s%by /= by_cg .and. .not. s%factorised) then
+         call s%direct%factorise(grid, matrix, s%constraints%fixed, failure)
+         if (failure%failed()) return
+         s%factorised = .true.
+      end if
+      call hold(s%constraints, x)
       call start_residual(s, grid, region, matrix, b, x, norm, target)
       do k = 0, most_iterations
          if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
@@ -196,7 +199,7 @@ contains
       real(dp), intent(in), contiguous :: b(:, :), x(:, :)
       real(dp), intent(out) :: norm(ndim), target(ndim)
       call copy(region, b, s%r)
-      call hold(s, s%r)
+      call hold(s%constraints, s%r)
       call divide(region, matrix, s%r, s%z)
       target = tolerance**2*dot(s, region, s%r, s%z)
       call multiply(s, grid, region, matrix, x, s%q, norm)
@@ -204,19 +207,6 @@ contains
       call divide(region, matrix, s%r, s%z)
       norm = dot(s, region, s%r, s%z)
    end subroutine start_residual
-
-   !> Factorise the matrix as it is now.
-   subroutine factorise(s, grid, matrix, failure)
-      type(mass_solver_t), intent(inout) :: s
-      type(grid_t), intent(in) :: grid
-      type(mass_matrix_t), intent(in) :: matrix
-      type(failure_t), intent(inout) :: failure
-      logical, allocatable :: held(:, :)
-      allocate (held(ndim, grid%n_nodes), source=.false.)
-      held(:, s%held_nodes) = s%held
-      call s%direct%factorise(grid, matrix, held, failure)
-      s%factorised = .true.
-   end subroutine factorise
 
    !> y = M x without held components, and x.y.
    subroutine multiply(s, grid, region, matrix, x, y, xy)
@@ -236,7 +226,7 @@ contains
                            s%partial(1, block))
       end do
       xy = sum(s%partial(:, :block_count(region)), dim=2)
-      call hold(s, y)
+      call hold(s%constraints, y)
    end subroutine multiply
 
    !> x <- x + step d, r <- r - step q, z = D^-1 r, and r.z.
@@ -289,16 +279,6 @@ contains
       integer, intent(in) :: block
       block_size = min(nodes_per_block, region%n_nodes - (block - 1)*nodes_per_block)
    end function block_size
-
-   !> Set the held components to zero.
-   subroutine hold(s, x)
-      type(mass_solver_t), intent(in) :: s
-      real(dp), intent(inout), contiguous :: x(:, :)
-      integer :: k
-      do k = 1, size(s%held_nodes)
-         where (s%held(:, k)) x(:, s%held_nodes(k)) = 0
-      end do
-   end subroutine hold
 
    !> a/b by component, 0 where there is nothing left to do.
    pure function ratio(a, b)

@@ -66,7 +66,7 @@ contains
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
-      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints%fixed, m%solver, failure)
+      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%particles, m%fields)
    end subroutine fit_to_grid

@@ -3,6 +3,7 @@ program test_crack_closure
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions
+   use hampm_constraints, only: constraints_t
    use hampm_crack, only: crack_t, find_crack
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
@@ -86,7 +87,7 @@ contains
          do i = 1, size(masses)
             call start(m, 'musl', new_mass_choice(masses(i), 'cg', 4, 0.5_dp, [-cell, 0.0_dp], [cell, cell]))
             call refresh_grid(m)
-            call new_mass_solver(m%mass%by, m%mass%order, grid, spread([.false., .false.], 2, grid%n_nodes), solver, failure)
+            call new_mass_solver(m%mass%by, m%mass%order, grid, constraints_t(), solver, failure)
             call extrapolate(grid, p, m%fields%mass_matrix, solver, p%displacement, nodal, failure)
             call check_close(maxval(abs(nodal(:, grid%node_at([0.0_dp, cell])) - [0.3_dp, -0.2_dp])), 0.0_dp, 1.0e-11_dp, &
                              'so does the extrapolation by the mass matrix: '//masses(i))
@@ -144,7 +145,7 @@ contains
             g_force = nodal_force_closure(crack, m%grid, p, m%materials, thickness)
             call start(m, 'musl')
             call refresh_grid(m)
-            call new_mass_solver(m%mass%by, m%mass%order, m%grid, spread([.false., .false.], 2, m%grid%n_nodes), solver, failure)
+            call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
             call stress_closure(crack, m%grid, p, m%materials, m%fields%mass_matrix, solver, g_stress, failure)
             p%reference(2, :) = p%reference(2, :) + p%displacement(2, :)
             call check_close(g_force, turn*s*d, 1.0e-13_dp*s*d, 'nodal force closure of uniform fields, signed like the opening')
