@@ -154,6 +154,7 @@ contains
       end if
       call hold(s%constraints, x)
       call start_residual(s, grid, region, matrix, b, x, norm, target)
+      rz = 0                                        ! the first direction is z
       do k = 0, most_iterations
          if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
          rz_new = norm
@@ -161,16 +162,12 @@ contains
             call s%direct%solve(s%r, s%z)
             rz_new = dot(s, region, s%r, s%z)
          end if
-         if (k == 0) then
-            call copy(region, s%z, s%d)
-         else
-            call add_to_direction(region, ratio(rz_new, rz), s%z, s%d)
-         end if
+         call combine(region, [1.0_dp, 1.0_dp], s%z, ratio(rz_new, rz), s%d)
          call multiply(s, grid, region, matrix, s%d, s%q, rz)
          call step_along(s, region, matrix, ratio(rz_new, rz), x, norm)
          rz = rz_new
       end do
-      call add(region, [1.0_dp, 1.0_dp], s%z, x)    ! now the sum of M x is that of b, see above
+      call combine(region, [1.0_dp, 1.0_dp], s%z, [1.0_dp, 1.0_dp], x)    ! now the sum of M x is that of b, see above
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
       if (.not. all(norm <= target)) call report_divergence(min(k, most_iterations), norm, target, failure)
@@ -203,7 +200,7 @@ contains
       call divide(region, matrix, s%r, s%z)
       target = tolerance**2*dot(s, region, s%r, s%z)
       call multiply(s, grid, region, matrix, x, s%q, norm)
-      call add(region, [-1.0_dp, -1.0_dp], s%q, s%r)
+      call combine(region, [-1.0_dp, -1.0_dp], s%q, [1.0_dp, 1.0_dp], s%r)
       call divide(region, matrix, s%r, s%z)
       norm = dot(s, region, s%r, s%z)
    end subroutine start_residual
@@ -350,29 +347,19 @@ contains
       end do
    end subroutine add_term
 
-   !> y <- y + factor x, by component.
-   subroutine add(region, factor, x, y)
+   !> y <- a x + b y, by component.
+   subroutine combine(region, a, x, b, y)
       type(region_t), intent(in) :: region
-      real(dp), intent(in) :: factor(ndim), x(ndim, *)
+      real(dp), intent(in) :: a(ndim), x(ndim, *), b(ndim)
       real(dp), intent(inout) :: y(ndim, *)
-      integer :: a
+      integer :: k
       !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         y(:, region%nodes(a)) = y(:, region%nodes(a)) + factor*x(:, region%nodes(a))
+      do k = 1, region%n_nodes
+         associate (i => region%nodes(k))
+            y(:, i) = a*x(:, i) + b*y(:, i)
+         end associate
       end do
-   end subroutine add
-
-   !> d <- z + factor d, by component.
-   subroutine add_to_direction(region, factor, z, d)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: factor(ndim), z(ndim, *)
-      real(dp), intent(inout) :: d(ndim, *)
-      integer :: a
-      !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         d(:, region%nodes(a)) = z(:, region%nodes(a)) + factor*d(:, region%nodes(a))
-      end do
-   end subroutine add_to_direction
+   end subroutine combine
 
    !> y = x.
    subroutine copy(region, x, y)
