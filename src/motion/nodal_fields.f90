@@ -100,6 +100,7 @@ contains
                matrix%lumped(node) = 0
                f%velocity(:, node, :) = 0
                f%acceleration(:, node) = 0
+               if (allocated(f%past)) f%past(:, node, :) = 0
             end if
          end do
          call find_coupled_region(grid, matrix)
