@@ -8,12 +8,12 @@
 !> and so of the whole matrix: nothing is divided by a mass that is not there, and in the norm of D nodal values are at most
 !> 1/floor times the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
 module hampm_mass_matrix
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, corners, neighbours
    use hampm_grid, only: grid_t
+   use hampm_nodal_rows, only: pattern_t, runs_t, find_runs, sum_rows
    implicit none
    private
-   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, multiply_cells, gather_slots, &
-             eigenvalue_floor, nodes_per_block
+   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, assemble, nodes_per_block
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
 
@@ -36,11 +36,20 @@ module hampm_mass_matrix
       type(region_t) :: all                             !! the occupied cells and their nodes
       type(region_t) :: coupled                         !! the nodes of cells that are not lumped, and the occupied cells
                                                         !! around them
+      type(runs_t) :: runs                              !! its nodes, in blocks of `nodes_per_block`
+      integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_nodes)
       real(dp), allocatable :: cell(:, :, :)            !! M by cells [kg], (corners, corners, n_elements); not
                                                         !! allocated where all is lumped
       real(dp), allocatable :: blend(:)                 !! part of each cell that is lumped, 0 to 1, (n_elements);
                                                         !! not allocated where all is lumped
+      real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
+                                                        !! no equations are solved with it
+      integer :: version = 0                            !! how often the rows have been summed
+      logical :: assembled = .false.                    !! whether the rows are those of the cells
+      type(pattern_t) :: pattern                        !! of the rows
+      real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (neighbours, n_nodes)
+      real(dp), allocatable :: inverse_row(:, :)        !! sum of D_e M_e^-1 D_e by such rows [kg]
    end type mass_matrix_t
 
 contains
@@ -70,10 +79,12 @@ contains
       end do
       associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), cells => matrix%all%cells(:matrix%all%n_cells))
          matrix%coupled%nodes = pack(nodes, is_coupled(nodes))
+         matrix%apart = pack(nodes, .not. is_coupled(nodes))
          matrix%coupled%cells = pack(cells, [(any(is_coupled(grid%element_nodes(:, cells(k)))), k=1, size(cells))])
       end associate
       matrix%coupled%n_nodes = size(matrix%coupled%nodes)
       matrix%coupled%n_cells = size(matrix%coupled%cells)
+      call find_runs(matrix%pattern, matrix%coupled%nodes, nodes_per_block, matrix%runs)
    end subroutine find_coupled_region
 
    !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
@@ -123,46 +134,48 @@ contains
       end do
    end function is_well_determined
 
-   !> Products of the cell matrices with a nodal vector field, by slot (see `grid_t`).
-   subroutine multiply_cells(n_cells, cells, element_nodes, matrix, x, product)
-      integer, intent(in) :: n_cells, cells(n_cells)
-      integer, intent(in) :: element_nodes(corners, *)
-      real(dp), intent(in) :: matrix(corners, corners, *)
-      real(dp), intent(in) :: x(ndim, *)                    !! by node
-      real(dp), intent(inout) :: product(ndim, corners, *)  !! by element
-      real(dp) :: y(ndim)
-      integer :: k, e, c, r
-      !$omp parallel do schedule(static) private(e, c, r, y)
-      do k = 1, n_cells
-         e = cells(k)
-         do r = 1, corners
-            y = 0
-            do c = 1, corners
-               y = y + matrix(c, r, e)*x(:, element_nodes(c, e))
+   !> Sum the cells into the rows of the coupled region, if they have changed.
+   subroutine assemble(grid, matrix)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      integer :: k
+      if (matrix%assembled .or. .not. allocated(matrix%cell)) return
+      associate (region => matrix%coupled)
+         call sum_rows(region%n_nodes, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell, matrix%row)
+         if (allocated(matrix%cell_inverse)) then
+            !$omp parallel do schedule(static)
+            do k = 1, region%n_cells
+               call invert_cell(matrix%cell(:, :, region%cells(k)), matrix%cell_inverse(:, :, region%cells(k)))
             end do
-            product(:, r, e) = y
-         end do
-      end do
-   end subroutine multiply_cells
+            call sum_rows(region%n_nodes, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell_inverse, &
+                          matrix%inverse_row)
+         end if
+      end associate
+      matrix%assembled = .true.
+      matrix%version = matrix%version + 1
+   end subroutine assemble
 
-   !> Vectors y of some nodes from the cells' shares, always summed in the order of the cells, and x.y by component.
-   pure subroutine gather_slots(n, nodes, node_slot, share, x, y, xy)
-      integer, intent(in) :: n, nodes(n)
-      integer, intent(in) :: node_slot(corners, *)      !! see `grid_t`
-      real(dp), intent(in) :: share(ndim, 0:*)          !! by slot
-      real(dp), intent(in) :: x(ndim, *)                !! by node
-      real(dp), intent(inout) :: y(ndim, *)             !! by node
-      real(dp), intent(out) :: xy(ndim)
-      integer :: a, c
-      real(dp) :: total(ndim)
-      xy = 0
-      do a = 1, n
-         total = 0
+   !> D M^-1 D of a cell's matrix M, D being its lumped matrix, by Gauss-Jordan elimination in place.
+   pure subroutine invert_cell(m, inverse)
+      real(dp), intent(in) :: m(corners, corners)
+      real(dp), intent(out) :: inverse(corners, corners)
+      real(dp) :: a(corners, corners), column(corners), row(corners), diagonal(corners)
+      integer :: c, k
+      a = m
+      do k = 1, corners
+         column = a(:, k)
+         a(:, k) = 0
+         a(k, k) = 1
+         row = a(k, :)/column(k)
+         column(k) = 0
          do c = 1, corners
-            total = total + share(:, node_slot(c, nodes(a)))
+            a(:, c) = a(:, c) - row(c)*column
+            a(k, c) = row(c)
          end do
-         y(:, nodes(a)) = total
-         xy = xy + total*x(:, nodes(a))
       end do
-   end subroutine gather_slots
+      diagonal = sum(m, dim=2)
+      do c = 1, corners
+         inverse(:, c) = diagonal(c)*diagonal*a(:, c)
+      end do
+   end subroutine invert_cell
 end module hampm_mass_matrix

@@ -2,21 +2,20 @@
 !>
 !>   lumped   x = D^-1 b, D the lumped matrix (9);
 !>   fmpm     the first `order` terms of the series sum_j (I - D^-1 M)^j D^-1 b (Nairn & Hammerquist 2021);
-!>   cg       conjugate gradients preconditioned by D;
+!>   cg       conjugate gradients preconditioned by the inverses of the cells' matrices (see `precondition`);
 !>   umfpack, banded   conjugate gradients preconditioned by a factorisation: one iterate while the matrix is the
 !>            factorised one; when it has changed so much that more than a few are needed, it is factorised anew.
 !>
-!> Iteration ends with x + D^-1 (b - M x): the sum of M x is then the sum of b to rounding, so that momentum is exact,
-!> whatever the tolerance is.
+!> What an iteration leaves is divided by D: the sum of M x is then the sum of b to rounding, so that momentum is exact.
 !>
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
-   use hampm_kinds, only: dp, ndim, corners, long
-   use hampm_constraints, only: constraints_t, hold
+   use hampm_kinds, only: dp, ndim, long
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t, region_t, multiply_cells, gather_slots, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
+   use hampm_nodal_rows, only: multiply_rows
    use hampm_text, only: to_text
    implicit none
    private
@@ -24,52 +23,57 @@ module hampm_mass_solver
 
    integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_umfpack = 4, by_banded = 5
 
-   real(dp), parameter :: tolerance = 1.0e-12_dp    !! of the residual over the right-hand side, in the norm of D^-1
+   real(dp), parameter :: tolerance = 1.0e-13_dp    !! of the residual over the right-hand side, in the norm of D^-1: the
+                                                    !! particles' share of the error may be sqrt(20) times as large, and
+                                                    !! the error at nodes of little mass far larger
    integer, parameter :: most_iterations = 1000
    integer, parameter :: patience = 6               !! iterations after which a factorisation is made anew
 
    type :: mass_solver_t
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm
-      type(constraints_t), private :: constraints   !! which components are held
+      integer, allocatable, private :: held_nodes(:)  !! nodes with a held component
+      logical, allocatable, private :: held(:, :)     !! which components of these, (ndim, number of them)
       type(direct_t) :: direct
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
       logical, private :: factorised = .false.
       integer, private :: layout = 0                !! that of the matrix that was solved last
+      integer, private :: version = 0               !! that of the matrix that was solved last
+      real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for held components,
+                                                          !! (ndim, n_nodes)
       real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_nodes)
-      real(dp), allocatable, private :: product(:, :)     !! workspace by slot, (ndim, 0:corners*n_elements)
-      real(dp), allocatable, private :: partial(:, :)     !! workspace of sums, (ndim, blocks)
+      real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2, blocks)
    contains
       procedure :: iterates
    end type mass_solver_t
 
 contains
 
-   !> A solver for a grid. Fails where the memory does not suffice.
-   subroutine new_mass_solver(by, order, grid, constraints, s, failure)
+   !> A solver for a grid. `held` tells which components are zero. Fails where the memory does not suffice.
+   subroutine new_mass_solver(by, order, grid, held, s, failure)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
       type(grid_t), intent(in) :: grid
-      type(constraints_t), intent(in) :: constraints
+      logical, intent(in) :: held(:, :)             !! (ndim, n_nodes)
       type(mass_solver_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       integer :: status
       s%by = by
       s%order = order
       s%direct%by_umfpack = by == by_umfpack
-      s%constraints = constraints
-      if (.not. allocated(s%constraints%fixed)) allocate (s%constraints%fixed(ndim, grid%n_nodes), source=.false.)
+      s%held_nodes = pack([(status, status=1, grid%n_nodes)], any(held, dim=1))
+      s%held = held(:, s%held_nodes)
       if (by == by_lumped) return
       associate (n => grid%n_nodes)
-         allocate (s%r(ndim, n), s%z(ndim, n), s%d(ndim, n), s%q(ndim, n), s%product(ndim, 0:corners*grid%n_elements), &
-                   s%partial(ndim, n/nodes_per_block + 1), stat=status)
+         allocate (s%inverse(ndim, n), s%r(ndim, n), s%z(ndim, n), s%d(ndim, n), s%q(ndim, n), &
+                   s%partial(ndim, 2, n/nodes_per_block + 1), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of nodes')
          return
       end if
-      s%product = 0
+      s%r = 0
       s%d = 0
       s%z = 0
    end subroutine new_mass_solver
@@ -89,178 +93,214 @@ contains
       real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_nodes)
       real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_nodes)
       type(failure_t), intent(inout) :: failure
-      if (s%layout /= matrix%layout .and. s%by /= by_lumped) then
-         s%product = 0                              ! cells that have lost their last particle have no products
-         s%layout = matrix%layout
-         if (s%factorised) s%factorised = s%direct%fits(matrix)
-      end if
+      if (s%by /= by_lumped .and. s%version /= matrix%version) call follow_matrix(s, matrix)
       select case (s%by)
       case (by_lumped)
-         call divide(matrix%all, matrix, b, x)
-         call hold(s%constraints, x)
+         call divide(matrix%all%n_nodes, matrix%all%nodes, matrix%lumped, b, x)
+         call hold(s, x)
       case (by_fmpm)
-         call add_series(s, grid, matrix, b, x)
+         call add_series(s, matrix, b, x)
       case default
-         if (matrix%coupled%n_nodes < matrix%all%n_nodes) call solve_lumped_part(s, matrix, b, x)
-         if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix%coupled, matrix, b, x, failure)
+         call divide(size(matrix%apart), matrix%apart, matrix%lumped, b, x)
+         call hold(s, x)
+         if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix, b, x, failure)
       end select
    end subroutine solve_mass
 
-   !> x = D^-1 b at the nodes that only lumped cells touch; the guess elsewhere stays.
-   subroutine solve_lumped_part(s, matrix, b, x)
+   !> Prepare for a matrix that has changed.
+   subroutine follow_matrix(s, matrix)
       type(mass_solver_t), intent(inout) :: s
       type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: b(:, :)
-      real(dp), intent(inout), contiguous :: x(:, :)
-      call copy(matrix%coupled, x, s%z)
-      call divide(matrix%all, matrix, b, x)
-      call hold(s%constraints, x)
-      call copy(matrix%coupled, s%z, x)
-   end subroutine solve_lumped_part
+      integer :: a
+      s%version = matrix%version
+      !$omp parallel do schedule(static)
+      do a = 1, matrix%coupled%n_nodes
+         s%inverse(:, matrix%coupled%nodes(a)) = 1/matrix%lumped(matrix%coupled%nodes(a))
+      end do
+      call hold(s, s%inverse)
+      if (s%layout /= matrix%layout .and. s%factorised) s%factorised = s%direct%fits(matrix)
+      s%layout = matrix%layout
+   end subroutine follow_matrix
 
    !> x = sum_{j < order} (I - D^-1 M)^j D^-1 b.
-   subroutine add_series(s, grid, matrix, b, x)
+   subroutine add_series(s, matrix, b, x)
       type(mass_solver_t), intent(inout) :: s
-      type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp) :: unused(ndim)
       integer :: j
-      call divide(matrix%all, matrix, b, x)
-      call hold(s%constraints, x)
-      if (s%order > 1) call copy(matrix%all, x, s%d)
-      do j = 2, s%order
-         call multiply(s, grid, matrix%all, matrix, s%d, s%q, unused)
-         call add_term(matrix%all, matrix, s%q, s%d, x)
-      end do
+      associate (nodes => matrix%coupled%nodes)
+         call divide(size(nodes), nodes, matrix%lumped, b, x)
+         call hold(s, x)
+         if (s%order > 1) call copy(matrix%coupled, x, s%d)
+         do j = 2, s%order
+            call multiply(s, matrix, matrix%row, s%d, s%q, unused)
+            call add_term(matrix%coupled, s%q, s%d, x)
+         end do
+      end associate
    end subroutine add_series
 
-   !> Preconditioned conjugate gradients, each component by itself (Saad 2003, algorithm 9.1).
-   subroutine iterate(s, grid, region, matrix, b, x, failure)
+   !> Preconditioned conjugate gradients, each component by itself (Saad 2003, algorithm 9.1). The residual is kept divided
+   !> by D: r = D^-1 (b - M x), and so is the product with the direction, q = D^-1 M d. Held components of either are 0.
+   subroutine iterate(s, grid, matrix, b, x, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
-      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(failure_t), intent(inout) :: failure
-      real(dp), dimension(ndim) :: norm, rz, rz_new, target
+      real(dp), dimension(ndim) :: norm, rz, rz_last, dq, target
       integer :: k
-      if (s%by /= by_cg .and. .not. s%factorised) then
-         call s%direct%factorise(grid, matrix, s%constraints%fixed, failure)
-         if (failure%failed()) return
-         s%factorised = .true.
-      end if
-      call hold(s%constraints, x)
-      call start_residual(s, grid, region, matrix, b, x, norm, target)
-      rz = 0                                        ! the first direction is z
+      if (s%by /= by_cg .and. .not. s%factorised) call factorise(s, grid, matrix, failure)
+      if (failure%failed()) return
+      call start_residual(s, matrix, b, x, norm, target)
+      rz_last = 0
       do k = 0, most_iterations
-         if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
-         rz_new = norm
-         if (s%by /= by_cg) then
-            call s%direct%solve(s%r, s%z)
-            rz_new = dot(s, region, s%r, s%z)
-         end if
-         call combine(region, [1.0_dp, 1.0_dp], s%z, ratio(rz_new, rz), s%d)
-         call multiply(s, grid, region, matrix, s%d, s%q, rz)
-         call step_along(s, region, matrix, ratio(rz_new, rz), x, norm)
-         rz = rz_new
+         if (all(norm <= target)) exit
+         call precondition(s, matrix, rz)
+         call add_to_direction(matrix%coupled, ratio(rz, rz_last), s%z, s%d)
+         call multiply(s, matrix, matrix%row, s%d, s%q, dq)
+         call step_along(s, matrix, ratio(rz, dq), x, norm)
+         rz_last = rz
       end do
-      call combine(region, [1.0_dp, 1.0_dp], s%z, [1.0_dp, 1.0_dp], x)    ! now the sum of M x is that of b, see above
+      call add(matrix%coupled, s%r, x)
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
-      if (.not. all(norm <= target)) call report_divergence(min(k, most_iterations), norm, target, failure)
+      if (k > most_iterations) call failure%report(exit_computation, 'mass matrix: conjugate gradients have not '// &
+         'converged in '//to_text(most_iterations)//' iterations. Likely cause: the run is unstable; reduce &method courant')
       if (k > patience) s%factorised = .false.
    end subroutine iterate
 
-   !> Fail because the iteration does not come to an end, telling how far it came.
-   subroutine report_divergence(iterations, norm, target, failure)
-      integer, intent(in) :: iterations
-      real(dp), intent(in) :: norm(ndim), target(ndim)  !! squares, as of `start_residual`
-      type(failure_t), intent(inout) :: failure
-      character(:), allocatable :: found
-      found = 'momenta or forces of the nodes are too large or no longer numbers'
-      if (all(norm <= huge(norm)) .and. all(target > 0)) &
-         found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side'
-      call failure%report(exit_computation, 'mass matrix: the nodal equations are not solved after '//to_text(iterations)// &
-                          ' iterations: '//found//'. Likely cause: the run is unstable; reduce &method courant')
-   end subroutine report_divergence
+   !> z = P^-1 D r, and z.D r. With a factorised matrix P, or of conjugate gradients
+   !>
+   !>    P^-1 = D^-1 (sum over cells of D_e M_e^-1 D_e) D^-1.
+   !>
+   !> The eigenvalues of P^-1 M are at least 1: any v is the sum of D^-1 D_e v_e, so that v.P v <= sum of v_e.M_e v_e = v.M v
+   !> (the lemma of additive Schwarz methods; Toselli & Widlund 2005, section 2.2). At most they are the largest of
+   !> M_e^-1 D_e. With the particles at the quarter points they lie between 1 and (25/16)**2, those of D^-1 M between 1/16
+   !> and 1.
+   subroutine precondition(s, matrix, rz)
+      type(mass_solver_t), intent(inout) :: s
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(out) :: rz(ndim)
+      if (s%by == by_cg) then
+         call multiply(s, matrix, matrix%inverse_row, s%r, s%z, rz)
+      else
+         call weigh(matrix%coupled, matrix%lumped, s%r, s%q)
+         call s%direct%solve(s%q, s%z)
+         rz = dot(s, matrix%coupled, s%q, s%z)
+      end if
+   end subroutine precondition
 
-   !> r = b - M x without held components, z = D^-1 r, the square of the norm of r, r.z, and that which is small enough.
-   subroutine start_residual(s, grid, region, matrix, b, x, norm, target)
+   !> Factorise the matrix as it is now.
+   subroutine factorise(s, grid, matrix, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
-      type(region_t), intent(in) :: region
+      type(mass_matrix_t), intent(in) :: matrix
+      type(failure_t), intent(inout) :: failure
+      logical, allocatable :: held(:, :)
+      allocate (held(ndim, grid%n_nodes), source=.false.)
+      held(:, s%held_nodes) = s%held
+      call s%direct%factorise(grid, matrix, held, failure)
+      s%factorised = .true.
+   end subroutine factorise
+
+   !> y = D^-1 A x without held components, A being given by rows, and x.A x.
+   subroutine multiply(s, matrix, row, x, y, xax)
+      type(mass_solver_t), intent(inout) :: s
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: row(:, :)
+      real(dp), intent(in), contiguous :: x(:, :)
+      real(dp), intent(inout), contiguous :: y(:, :)
+      real(dp), intent(out) :: xax(ndim)
+      integer :: block, first
+      associate (runs => matrix%runs, blocks => block_count(matrix%coupled))
+         !$omp parallel do schedule(static) private(first)
+         do block = 1, blocks
+            first = runs%of_block(block)
+            call multiply_rows(runs%of_block(block + 1) - first, runs%first(first), runs%last(first), runs%offset(1, first), &
+                               row, s%inverse, x, y, s%partial(1, 1, block))
+         end do
+         xax = sum(s%partial(:, 1, :blocks), dim=2)
+      end associate
+   end subroutine multiply
+
+   !> r = D^-1 (b - M x), the square of its norm r.D r, and that which is small enough.
+   subroutine start_residual(s, matrix, b, x, norm, target)
+      type(mass_solver_t), intent(inout) :: s
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :), x(:, :)
       real(dp), intent(out) :: norm(ndim), target(ndim)
-      call copy(region, b, s%r)
-      call hold(s%constraints, s%r)
-      call divide(region, matrix, s%r, s%z)
-      target = tolerance**2*dot(s, region, s%r, s%z)
-      call multiply(s, grid, region, matrix, x, s%q, norm)
-      call combine(region, [-1.0_dp, -1.0_dp], s%q, [1.0_dp, 1.0_dp], s%r)
-      call divide(region, matrix, s%r, s%z)
-      norm = dot(s, region, s%r, s%z)
+      real(dp) :: sums(ndim, 2)
+      integer :: block, first
+      call multiply(s, matrix, matrix%row, x, s%q, norm)
+      associate (region => matrix%coupled)
+         !$omp parallel do schedule(static) private(first)
+         do block = 1, block_count(region)
+            first = (block - 1)*nodes_per_block + 1
+            call start_nodes(block_size(region, block), region%nodes(first), matrix%lumped, s%inverse, b, s%q, s%r, &
+                             s%partial(1, 1, block))
+         end do
+         sums = sum(s%partial(:, :, :block_count(region)), dim=3)
+      end associate
+      norm = sums(:, 1)
+      target = tolerance**2*sums(:, 2)
    end subroutine start_residual
 
-   !> y = M x without held components, and x.y.
-   subroutine multiply(s, grid, region, matrix, x, y, xy)
-      type(mass_solver_t), intent(inout) :: s
-      type(grid_t), intent(in) :: grid
-      type(region_t), intent(in) :: region
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: x(:, :)
-      real(dp), intent(inout), contiguous :: y(:, :)
-      real(dp), intent(out) :: xy(ndim)
-      integer :: block, first
-      call multiply_cells(region%n_cells, region%cells, grid%element_nodes, matrix%cell, x, s%product(1, 1))
-      !$omp parallel do schedule(static) private(first)
-      do block = 1, block_count(region)
-         first = (block - 1)*nodes_per_block + 1
-         call gather_slots(block_size(region, block), region%nodes(first), grid%node_slot, s%product, x, y, &
-                           s%partial(1, block))
+   !> `start_residual` at some nodes, with r.D r and b.D^-1 b.
+   pure subroutine start_nodes(n, nodes, lumped, inverse, b, q, r, sums)
+      integer, intent(in) :: n, nodes(n)
+      real(dp), intent(in) :: lumped(*), inverse(ndim, *), b(ndim, *), q(ndim, *)
+      real(dp), intent(inout) :: r(ndim, *)
+      real(dp), intent(out) :: sums(ndim, 2)
+      real(dp) :: x_lumped(ndim), r_i(ndim)
+      integer :: a, i
+      sums = 0
+      do a = 1, n
+         i = nodes(a)
+         x_lumped = inverse(:, i)*b(:, i)
+         r_i = x_lumped - q(:, i)
+         r(:, i) = r_i
+         sums(:, 1) = sums(:, 1) + lumped(i)*r_i*r_i
+         sums(:, 2) = sums(:, 2) + lumped(i)*x_lumped*x_lumped
       end do
-      xy = sum(s%partial(:, :block_count(region)), dim=2)
-      call hold(s%constraints, y)
-   end subroutine multiply
+   end subroutine start_nodes
 
-   !> x <- x + step d, r <- r - step q, z = D^-1 r, and r.z.
-   subroutine step_along(s, region, matrix, step, x, rz)
+   !> x <- x + step d, r <- r - step q, and r.D r.
+   subroutine step_along(s, matrix, step, x, norm)
       type(mass_solver_t), intent(inout) :: s
-      type(region_t), intent(in) :: region
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in) :: step(ndim)
       real(dp), intent(inout), contiguous :: x(:, :)
-      real(dp), intent(out) :: rz(ndim)
+      real(dp), intent(out) :: norm(ndim)
       integer :: block, first
-      !$omp parallel do schedule(static) private(first)
-      do block = 1, block_count(region)
-         first = (block - 1)*nodes_per_block + 1
-         call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%d, s%q, x, s%r, s%z, &
-                         s%partial(1, block))
-      end do
-      rz = sum(s%partial(:, :block_count(region)), dim=2)
+      associate (region => matrix%coupled)
+         !$omp parallel do schedule(static) private(first)
+         do block = 1, block_count(region)
+            first = (block - 1)*nodes_per_block + 1
+            call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%d, s%q, x, s%r, &
+                            s%partial(1, 1, block))
+         end do
+         norm = sum(s%partial(:, 1, :block_count(region)), dim=2)
+      end associate
    end subroutine step_along
 
    !> `step_along` at some nodes.
-   pure subroutine step_nodes(n, nodes, step, lumped, d, q, x, r, z, rz)
+   pure subroutine step_nodes(n, nodes, step, lumped, d, q, x, r, norm)
       integer, intent(in) :: n, nodes(n)
       real(dp), intent(in) :: step(ndim), lumped(*), d(ndim, *), q(ndim, *)
-      real(dp), intent(inout) :: x(ndim, *), r(ndim, *), z(ndim, *)
-      real(dp), intent(out) :: rz(ndim)
-      real(dp) :: inverse, r_i(ndim)
+      real(dp), intent(inout) :: x(ndim, *), r(ndim, *)
+      real(dp), intent(out) :: norm(ndim)
+      real(dp) :: r_i(ndim)
       integer :: a, i
-      rz = 0
+      norm = 0
       do a = 1, n
          i = nodes(a)
-         inverse = 1/lumped(i)
          x(:, i) = x(:, i) + step*d(:, i)
          r_i = r(:, i) - step*q(:, i)
          r(:, i) = r_i
-         z(:, i) = r_i*inverse
-         rz = rz + r_i*r_i*inverse
+         norm = norm + lumped(i)*r_i*r_i
       end do
    end subroutine step_nodes
 
@@ -276,6 +316,16 @@ contains
       integer, intent(in) :: block
       block_size = min(nodes_per_block, region%n_nodes - (block - 1)*nodes_per_block)
    end function block_size
+
+   !> Set the held components to zero.
+   subroutine hold(s, x)
+      type(mass_solver_t), intent(in) :: s
+      real(dp), intent(inout), contiguous :: x(:, :)
+      integer :: k
+      do k = 1, size(s%held_nodes)
+         where (s%held(:, k)) x(:, s%held_nodes(k)) = 0
+      end do
+   end subroutine hold
 
    !> a/b by component, 0 where there is nothing left to do.
    pure function ratio(a, b)
@@ -295,9 +345,9 @@ contains
       !$omp parallel do schedule(static) private(first)
       do block = 1, block_count(region)
          first = (block - 1)*nodes_per_block + 1
-         call dot_of_nodes(block_size(region, block), region%nodes(first), x, y, s%partial(1, block))
+         call dot_of_nodes(block_size(region, block), region%nodes(first), x, y, s%partial(1, 1, block))
       end do
-      total = sum(s%partial(:, :block_count(region)), dim=2)
+      total = sum(s%partial(:, 1, :block_count(region)), dim=2)
    end function dot
 
    !> The part of `dot` of some nodes.
@@ -312,54 +362,70 @@ contains
       end do
    end subroutine dot_of_nodes
 
-   !> x = D^-1 b.
-   subroutine divide(region, matrix, b, x)
-      type(region_t), intent(in) :: region
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in) :: b(ndim, *)
+   !> x = D^-1 b at some nodes.
+   subroutine divide(n, nodes, lumped, b, x)
+      integer, intent(in) :: n, nodes(n)
+      real(dp), intent(in) :: lumped(*), b(ndim, *)
       real(dp), intent(inout) :: x(ndim, *)
       real(dp) :: inverse
       integer :: a
       !$omp parallel do schedule(static) private(inverse)
-      do a = 1, region%n_nodes
-         associate (i => region%nodes(a))
-            inverse = 1/matrix%lumped(i)
-            x(:, i) = b(:, i)*inverse
-         end associate
+      do a = 1, n
+         inverse = 1/lumped(nodes(a))
+         x(:, nodes(a)) = b(:, nodes(a))*inverse
       end do
    end subroutine divide
 
-   !> d <- d - D^-1 q, x <- x + d.
-   subroutine add_term(region, matrix, q, d, x)
+   !> y = D x.
+   subroutine weigh(region, lumped, x, y)
       type(region_t), intent(in) :: region
-      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: lumped(*), x(ndim, *)
+      real(dp), intent(inout) :: y(ndim, *)
+      integer :: a
+      !$omp parallel do schedule(static)
+      do a = 1, region%n_nodes
+         y(:, region%nodes(a)) = lumped(region%nodes(a))*x(:, region%nodes(a))
+      end do
+   end subroutine weigh
+
+   !> d <- d - q, x <- x + d.
+   subroutine add_term(region, q, d, x)
+      type(region_t), intent(in) :: region
       real(dp), intent(in) :: q(ndim, *)
       real(dp), intent(inout) :: d(ndim, *), x(ndim, *)
-      real(dp) :: inverse
       integer :: a
-      !$omp parallel do schedule(static) private(inverse)
+      !$omp parallel do schedule(static)
       do a = 1, region%n_nodes
          associate (i => region%nodes(a))
-            inverse = 1/matrix%lumped(i)
-            d(:, i) = d(:, i) - q(:, i)*inverse
+            d(:, i) = d(:, i) - q(:, i)
             x(:, i) = x(:, i) + d(:, i)
          end associate
       end do
    end subroutine add_term
 
-   !> y <- a x + b y, by component.
-   subroutine combine(region, a, x, b, y)
+   !> y <- y + x.
+   subroutine add(region, x, y)
       type(region_t), intent(in) :: region
-      real(dp), intent(in) :: a(ndim), x(ndim, *), b(ndim)
+      real(dp), intent(in) :: x(ndim, *)
       real(dp), intent(inout) :: y(ndim, *)
-      integer :: k
+      integer :: a
       !$omp parallel do schedule(static)
-      do k = 1, region%n_nodes
-         associate (i => region%nodes(k))
-            y(:, i) = a*x(:, i) + b*y(:, i)
-         end associate
+      do a = 1, region%n_nodes
+         y(:, region%nodes(a)) = y(:, region%nodes(a)) + x(:, region%nodes(a))
       end do
-   end subroutine combine
+   end subroutine add
+
+   !> d <- z + factor d, by component.
+   subroutine add_to_direction(region, factor, z, d)
+      type(region_t), intent(in) :: region
+      real(dp), intent(in) :: factor(ndim), z(ndim, *)
+      real(dp), intent(inout) :: d(ndim, *)
+      integer :: a
+      !$omp parallel do schedule(static)
+      do a = 1, region%n_nodes
+         d(:, region%nodes(a)) = z(:, region%nodes(a)) + factor*d(:, region%nodes(a))
+      end do
+   end subroutine add_to_direction
 
    !> y = x.
    subroutine copy(region, x, y)

@@ -4,7 +4,7 @@ module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t, element_of_slot
-   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, assemble, nodes_per_block
    use hampm_particles, only: particles_t
    implicit none
    private
@@ -80,6 +80,8 @@ contains
             f%cell_momentum(:, slot) = 0
             f%cell_force(:, slot) = 0
          end do
+         if (allocated(f%mass_matrix%cell)) f%mass_matrix%cell(:, :, e) = 0
+         if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
       end do
       do node = 1, grid%n_points
          f%is_active(node) = touches_particles(grid, p, node)
@@ -122,7 +124,8 @@ contains
       touches_particles = .false.
    end function touches_particles
 
-   !> Sum the cells' shares of mass and momentum at each active node, always in the order of the cells.
+   !> Sum the cells' shares of mass and momentum at each active node, always in the order of the cells, and those of the mass
+   !> matrix where it has changed.
    subroutine gather_mass_and_momentum(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
@@ -132,6 +135,7 @@ contains
          call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, f%mass_matrix%lumped)
          call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%momentum)
       end associate
+      call assemble(grid, f%mass_matrix)
    end subroutine gather_mass_and_momentum
 
    !> Sum the cells' shares of the internal force at each active point. Those of dependent points are not yet given to the nodes.

@@ -78,6 +78,7 @@ contains
                           f%cell_mass(1), f%cell_momentum(1, 1), f%cell_force(1, 1), f%cell_audit, p%total_frame, &
                           left_cell, jumped, f%mass_matrix%is_solved, f%mass_matrix%cell, f%mass_matrix%blend)
       end do
+      if (sweep%map_matrix .or. sweep%map_moved_matrix) f%mass_matrix%assembled = .false.
       report%left_cell = left_cell
       report%jumped = jumped
       if (audit) then
