@@ -121,7 +121,7 @@ def cost(program, repeats):
 def memory(program):
     rows = [("cell [mm]", "nodes", "MiB lumped", "MiB full, cg", "KiB a node more than the row above, cg")]
     last = None
-    for cell in (1.25e-3, 0.625e-3, 0.3125e-3):
+    for cell in (1.25e-3, 0.625e-3, 0.3125e-3, 0.15625e-3):
         scene, columns = ROOT / "input/dcb.nml", round(0.1 / cell)
         nodes = (columns + 1) * (columns // 10 + 2)
         peak = {kind: program(scene, dcb_settings(kind, None, "updated", cell, 10))[1] for kind in ("lumped", "full")}
