@@ -48,7 +48,8 @@ contains
       associate (method => scene%method)
          call start_motion(motion, method%scheme, failure, new_mass_choice(method%mass, method%solver, method%order, &
                                                                            method%blend, method%full_lower, &
-                                                                           method%full_upper))
+                                                                           method%full_upper, &
+                                                                           method%full_region == 'refined'))
       end associate
    end subroutine assemble
 

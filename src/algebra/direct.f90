@@ -4,7 +4,7 @@ module hampm_direct
    use hampm_kinds, only: dp, ndim, corners
    use hampm_banded, only: banded_t
    use hampm_failure, only: failure_t
-   use hampm_grid, only: grid_t
+   use hampm_grid, only: grid_t, most_nodes_of_leaf
    use hampm_mass_matrix, only: mass_matrix_t, coupled_cells
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    use hampm_umfpack, only: umfpack_t
@@ -122,12 +122,16 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: coupled(:)
       logical, intent(in) :: held(:)
-      integer :: cliques(corners, size(coupled)), k, c, n
+      integer, allocatable :: cliques(:, :)
+      integer :: nodes(most_nodes_of_leaf), k, c, n, n_here
+      real(dp) :: part(corners, most_nodes_of_leaf)
       allocate (factor%unknown(grid%n_nodes), source=0)
+      allocate (cliques(merge(corners, most_nodes_of_leaf, grid%dependents%n == 0), size(coupled)), source=0)
       n = 0
       do k = 1, size(coupled)
-         do c = 1, corners
-            associate (node => grid%element_nodes(c, coupled(k)))
+         call grid%element_matrix(coupled(k), n_here, nodes, part)
+         do c = 1, n_here
+            associate (node => nodes(c))
                if (factor%unknown(node) == 0 .and. .not. held(node)) then
                   n = n + 1
                   factor%unknown(node) = n
@@ -150,18 +154,21 @@ contains
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: mass
       integer, intent(in) :: coupled(:)
-      real(dp) :: rest(size(factor%node))
-      integer :: k, r, c, i, j
+      real(dp) :: rest(size(factor%node)), part(corners, most_nodes_of_leaf)
+      real(dp) :: by_node(most_nodes_of_leaf, most_nodes_of_leaf)
+      integer :: nodes(most_nodes_of_leaf), k, r, c, i, j, n
       factor%matrix%value = 0
       rest = mass%lumped(factor%node)
       do k = 1, size(coupled)
-         do c = 1, corners
-            j = factor%unknown(grid%element_nodes(c, coupled(k)))
+         call grid%element_matrix(coupled(k), n, nodes, part)
+         by_node = matmul(transpose(part), matmul(mass%cell(:, :, coupled(k)), part))
+         do c = 1, n
+            j = factor%unknown(nodes(c))
             if (j == 0) cycle
-            rest(j) = rest(j) - sum(mass%cell(:, c, coupled(k)))
-            do r = 1, corners
-               i = factor%unknown(grid%element_nodes(r, coupled(k)))
-               if (i > 0) call factor%matrix%add(i, j, mass%cell(r, c, coupled(k)))
+            rest(j) = rest(j) - sum(by_node(:n, c))
+            do r = 1, n
+               i = factor%unknown(nodes(r))
+               if (i > 0) call factor%matrix%add(i, j, by_node(r, c))
             end do
          end do
       end do

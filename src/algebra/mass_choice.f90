@@ -13,6 +13,7 @@ module hampm_mass_choice
    type :: mass_choice_t
       integer :: by = by_lumped                  !! way of solution
       integer :: order = 1                       !! of fmpm
+      logical :: refined_only = .false.          !! whether a partial one is full in the refined cells, else in the box
       real(dp) :: blend_inside = 0               !! lumped part of the cells within the box [-]
       real(dp) :: blend_outside = 0              !! and of the others [-]
       real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box of a partial mass matrix [m]
@@ -23,12 +24,13 @@ contains
 
    !> A mass matrix by name: 'lumped', 'full', 'partial' (full within the box, lumped elsewhere), 'fmpm' of an order, or
    !> 'blend' with a lumped part.
-   pure function new_mass_choice(mass, solver, order, blend, lower, upper) result(choice)
+   pure function new_mass_choice(mass, solver, order, blend, lower, upper, refined_only) result(choice)
       character(*), intent(in) :: mass
       character(*), intent(in) :: solver         !! 'cg', 'umfpack' or 'banded'
       integer, intent(in) :: order
       real(dp), intent(in) :: blend
       real(dp), intent(in) :: lower(ndim), upper(ndim)
+      logical, intent(in), optional :: refined_only !! instead of the box
       type(mass_choice_t) :: choice
       select case (solver)
       case ('cg')
@@ -51,6 +53,7 @@ contains
          choice%blend_outside = 1
          choice%lower = lower
          choice%upper = upper
+         if (present(refined_only)) choice%refined_only = refined_only
       end select
    end function new_mass_choice
 
@@ -65,9 +68,9 @@ contains
       integer :: e, status
       if (choice%by == by_lumped) return
       allocate (matrix%cell(corners, corners, grid%n_elements), matrix%blend(grid%n_elements), &
-                matrix%row(neighbours, grid%n_nodes), stat=status)
+                matrix%is_quarter(grid%n_elements), matrix%row(neighbours, grid%n_points), stat=status)
       if (status == 0 .and. choice%by == by_cg) allocate (matrix%cell_inverse(corners, corners, grid%n_elements), &
-                                                          matrix%inverse_row(neighbours, grid%n_nodes), stat=status)
+                                                          matrix%inverse_row(neighbours, grid%n_points), stat=status)
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of cells')
          return
@@ -75,9 +78,14 @@ contains
       call pattern_of_grid(grid, matrix%pattern)
       matrix%is_solved = choice%by /= by_fmpm
       do e = 1, grid%n_elements
-         middle = grid%element_lower(:, e) + 0.5_dp*grid%element_size(e)
+         matrix%is_quarter(e) = grid%is_transition(grid%element_leaf(e))
          matrix%blend(e) = choice%blend_outside
-         if (all(middle >= choice%lower .and. middle <= choice%upper)) matrix%blend(e) = choice%blend_inside
+         middle = grid%element_lower(:, e) + 0.5_dp*grid%element_size(e)
+         if (choice%refined_only) then
+            if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%blend(e) = choice%blend_inside
+         else if (all(middle >= choice%lower .and. middle <= choice%upper)) then
+            matrix%blend(e) = choice%blend_inside
+         end if
       end do
    end subroutine choose_cells
 end module hampm_mass_choice

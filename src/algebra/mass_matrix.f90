@@ -13,7 +13,8 @@ module hampm_mass_matrix
    use hampm_nodal_rows, only: pattern_t, runs_t, find_runs, sum_rows
    implicit none
    private
-   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, assemble, nodes_per_block
+   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, assemble, &
+             eigenvalue_floor, nodes_per_block
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
 
@@ -36,19 +37,21 @@ module hampm_mass_matrix
       type(region_t) :: all                             !! the occupied cells and their nodes
       type(region_t) :: coupled                         !! the nodes of cells that are not lumped, and the occupied cells
                                                         !! around them
-      type(runs_t) :: runs                              !! its nodes, in blocks of `nodes_per_block`
+      type(runs_t) :: runs                              !! its points, in blocks of `nodes_per_block`
       integer, allocatable :: apart(:)                  !! the other nodes
-      real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_nodes)
+      real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
       real(dp), allocatable :: cell(:, :, :)            !! M by cells [kg], (corners, corners, n_elements); not
                                                         !! allocated where all is lumped
       real(dp), allocatable :: blend(:)                 !! part of each cell that is lumped, 0 to 1, (n_elements);
+                                                        !! not allocated where all is lumped
+      logical, allocatable :: is_quarter(:)             !! which elements are quarters of a transition leaf, (n_elements);
                                                         !! not allocated where all is lumped
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
                                                         !! no equations are solved with it
       integer :: version = 0                            !! how often the rows have been summed
       logical :: assembled = .false.                    !! whether the rows are those of the cells
       type(pattern_t) :: pattern                        !! of the rows
-      real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (neighbours, n_nodes)
+      real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (neighbours, n_points)
       real(dp), allocatable :: inverse_row(:, :)        !! sum of D_e M_e^-1 D_e by such rows [kg]
    end type mass_matrix_t
 
@@ -71,33 +74,42 @@ contains
       integer :: k
       matrix%layout = matrix%layout + 1
       if (.not. allocated(matrix%blend)) return
-      allocate (is_coupled(grid%n_nodes), source=.false.)
+      allocate (is_coupled(grid%n_points), source=.false.)
       do k = 1, matrix%all%n_cells
          associate (e => matrix%all%cells(k))
             if (matrix%blend(e) < 1) is_coupled(grid%element_nodes(:, e)) = .true.
          end associate
       end do
-      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), cells => matrix%all%cells(:matrix%all%n_cells))
-         matrix%coupled%nodes = pack(nodes, is_coupled(nodes))
+      do k = grid%n_nodes + 1, grid%n_points
+         if (is_coupled(k)) call grid%dependents%mark_parents(k, is_coupled)
+      end do
+      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), points => matrix%all%nodes(:matrix%all%n_points), &
+                 cells => matrix%all%cells(:matrix%all%n_cells))
+         matrix%coupled%nodes = pack(points, is_coupled(points))
          matrix%apart = pack(nodes, .not. is_coupled(nodes))
+         matrix%coupled%n_nodes = size(nodes) - size(matrix%apart)
          matrix%coupled%cells = pack(cells, [(any(is_coupled(grid%element_nodes(:, cells(k)))), k=1, size(cells))])
       end associate
-      matrix%coupled%n_nodes = size(matrix%coupled%nodes)
+      matrix%coupled%n_points = size(matrix%coupled%nodes)
       matrix%coupled%n_cells = size(matrix%coupled%cells)
       call find_runs(matrix%pattern, matrix%coupled%nodes, nodes_per_block, matrix%runs)
    end subroutine find_coupled_region
 
    !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
-   pure subroutine prepare_cell(blend, is_solved, m)
+   !> What is lumped is put on the diagonal; in a quarter of a transition leaf, where corners may be dependent points, it is
+   !> left out, for `assemble` to put it on the diagonal of the nodes.
+   pure subroutine prepare_cell(blend, is_solved, is_quarter, m)
       real(dp), intent(in) :: blend              !! 0: full, 1: lumped
       logical, intent(in) :: is_solved           !! else it is only multiplied by
+      logical, intent(in) :: is_quarter          !! of a transition leaf
       real(dp), intent(inout) :: m(corners, corners)
       real(dp) :: diagonal(corners)
       if (blend <= 0 .and. .not. is_solved) return
       diagonal = sum(m, dim=2)
+      if (is_quarter) diagonal = 0
       if (blend > 0) call lump(blend, diagonal, m)
       if (blend < 1 .and. is_solved) then
-         if (.not. is_well_determined(diagonal, m)) call lump(eigenvalue_floor, diagonal, m)
+         if (is_quarter .or. .not. is_well_determined(diagonal, m)) call lump(eigenvalue_floor, diagonal, m)
       end if
    end subroutine prepare_cell
 
@@ -135,33 +147,70 @@ contains
    end function is_well_determined
 
    !> Sum the cells into the rows of the coupled region, if they have changed.
-   subroutine assemble(grid, matrix)
+   subroutine assemble(grid, cell_mass, matrix)
       type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: cell_mass(corners, *)     !! lumped masses by cells [kg]
       type(mass_matrix_t), intent(inout) :: matrix
       integer :: k
       if (matrix%assembled .or. .not. allocated(matrix%cell)) return
       associate (region => matrix%coupled)
-         call sum_rows(region%n_nodes, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell, matrix%row)
+         call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell, matrix%row)
          if (allocated(matrix%cell_inverse)) then
             !$omp parallel do schedule(static)
             do k = 1, region%n_cells
-               call invert_cell(matrix%cell(:, :, region%cells(k)), matrix%cell_inverse(:, :, region%cells(k)))
+               associate (e => region%cells(k))
+                  call invert_cell(cell_mass(:, e), matrix%cell(:, :, e), matrix%cell_inverse(:, :, e))
+               end associate
             end do
-            call sum_rows(region%n_nodes, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell_inverse, &
+            call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell_inverse, &
                           matrix%inverse_row)
          end if
       end associate
+      if (grid%dependents%n > 0) call add_lumped_quarters(grid, cell_mass, matrix)
       matrix%assembled = .true.
       matrix%version = matrix%version + 1
    end subroutine assemble
 
-   !> D M^-1 D of a cell's matrix M, D being its lumped matrix, by Gauss-Jordan elimination in place.
-   pure subroutine invert_cell(m, inverse)
-      real(dp), intent(in) :: m(corners, corners)
+   !> Put on the diagonals of the rows what of the quarters of transition leaves is lumped: it is given to nodes first.
+   subroutine add_lumped_quarters(grid, cell_mass, matrix)
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: cell_mass(corners, *)
+      type(mass_matrix_t), intent(inout) :: matrix
+      real(dp), allocatable :: lumped(:)
+      integer :: k, c, a
+      allocate (lumped(grid%n_points), source=0.0_dp)
+      do k = 1, matrix%all%n_cells
+         associate (e => matrix%all%cells(k))
+            if (.not. matrix%is_quarter(e)) cycle
+            do c = 1, corners
+               associate (point => grid%element_nodes(c, e))
+                  lumped(point) = lumped(point) + max(cell_mass(c, e) - sum(matrix%cell(:, c, e)), 0.0_dp)
+               end associate
+            end do
+         end associate
+      end do
+      associate (all => matrix%all, region => matrix%coupled)
+         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, lumped)
+         do a = 1, region%n_nodes
+            associate (i => region%nodes(a))
+               matrix%row(1, i) = matrix%row(1, i) + lumped(i)
+               if (allocated(matrix%inverse_row)) matrix%inverse_row(1, i) = matrix%inverse_row(1, i) + lumped(i)
+            end associate
+         end do
+      end associate
+   end subroutine add_lumped_quarters
+
+   !> D M^-1 D of a cell's matrix M, D being its lumped matrix, by Gauss-Jordan elimination in place. What of M has been left out,
+   !> as in a quarter of a transition leaf, is put on its diagonal.
+   pure subroutine invert_cell(diagonal, m, inverse)
+      real(dp), intent(in) :: diagonal(corners), m(corners, corners)
       real(dp), intent(out) :: inverse(corners, corners)
-      real(dp) :: a(corners, corners), column(corners), row(corners), diagonal(corners)
+      real(dp) :: a(corners, corners), column(corners), row(corners)
       integer :: c, k
       a = m
+      do c = 1, corners
+         a(c, c) = a(c, c) + max(diagonal(c) - sum(m(:, c)), 0.0_dp)
+      end do
       do k = 1, corners
          column = a(:, k)
          a(:, k) = 0
@@ -173,7 +222,6 @@ contains
             a(k, c) = row(c)
          end do
       end do
-      diagonal = sum(m, dim=2)
       do c = 1, corners
          inverse(:, c) = diagonal(c)*diagonal*a(:, c)
       end do

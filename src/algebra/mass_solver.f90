@@ -11,6 +11,7 @@
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, long
+   use hampm_constraints, only: constraints_t, hold
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
@@ -23,6 +24,7 @@ module hampm_mass_solver
 
    integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_umfpack = 4, by_banded = 5
 
+   real(dp), parameter :: light = 1.0e-3_dp         !! mass of a light node over the mean mass of the nodes
    real(dp), parameter :: tolerance = 1.0e-13_dp    !! of the residual over the right-hand side, in the norm of D^-1: the
                                                     !! particles' share of the error may be sqrt(20) times as large, and
                                                     !! the error at nodes of little mass far larger
@@ -32,17 +34,17 @@ module hampm_mass_solver
    type :: mass_solver_t
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm
-      integer, allocatable, private :: held_nodes(:)  !! nodes with a held component
-      logical, allocatable, private :: held(:, :)     !! which components of these, (ndim, number of them)
+      type(constraints_t), private :: constraints   !! which components are held
       type(direct_t) :: direct
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
       logical, private :: factorised = .false.
       integer, private :: layout = 0                !! that of the matrix that was solved last
       integer, private :: version = 0               !! that of the matrix that was solved last
+      real(dp), private :: light_mass = 0           !! [kg]
       real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for held components,
-                                                          !! (ndim, n_nodes)
-      real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_nodes)
+                                                          !! 1 at dependent points, (ndim, n_points)
+      real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_points)
       real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2, blocks)
    contains
       procedure :: iterates
@@ -50,22 +52,22 @@ module hampm_mass_solver
 
 contains
 
-   !> A solver for a grid. `held` tells which components are zero. Fails where the memory does not suffice.
-   subroutine new_mass_solver(by, order, grid, held, s, failure)
+   !> A solver for a grid. Fails where the memory does not suffice.
+   subroutine new_mass_solver(by, order, grid, constraints, s, failure)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
       type(grid_t), intent(in) :: grid
-      logical, intent(in) :: held(:, :)             !! (ndim, n_nodes)
+      type(constraints_t), intent(in) :: constraints
       type(mass_solver_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       integer :: status
       s%by = by
       s%order = order
       s%direct%by_umfpack = by == by_umfpack
-      s%held_nodes = pack([(status, status=1, grid%n_nodes)], any(held, dim=1))
-      s%held = held(:, s%held_nodes)
+      s%constraints = constraints
+      if (.not. allocated(s%constraints%fixed)) allocate (s%constraints%fixed(ndim, grid%n_nodes), source=.false.)
       if (by == by_lumped) return
-      associate (n => grid%n_nodes)
+      associate (n => grid%n_points)
          allocate (s%inverse(ndim, n), s%r(ndim, n), s%z(ndim, n), s%d(ndim, n), s%q(ndim, n), &
                    s%partial(ndim, 2, n/nodes_per_block + 1), stat=status)
       end associate
@@ -73,6 +75,7 @@ contains
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of nodes')
          return
       end if
+      s%inverse = 1
       s%r = 0
       s%d = 0
       s%z = 0
@@ -97,12 +100,12 @@ contains
       select case (s%by)
       case (by_lumped)
          call divide(matrix%all%n_nodes, matrix%all%nodes, matrix%lumped, b, x)
-         call hold(s, x)
+         call hold(s%constraints, x)
       case (by_fmpm)
-         call add_series(s, matrix, b, x)
+         call add_series(s, grid, matrix, b, x)
       case default
          call divide(size(matrix%apart), matrix%apart, matrix%lumped, b, x)
-         call hold(s, x)
+         call hold(s%constraints, x)
          if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix, b, x, failure)
       end select
    end subroutine solve_mass
@@ -113,30 +116,32 @@ contains
       type(mass_matrix_t), intent(in) :: matrix
       integer :: a
       s%version = matrix%version
+      s%light_mass = light*sum(matrix%lumped(matrix%coupled%nodes(:matrix%coupled%n_nodes)))/max(1, matrix%coupled%n_nodes)
       !$omp parallel do schedule(static)
       do a = 1, matrix%coupled%n_nodes
          s%inverse(:, matrix%coupled%nodes(a)) = 1/matrix%lumped(matrix%coupled%nodes(a))
       end do
-      call hold(s, s%inverse)
+      call hold(s%constraints, s%inverse)
       if (s%layout /= matrix%layout .and. s%factorised) s%factorised = s%direct%fits(matrix)
       s%layout = matrix%layout
    end subroutine follow_matrix
 
    !> x = sum_{j < order} (I - D^-1 M)^j D^-1 b.
-   subroutine add_series(s, matrix, b, x)
+   subroutine add_series(s, grid, matrix, b, x)
       type(mass_solver_t), intent(inout) :: s
+      type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp) :: unused(ndim)
       integer :: j
-      associate (nodes => matrix%coupled%nodes)
-         call divide(size(nodes), nodes, matrix%lumped, b, x)
-         call hold(s, x)
-         if (s%order > 1) call copy(matrix%coupled, x, s%d)
+      associate (region => matrix%coupled)
+         call divide(region%n_nodes, region%nodes, matrix%lumped, b, x)
+         call hold(s%constraints, x)
+         if (s%order > 1) call copy(region, x, s%d)
          do j = 2, s%order
-            call multiply(s, matrix, matrix%row, s%d, s%q, unused)
-            call add_term(matrix%coupled, s%q, s%d, x)
+            call multiply(s, grid, matrix, matrix%row, s%d, s%q, unused)
+            call add_term(region, s%q, s%d, x)
          end do
       end associate
    end subroutine add_series
@@ -152,25 +157,46 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), dimension(ndim) :: norm, rz, rz_last, dq, target
       integer :: k
-      if (s%by /= by_cg .and. .not. s%factorised) call factorise(s, grid, matrix, failure)
-      if (failure%failed()) return
-      call start_residual(s, matrix, b, x, norm, target)
+      if (s%by /= by_cg .and. .not. s%factorised) then
+         call s%direct%factorise(grid, matrix, s%constraints%fixed, failure)
+         if (failure%failed()) return
+         s%factorised = .true.
+      end if
+      call hold(s%constraints, x)
+      call start_residual(s, grid, matrix, b, x, norm, target)
+      if (any(norm > target)) then               ! no guess is better than one that is worse than none
+         call drop_guess(matrix%coupled, norm > target, x)
+         call start_residual(s, grid, matrix, b, x, norm, target)
+      end if
+      target = tolerance**2*target
       rz_last = 0
       do k = 0, most_iterations
-         if (all(norm <= target)) exit
-         call precondition(s, matrix, rz)
+         if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
+         call precondition(s, grid, matrix, rz)
          call add_to_direction(matrix%coupled, ratio(rz, rz_last), s%z, s%d)
-         call multiply(s, matrix, matrix%row, s%d, s%q, dq)
+         call multiply(s, grid, matrix, matrix%row, s%d, s%q, dq)
          call step_along(s, matrix, ratio(rz, dq), x, norm)
          rz_last = rz
       end do
       call add(matrix%coupled, s%r, x)
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
-      if (k > most_iterations) call failure%report(exit_computation, 'mass matrix: conjugate gradients have not '// &
-         'converged in '//to_text(most_iterations)//' iterations. Likely cause: the run is unstable; reduce &method courant')
+      if (.not. all(norm <= target)) call report_divergence(min(k, most_iterations), norm, target, failure)
       if (k > patience) s%factorised = .false.
    end subroutine iterate
+
+   !> Fail because the iteration does not come to an end, telling how far it came.
+   subroutine report_divergence(iterations, norm, target, failure)
+      integer, intent(in) :: iterations
+      real(dp), intent(in) :: norm(ndim), target(ndim)  !! squares, as of `start_residual`
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: found
+      found = 'momenta or forces of the nodes are too large or no longer numbers'
+      if (all(norm <= huge(norm)) .and. all(target > 0)) &
+         found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side'
+      call failure%report(exit_computation, 'mass matrix: the nodal equations are not solved after '//to_text(iterations)// &
+                          ' iterations: '//found//'. Likely cause: the run is unstable; reduce &method courant')
+   end subroutine report_divergence
 
    !> z = P^-1 D r, and z.D r. With a factorised matrix P, or of conjugate gradients
    !>
@@ -180,12 +206,13 @@ contains
    !> (the lemma of additive Schwarz methods; Toselli & Widlund 2005, section 2.2). At most they are the largest of
    !> M_e^-1 D_e. With the particles at the quarter points they lie between 1 and (25/16)**2, those of D^-1 M between 1/16
    !> and 1.
-   subroutine precondition(s, matrix, rz)
+   subroutine precondition(s, grid, matrix, rz)
       type(mass_solver_t), intent(inout) :: s
+      type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(out) :: rz(ndim)
       if (s%by == by_cg) then
-         call multiply(s, matrix, matrix%inverse_row, s%r, s%z, rz)
+         call multiply(s, grid, matrix, matrix%inverse_row, s%r, s%z, rz)
       else
          call weigh(matrix%coupled, matrix%lumped, s%r, s%q)
          call s%direct%solve(s%q, s%z)
@@ -193,29 +220,19 @@ contains
       end if
    end subroutine precondition
 
-   !> Factorise the matrix as it is now.
-   subroutine factorise(s, grid, matrix, failure)
+   !> y = D^-1 A x without held components, A being given by rows of points, and x.A x. Values of `x` at dependent points are
+   !> set on the way.
+   subroutine multiply(s, grid, matrix, row, x, y, xax)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
-      type(failure_t), intent(inout) :: failure
-      logical, allocatable :: held(:, :)
-      allocate (held(ndim, grid%n_nodes), source=.false.)
-      held(:, s%held_nodes) = s%held
-      call s%direct%factorise(grid, matrix, held, failure)
-      s%factorised = .true.
-   end subroutine factorise
-
-   !> y = D^-1 A x without held components, A being given by rows, and x.A x.
-   subroutine multiply(s, matrix, row, x, y, xax)
-      type(mass_solver_t), intent(inout) :: s
-      type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: row(:, :)
-      real(dp), intent(in), contiguous :: x(:, :)
+      real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(inout), contiguous :: y(:, :)
       real(dp), intent(out) :: xax(ndim)
       integer :: block, first
-      associate (runs => matrix%runs, blocks => block_count(matrix%coupled))
+      associate (runs => matrix%runs, blocks => size(matrix%runs%of_block) - 1, region => matrix%coupled)
+         call grid%dependents%expand(region%nodes(region%n_nodes + 1:region%n_points), ndim, x)
          !$omp parallel do schedule(static) private(first)
          do block = 1, blocks
             first = runs%of_block(block)
@@ -223,38 +240,44 @@ contains
                                row, s%inverse, x, y, s%partial(1, 1, block))
          end do
          xax = sum(s%partial(:, 1, :blocks), dim=2)
+         call grid%dependents%collect(region%nodes(region%n_nodes + 1:region%n_points), ndim, y, s%inverse)
       end associate
    end subroutine multiply
 
-   !> r = D^-1 (b - M x), the square of its norm r.D r, and that which is small enough.
-   subroutine start_residual(s, matrix, b, x, norm, target)
+   !> r = D^-1 (b - M x), the square of its norm, and that of D^-1 b.
+   !>
+   !> The norm is that of D, in which nodes with hardly any mass count as if they had a `light` one: a force at a node that a
+   !> particle has just touched is beyond all bounds in the norm of D, and would hide what is left at all other nodes.
+   subroutine start_residual(s, grid, matrix, b, x, norm, norm_of_b)
       type(mass_solver_t), intent(inout) :: s
+      type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: b(:, :), x(:, :)
-      real(dp), intent(out) :: norm(ndim), target(ndim)
+      real(dp), intent(in), contiguous :: b(:, :)
+      real(dp), intent(inout), contiguous :: x(:, :)
+      real(dp), intent(out) :: norm(ndim), norm_of_b(ndim)
       real(dp) :: sums(ndim, 2)
       integer :: block, first
-      call multiply(s, matrix, matrix%row, x, s%q, norm)
+      call multiply(s, grid, matrix, matrix%row, x, s%q, norm)
       associate (region => matrix%coupled)
          !$omp parallel do schedule(static) private(first)
          do block = 1, block_count(region)
             first = (block - 1)*nodes_per_block + 1
-            call start_nodes(block_size(region, block), region%nodes(first), matrix%lumped, s%inverse, b, s%q, s%r, &
+            call start_nodes(block_size(region, block), region%nodes(first), matrix%lumped, s%light_mass, s%inverse, b, s%q, s%r, &
                              s%partial(1, 1, block))
          end do
          sums = sum(s%partial(:, :, :block_count(region)), dim=3)
       end associate
       norm = sums(:, 1)
-      target = tolerance**2*sums(:, 2)
+      norm_of_b = sums(:, 2)
    end subroutine start_residual
 
-   !> `start_residual` at some nodes, with r.D r and b.D^-1 b.
-   pure subroutine start_nodes(n, nodes, lumped, inverse, b, q, r, sums)
+   !> `start_residual` at some nodes, with both sums.
+   pure subroutine start_nodes(n, nodes, lumped, light_mass, inverse, b, q, r, sums)
       integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: lumped(*), inverse(ndim, *), b(ndim, *), q(ndim, *)
+      real(dp), intent(in) :: lumped(*), light_mass, inverse(ndim, *), b(ndim, *), q(ndim, *)
       real(dp), intent(inout) :: r(ndim, *)
       real(dp), intent(out) :: sums(ndim, 2)
-      real(dp) :: x_lumped(ndim), r_i(ndim)
+      real(dp) :: x_lumped(ndim), r_i(ndim), weight
       integer :: a, i
       sums = 0
       do a = 1, n
@@ -262,12 +285,13 @@ contains
          x_lumped = inverse(:, i)*b(:, i)
          r_i = x_lumped - q(:, i)
          r(:, i) = r_i
-         sums(:, 1) = sums(:, 1) + lumped(i)*r_i*r_i
-         sums(:, 2) = sums(:, 2) + lumped(i)*x_lumped*x_lumped
+         weight = lumped(i)*min(lumped(i)/light_mass, 1.0_dp)
+         sums(:, 1) = sums(:, 1) + weight*r_i*r_i
+         sums(:, 2) = sums(:, 2) + weight*x_lumped*x_lumped
       end do
    end subroutine start_nodes
 
-   !> x <- x + step d, r <- r - step q, and r.D r.
+   !> x <- x + step d, r <- r - step q, and the square of the norm of r.
    subroutine step_along(s, matrix, step, x, norm)
       type(mass_solver_t), intent(inout) :: s
       type(mass_matrix_t), intent(in) :: matrix
@@ -279,7 +303,7 @@ contains
          !$omp parallel do schedule(static) private(first)
          do block = 1, block_count(region)
             first = (block - 1)*nodes_per_block + 1
-            call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%d, s%q, x, s%r, &
+            call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%light_mass, s%d, s%q, x, s%r, &
                             s%partial(1, 1, block))
          end do
          norm = sum(s%partial(:, 1, :block_count(region)), dim=2)
@@ -287,9 +311,9 @@ contains
    end subroutine step_along
 
    !> `step_along` at some nodes.
-   pure subroutine step_nodes(n, nodes, step, lumped, d, q, x, r, norm)
+   pure subroutine step_nodes(n, nodes, step, lumped, light_mass, d, q, x, r, norm)
       integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: step(ndim), lumped(*), d(ndim, *), q(ndim, *)
+      real(dp), intent(in) :: step(ndim), lumped(*), light_mass, d(ndim, *), q(ndim, *)
       real(dp), intent(inout) :: x(ndim, *), r(ndim, *)
       real(dp), intent(out) :: norm(ndim)
       real(dp) :: r_i(ndim)
@@ -300,7 +324,7 @@ contains
          x(:, i) = x(:, i) + step*d(:, i)
          r_i = r(:, i) - step*q(:, i)
          r(:, i) = r_i
-         norm = norm + lumped(i)*r_i*r_i
+         norm = norm + lumped(i)*min(lumped(i)/light_mass, 1.0_dp)*r_i*r_i
       end do
    end subroutine step_nodes
 
@@ -316,16 +340,6 @@ contains
       integer, intent(in) :: block
       block_size = min(nodes_per_block, region%n_nodes - (block - 1)*nodes_per_block)
    end function block_size
-
-   !> Set the held components to zero.
-   subroutine hold(s, x)
-      type(mass_solver_t), intent(in) :: s
-      real(dp), intent(inout), contiguous :: x(:, :)
-      integer :: k
-      do k = 1, size(s%held_nodes)
-         where (s%held(:, k)) x(:, s%held_nodes(k)) = 0
-      end do
-   end subroutine hold
 
    !> a/b by component, 0 where there is nothing left to do.
    pure function ratio(a, b)
@@ -426,6 +440,17 @@ contains
          d(:, region%nodes(a)) = z(:, region%nodes(a)) + factor*d(:, region%nodes(a))
       end do
    end subroutine add_to_direction
+
+   !> x = 0 in some components.
+   subroutine drop_guess(region, components, x)
+      type(region_t), intent(in) :: region
+      logical, intent(in) :: components(ndim)
+      real(dp), intent(inout) :: x(ndim, *)
+      integer :: a
+      do a = 1, region%n_nodes
+         where (components) x(:, region%nodes(a)) = 0
+      end do
+   end subroutine drop_guess
 
    !> y = x.
    subroutine copy(region, x, y)

@@ -10,7 +10,7 @@ module hampm_nodal_rows
 
    !> Where the entries of the rows stand.
    type :: pattern_t
-      integer, allocatable :: neighbour(:, :)    !! node of each place of a row, (neighbours, n_nodes)
+      integer, allocatable :: neighbour(:, :)    !! point of each place of a row, (neighbours, n_points)
       integer, allocatable :: place(:, :)        !! in the row of the node at a slot, the place of each corner of the slot's
                                                  !! element, (corners, corners*n_elements)
    end type pattern_t
@@ -30,8 +30,8 @@ contains
       type(grid_t), intent(in) :: grid
       type(pattern_t), intent(out) :: pattern
       integer :: node, c, k, slot, n, e
-      allocate (pattern%neighbour(neighbours, grid%n_nodes), pattern%place(corners, corners*grid%n_elements))
-      do node = 1, grid%n_nodes
+      allocate (pattern%neighbour(neighbours, grid%n_points), pattern%place(corners, corners*grid%n_elements))
+      do node = 1, grid%n_points
          associate (row => pattern%neighbour(:, node))
             row = node
             n = 1

@@ -135,7 +135,7 @@ contains
          call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, f%mass_matrix%lumped)
          call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%momentum)
       end associate
-      call assemble(grid, f%mass_matrix)
+      call assemble(grid, f%cell_mass(1:), f%mass_matrix)
    end subroutine gather_mass_and_momentum
 
    !> Sum the cells' shares of the internal force at each active point. Those of dependent points are not yet given to the nodes.

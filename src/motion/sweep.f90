@@ -76,7 +76,8 @@ contains
                           p%mass, p%volume, p%reference, p%displacement, p%velocity, p%gradient, p%material, &
                           f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
                           f%cell_mass(1), f%cell_momentum(1, 1), f%cell_force(1, 1), f%cell_audit, p%total_frame, &
-                          left_cell, jumped, f%mass_matrix%is_solved, f%mass_matrix%cell, f%mass_matrix%blend)
+                          left_cell, jumped, f%mass_matrix%is_solved, f%mass_matrix%cell, f%mass_matrix%blend, &
+                          f%mass_matrix%is_quarter)
       end do
       if (sweep%map_matrix .or. sweep%map_moved_matrix) f%mass_matrix%assembled = .false.
       report%left_cell = left_cell
@@ -94,7 +95,7 @@ contains
                           cell_start, mass, volume, reference, displacement, velocity, gradient, material, &
                           acceleration, new_velocity, strain_velocity, &
                           cell_mass, cell_momentum, cell_force, cell_audit, total_frame, left_cell, jumped, &
-                          is_solved, cell_matrix, cell_blend)
+                          is_solved, cell_matrix, cell_blend, is_quarter)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       logical, intent(in) :: audit
@@ -112,6 +113,7 @@ contains
       logical, intent(in) :: is_solved                  !! see `prepare_cell`
       real(dp), intent(inout), optional :: cell_matrix(corners, corners, *)  !! absent where all is lumped
       real(dp), intent(in), optional :: cell_blend(*)
+      logical, intent(in), optional :: is_quarter(*)
       real(dp) :: xi(ndim, batch), at_corner(ndim, corners), edge
       integer :: k, e, i, n
       do k = 1, n_cells
@@ -154,7 +156,8 @@ contains
             if (sweep%map_moved_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), &
                                                       gradient(1, 1, i), total_frame, cell_force(1, 1, e))
          end do
-         if (sweep%map_matrix .or. sweep%map_moved_matrix) call prepare_cell(cell_blend(e), is_solved, cell_matrix(:, :, e))
+         if (sweep%map_matrix .or. sweep%map_moved_matrix) &
+            call prepare_cell(cell_blend(e), is_solved, is_quarter(e), cell_matrix(:, :, e))
       end do
    end subroutine sweep_cells
 

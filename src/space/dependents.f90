@@ -42,16 +42,21 @@ contains
       end do
    end subroutine expand
 
-   !> Give the nodes what was summed at some dependent points, which are zero afterwards.
-   pure subroutine collect(self, points, width, x)
+   !> Give the nodes what was summed at some dependent points, which are zero afterwards; where there is a `scale`, times that of
+   !> the node.
+   pure subroutine collect(self, points, width, x, scale)
       class(dependents_t), intent(in) :: self
       integer, intent(in) :: points(:)
       integer, intent(in) :: width
-      real(dp), intent(inout) :: x(width, *)
+      real(dp), intent(inout) :: x(width, *)     !! by point
+      real(dp), intent(in), optional :: scale(width, *)
+      real(dp) :: share(width)
       integer :: k, j
       do k = 1, size(points)
          do j = self%start(points(k) - self%n_nodes), self%start(points(k) - self%n_nodes + 1) - 1
-            x(:, self%node(j)) = x(:, self%node(j)) + self%weight(j)*x(:, points(k))
+            share = self%weight(j)*x(:, points(k))
+            if (present(scale)) share = scale(:, self%node(j))*share
+            x(:, self%node(j)) = x(:, self%node(j)) + share
          end do
          x(:, points(k)) = 0
       end do

@@ -1,5 +1,6 @@
 !> The nodal equations: products by rows, and solution by conjugate gradients.
-program test_mass_solver
+program test_nodal_rows
+   use hampm_constraints, only: constraints_t
    use hampm_kinds, only: dp, ndim, corners, neighbours
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
@@ -66,19 +67,17 @@ contains
       type(mass_solver_t) :: cg, direct
       type(failure_t) :: failure
       real(dp), allocatable :: b(:, :), x(:, :), y(:, :)
-      logical, allocatable :: held(:, :)
       integer :: most
       call place_bodies(forest_t([0.0_dp, 0.0_dp], 1.0_dp, [30, 22]), material_t(), &
                         [rectangle_t([1.0_dp, 1.0_dp], [29.0_dp, 21.0_dp], [56, 40])], m)
       m%particles%mass = 1
       call start(m, 'musl', new_mass_choice('full', 'cg', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
       call refresh_grid(m)
-      allocate (held(ndim, m%grid%n_nodes), source=.false.)
       allocate (b(ndim, m%grid%n_nodes), y(ndim, m%grid%n_nodes))
       allocate (x(ndim, m%grid%n_nodes), source=0.0_dp)
       call random_number(b)
       b = (b - 0.3_dp)*spread(m%fields%mass_matrix%lumped, 1, ndim)
-      call new_mass_solver(m%mass%by, 1, m%grid, held, cg, failure)
+      call new_mass_solver(m%mass%by, 1, m%grid, constraints_t(), cg, failure)
       call solve_mass(cg, m%grid, m%fields%mass_matrix, b, x, failure)
       call check(.not. failure%failed(), 'the equations have a solution')
       most = ceiling(log(2.0_dp*sqrt(16.0_dp)/1.0e-13_dp)/log(41.0_dp/9.0_dp))
@@ -86,9 +85,9 @@ contains
       call check_close(maxval(abs(sum(spread(m%fields%mass_matrix%lumped, 1, ndim)*x, dim=2) - sum(b, dim=2))), 0.0_dp, &
                        1.0e-13_dp*sum(abs(b)), 'the sum of M x is that of b')
       m%mass = new_mass_choice('full', 'banded', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp])
-      call new_mass_solver(m%mass%by, 1, m%grid, held, direct, failure)
+      call new_mass_solver(m%mass%by, 1, m%grid, constraints_t(), direct, failure)
       y = 0
       call solve_mass(direct, m%grid, m%fields%mass_matrix, b, y, failure)
       call check_close(maxval(abs(x - y)), 0.0_dp, 1.0e-11_dp*maxval(abs(y)), 'conjugate gradients and factorisation agree')
    end subroutine solution
-end program test_mass_solver
+end program test_nodal_rows
