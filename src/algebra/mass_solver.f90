@@ -28,6 +28,7 @@ module hampm_mass_solver
    real(dp), parameter :: tolerance = 1.0e-13_dp    !! of the residual over the right-hand side, in the norm of D^-1: the
                                                     !! particles' share of the error may be sqrt(20) times as large, and
                                                     !! the error at nodes of little mass far larger
+   integer, parameter :: norms = 2                  !! in which the residual is measured, see `start_residual`
    integer, parameter :: most_iterations = 1000
    integer, parameter :: patience = 6               !! iterations after which a factorisation is made anew
 
@@ -45,7 +46,7 @@ module hampm_mass_solver
       real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for held components,
                                                           !! 1 at dependent points, (ndim, n_points)
       real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_points)
-      real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2, blocks)
+      real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, blocks)
    contains
       procedure :: iterates
    end type mass_solver_t
@@ -69,7 +70,7 @@ contains
       if (by == by_lumped) return
       associate (n => grid%n_points)
          allocate (s%inverse(ndim, n), s%r(ndim, n), s%z(ndim, n), s%d(ndim, n), s%q(ndim, n), &
-                   s%partial(ndim, 2, n/nodes_per_block + 1), stat=status)
+                   s%partial(ndim, 2*norms, n/nodes_per_block + 1), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of nodes')
@@ -155,7 +156,8 @@ contains
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(failure_t), intent(inout) :: failure
-      real(dp), dimension(ndim) :: norm, rz, rz_last, dq, target
+      real(dp), dimension(ndim, norms) :: norm, target
+      real(dp), dimension(ndim) :: rz, rz_last, dq
       integer :: k
       if (s%by /= by_cg .and. .not. s%factorised) then
          call s%direct%factorise(grid, matrix, s%constraints%fixed, failure)
@@ -165,7 +167,7 @@ contains
       call hold(s%constraints, x)
       call start_residual(s, grid, matrix, b, x, norm, target)
       if (any(norm > target)) then               ! no guess is better than one that is worse than none
-         call drop_guess(matrix%coupled, norm > target, x)
+         call drop_guess(matrix%coupled, any(norm > target, dim=2), x)
          call start_residual(s, grid, matrix, b, x, norm, target)
       end if
       target = tolerance**2*target
@@ -188,7 +190,7 @@ contains
    !> Fail because the iteration does not come to an end, telling how far it came.
    subroutine report_divergence(iterations, norm, target, failure)
       integer, intent(in) :: iterations
-      real(dp), intent(in) :: norm(ndim), target(ndim)  !! squares, as of `start_residual`
+      real(dp), intent(in) :: norm(:, :), target(:, :)  !! squares, as of `start_residual`
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: found
       found = 'momenta or forces of the nodes are too large or no longer numbers'
@@ -244,20 +246,21 @@ contains
       end associate
    end subroutine multiply
 
-   !> r = D^-1 (b - M x), the square of its norm, and that of D^-1 b.
+   !> r = D^-1 (b - M x), the squares of its norms, and those of D^-1 b.
    !>
-   !> The norm is that of D, in which nodes with hardly any mass count as if they had a `light` one: a force at a node that a
-   !> particle has just touched is beyond all bounds in the norm of D, and would hide what is left at all other nodes.
+   !> There are two norms: that of D, and that in which a node with hardly any mass counts as if it had a `light` one. A force at
+   !> a node that a particle has just touched is beyond all bounds in the first and would hide what is left at all other nodes;
+   !> in the second such nodes themselves are hidden.
    subroutine start_residual(s, grid, matrix, b, x, norm, norm_of_b)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
-      real(dp), intent(out) :: norm(ndim), norm_of_b(ndim)
-      real(dp) :: sums(ndim, 2)
+      real(dp), intent(out) :: norm(ndim, norms), norm_of_b(ndim, norms)
+      real(dp) :: sums(ndim, 2*norms), unused(ndim)
       integer :: block, first
-      call multiply(s, grid, matrix, matrix%row, x, s%q, norm)
+      call multiply(s, grid, matrix, matrix%row, x, s%q, unused)
       associate (region => matrix%coupled)
          !$omp parallel do schedule(static) private(first)
          do block = 1, block_count(region)
@@ -267,8 +270,8 @@ contains
          end do
          sums = sum(s%partial(:, :, :block_count(region)), dim=3)
       end associate
-      norm = sums(:, 1)
-      norm_of_b = sums(:, 2)
+      norm = sums(:, :norms)
+      norm_of_b = sums(:, norms + 1:)
    end subroutine start_residual
 
    !> `start_residual` at some nodes, with both sums.
@@ -276,8 +279,8 @@ contains
       integer, intent(in) :: n, nodes(n)
       real(dp), intent(in) :: lumped(*), light_mass, inverse(ndim, *), b(ndim, *), q(ndim, *)
       real(dp), intent(inout) :: r(ndim, *)
-      real(dp), intent(out) :: sums(ndim, 2)
-      real(dp) :: x_lumped(ndim), r_i(ndim), weight
+      real(dp), intent(out) :: sums(ndim, 2*norms)
+      real(dp) :: x_lumped(ndim), r_i(ndim)
       integer :: a, i
       sums = 0
       do a = 1, n
@@ -285,19 +288,28 @@ contains
          x_lumped = inverse(:, i)*b(:, i)
          r_i = x_lumped - q(:, i)
          r(:, i) = r_i
-         weight = lumped(i)*min(lumped(i)/light_mass, 1.0_dp)
-         sums(:, 1) = sums(:, 1) + weight*r_i*r_i
-         sums(:, 2) = sums(:, 2) + weight*x_lumped*x_lumped
+         call add_norms(lumped(i), light_mass, r_i, sums(:, :norms))
+         call add_norms(lumped(i), light_mass, x_lumped, sums(:, norms + 1:))
       end do
    end subroutine start_nodes
 
-   !> x <- x + step d, r <- r - step q, and the square of the norm of r.
+   !> Add the share of a node in the squares of both norms.
+   pure subroutine add_norms(mass, light_mass, r, norm)
+      real(dp), intent(in) :: mass, light_mass, r(ndim)
+      real(dp), intent(inout) :: norm(ndim, norms)
+      real(dp) :: energy(ndim)
+      energy = mass*r*r
+      norm(:, 1) = norm(:, 1) + energy
+      norm(:, 2) = norm(:, 2) + min(mass/light_mass, 1.0_dp)*energy
+   end subroutine add_norms
+
+   !> x <- x + step d, r <- r - step q, and the squares of the norms of r.
    subroutine step_along(s, matrix, step, x, norm)
       type(mass_solver_t), intent(inout) :: s
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), intent(in) :: step(ndim)
       real(dp), intent(inout), contiguous :: x(:, :)
-      real(dp), intent(out) :: norm(ndim)
+      real(dp), intent(out) :: norm(ndim, norms)
       integer :: block, first
       associate (region => matrix%coupled)
          !$omp parallel do schedule(static) private(first)
@@ -306,7 +318,7 @@ contains
             call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%light_mass, s%d, s%q, x, s%r, &
                             s%partial(1, 1, block))
          end do
-         norm = sum(s%partial(:, 1, :block_count(region)), dim=2)
+         norm = sum(s%partial(:, :norms, :block_count(region)), dim=3)
       end associate
    end subroutine step_along
 
@@ -315,7 +327,7 @@ contains
       integer, intent(in) :: n, nodes(n)
       real(dp), intent(in) :: step(ndim), lumped(*), light_mass, d(ndim, *), q(ndim, *)
       real(dp), intent(inout) :: x(ndim, *), r(ndim, *)
-      real(dp), intent(out) :: norm(ndim)
+      real(dp), intent(out) :: norm(ndim, norms)
       real(dp) :: r_i(ndim)
       integer :: a, i
       norm = 0
@@ -324,7 +336,7 @@ contains
          x(:, i) = x(:, i) + step*d(:, i)
          r_i = r(:, i) - step*q(:, i)
          r(:, i) = r_i
-         norm = norm + lumped(i)*min(lumped(i)/light_mass, 1.0_dp)*r_i*r_i
+         call add_norms(lumped(i), light_mass, r_i, norm)
       end do
    end subroutine step_nodes
 

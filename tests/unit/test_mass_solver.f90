@@ -285,6 +285,7 @@ contains
       call random_body(m, 0.5_dp)
       call map_mass(m, choice_of('full', solver))
       m%fields%mass_matrix%cell = -m%fields%mass_matrix%cell
+      m%fields%mass_matrix%row = -m%fields%mass_matrix%row
       allocate (x, source=m%fields%momentum)
       call solve_mass(m%solver, m%grid, m%fields%mass_matrix, m%fields%momentum, x, failure)
       call check(failure%code == exit_computation, solver//': equations that are not solved are a failure')
