@@ -123,6 +123,7 @@ contains
       call start(m, 'usavg', mass)
       call run_steps(m, 0.05_dp, 200)
       velocity = m%particles%velocity
+      call m%solver%direct%release()
    end subroutine vibrate
 
    !> The square root of the number of particles of the body.
@@ -164,6 +165,7 @@ contains
          if (mod(k, 5) == 0) call do_step(m, seen, failure)
          if (failure%failed()) exit
       end do
+      call m%solver%direct%release()
       what = trim(name)//' with '//to_text(product(points(:, n)))//' particles a cell: '
       if (failure%failed()) call check(.false., what//failure%message)
       write (*, '(a,t19,i6,2(f9.3,f8.3),f9.3,f10.3,f8.3,es10.1,es13.1,f14.3,es10.1)') name, product(points(:, n)), &
