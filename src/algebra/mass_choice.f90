@@ -1,10 +1,10 @@
 !> Which mass matrix a run uses: how much of each cell is lumped, and how the equations are solved.
 module hampm_mass_choice
-   use hampm_kinds, only: dp, ndim, corners, neighbours
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_nodal_rows, only: pattern_of_grid
+   use hampm_nodal_rows, only: pattern_of_grid, row_width
    use hampm_mass_solver, only: by_lumped, by_fmpm, by_cg, by_umfpack, by_banded
    implicit none
    private
@@ -68,9 +68,11 @@ contains
       integer :: e, status
       if (choice%by == by_lumped) return
       allocate (matrix%cell(corners, corners, grid%n_elements), matrix%blend(grid%n_elements), &
-                matrix%is_quarter(grid%n_elements), matrix%row(neighbours, grid%n_points), stat=status)
+                matrix%is_quarter(grid%n_elements), &
+                matrix%row(row_width(grid), grid%n_points), stat=status)
       if (status == 0 .and. choice%by == by_cg) allocate (matrix%cell_inverse(corners, corners, grid%n_elements), &
-                                                          matrix%inverse_row(neighbours, grid%n_points), stat=status)
+                                                          matrix%inverse_row(row_width(grid), grid%n_points), &
+                                                          stat=status)
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of cells')
          return

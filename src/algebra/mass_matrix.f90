@@ -8,7 +8,7 @@
 !> and so of the whole matrix: nothing is divided by a mass that is not there, and in the norm of D nodal values are at most
 !> 1/floor times the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
 module hampm_mass_matrix
-   use hampm_kinds, only: dp, corners, neighbours
+   use hampm_kinds, only: dp, corners
    use hampm_grid, only: grid_t
    use hampm_nodal_rows, only: pattern_t, runs_t, find_runs, sum_rows
    implicit none
@@ -51,7 +51,7 @@ module hampm_mass_matrix
       integer :: version = 0                            !! how often the rows have been summed
       logical :: assembled = .false.                    !! whether the rows are those of the cells
       type(pattern_t) :: pattern                        !! of the rows
-      real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (neighbours, n_points)
+      real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (width, n_points)
       real(dp), allocatable :: inverse_row(:, :)        !! sum of D_e M_e^-1 D_e by such rows [kg]
    end type mass_matrix_t
 
@@ -154,7 +154,8 @@ contains
       integer :: k
       if (matrix%assembled .or. .not. allocated(matrix%cell)) return
       associate (region => matrix%coupled)
-         call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell, matrix%row)
+         call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell, &
+                       size(matrix%row, 1), matrix%row)
          if (allocated(matrix%cell_inverse)) then
             !$omp parallel do schedule(static)
             do k = 1, region%n_cells
@@ -163,7 +164,7 @@ contains
                end associate
             end do
             call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell_inverse, &
-                          matrix%inverse_row)
+                          size(matrix%row, 1), matrix%inverse_row)
          end if
       end associate
       if (grid%dependents%n > 0) call add_lumped_quarters(grid, cell_mass, matrix)

@@ -10,7 +10,7 @@
 !>
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
-   use hampm_kinds, only: dp, ndim, long
+   use hampm_kinds, only: dp, ndim, neighbours, most_neighbours, long
    use hampm_constraints, only: constraints_t, hold
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
@@ -53,15 +53,22 @@ module hampm_mass_solver
 
 contains
 
-   !> A solver for a grid. Fails where the memory does not suffice.
+   !> A solver for a grid, new or in the place of that for another grid, whose counts go on. Fails where the memory does not suffice.
    subroutine new_mass_solver(by, order, grid, constraints, s, failure)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
       type(grid_t), intent(in) :: grid
       type(constraints_t), intent(in) :: constraints
-      type(mass_solver_t), intent(out) :: s
+      type(mass_solver_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      type(mass_solver_t) :: fresh
       integer :: status
+      fresh%solutions = s%solutions
+      fresh%iterations = s%iterations
+      fresh%direct%analyses = s%direct%analyses
+      fresh%direct%factorisations = s%direct%factorisations
+      call s%direct%release()
+      s = fresh
       s%by = by
       s%order = order
       s%direct%by_umfpack = by == by_umfpack
@@ -238,8 +245,13 @@ contains
          !$omp parallel do schedule(static) private(first)
          do block = 1, blocks
             first = runs%of_block(block)
-            call multiply_rows(runs%of_block(block + 1) - first, runs%first(first), runs%last(first), runs%offset(1, first), &
-                               row, s%inverse, x, y, s%partial(1, 1, block))
+            if (size(row, 1) == neighbours) then ! a constant, for which the compiler unrolls
+               call multiply_rows(neighbours, runs%of_block(block + 1) - first, runs%first(first), runs%last(first), &
+                                  runs%offset(1, first), row, s%inverse, x, y, s%partial(1, 1, block))
+            else
+               call multiply_rows(most_neighbours, runs%of_block(block + 1) - first, runs%first(first), runs%last(first), &
+                                  runs%offset(1, first), row, s%inverse, x, y, s%partial(1, 1, block))
+            end if
          end do
          xax = sum(s%partial(:, 1, :blocks), dim=2)
          call grid%dependents%collect(region%nodes(region%n_nodes + 1:region%n_points), ndim, y, s%inverse)

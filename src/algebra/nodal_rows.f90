@@ -2,15 +2,15 @@
 !> there are fewer, with nothing in it. A matrix that is known by cells, as `mass_matrix_t` has it, is summed into its rows
 !> once, and multiplied by often: along runs of nodes whose neighbours are numbered as they are, so that no index is looked up.
 module hampm_nodal_rows
-   use hampm_kinds, only: dp, ndim, corners, neighbours
+   use hampm_kinds, only: dp, ndim, corners, neighbours, most_neighbours
    use hampm_grid, only: grid_t, element_of_slot
    implicit none
    private
-   public :: pattern_t, runs_t, pattern_of_grid, find_runs, sum_rows, multiply_rows
+   public :: pattern_t, runs_t, row_width, pattern_of_grid, find_runs, sum_rows, multiply_rows
 
    !> Where the entries of the rows stand.
    type :: pattern_t
-      integer, allocatable :: neighbour(:, :)    !! point of each place of a row, (neighbours, n_points)
+      integer, allocatable :: neighbour(:, :)    !! point of each place of a row, (width, n_points)
       integer, allocatable :: place(:, :)        !! in the row of the node at a slot, the place of each corner of the slot's
                                                  !! element, (corners, corners*n_elements)
    end type pattern_t
@@ -20,17 +20,23 @@ module hampm_nodal_rows
       integer, allocatable :: of_block(:)        !! first run of each block of nodes, (blocks + 1)
       integer, allocatable :: first(:)           !! first node of each run
       integer, allocatable :: last(:)            !! last node of each run
-      integer, allocatable :: offset(:, :)       !! from a node to the one of each place of its row, (neighbours, runs)
+      integer, allocatable :: offset(:, :)       !! from a node to the one of each place of its row, (width, runs)
    end type runs_t
 
 contains
+
+   !> Places of a row: on a grid with cells of different sizes there are more.
+   pure integer function row_width(grid)
+      type(grid_t), intent(in) :: grid
+      row_width = merge(neighbours, most_neighbours, grid%dependents%n == 0)
+   end function row_width
 
    !> The pattern of a grid.
    pure subroutine pattern_of_grid(grid, pattern)
       type(grid_t), intent(in) :: grid
       type(pattern_t), intent(out) :: pattern
       integer :: node, c, k, slot, n, e
-      allocate (pattern%neighbour(neighbours, grid%n_points), pattern%place(corners, corners*grid%n_elements))
+      allocate (pattern%neighbour(row_width(grid), grid%n_points), pattern%place(corners, corners*grid%n_elements))
       do node = 1, grid%n_points
          associate (row => pattern%neighbour(:, node))
             row = node
@@ -60,13 +66,14 @@ contains
    end function place_of
 
    !> The rows of some nodes from a matrix by cells, always summed in the order of the cells.
-   subroutine sum_rows(n, nodes, node_slot, place, cell, row)
+   subroutine sum_rows(n, nodes, node_slot, place, cell, width, row)
       integer, intent(in) :: n, nodes(n)
       integer, intent(in) :: node_slot(corners, *)      !! see `grid_t`
       integer, intent(in) :: place(corners, *)          !! see `pattern_t`
       real(dp), intent(in) :: cell(corners, *)          !! symmetric matrices, by slot
-      real(dp), intent(inout) :: row(neighbours, *)     !! by node
-      real(dp) :: total(neighbours)
+      integer, intent(in) :: width
+      real(dp), intent(inout) :: row(width, *)          !! by node
+      real(dp) :: total(width)
       integer :: a, c, k, slot
       !$omp parallel do schedule(static) private(total, c, k, slot)
       do a = 1, n
@@ -87,7 +94,8 @@ contains
       type(pattern_t), intent(in) :: pattern
       integer, intent(in) :: nodes(:), block
       type(runs_t), intent(out) :: runs
-      integer :: offset(neighbours), last_offset(neighbours), place(size(nodes) + 1), a, n
+      integer, dimension(size(pattern%neighbour, 1)) :: offset, last_offset
+      integer :: place(size(nodes) + 1), a, n
       n = 0
       allocate (runs%of_block((size(nodes) - 1)/block + 2))
       last_offset = 0
@@ -108,16 +116,17 @@ contains
       place(n + 1) = size(nodes) + 1
       runs%first = nodes(place(:n))
       runs%last = nodes(place(2:n + 1) - 1)
-      allocate (runs%offset(neighbours, n))
+      allocate (runs%offset(size(offset), n))
       do a = 1, n
          runs%offset(:, a) = pattern%neighbour(:, runs%first(a)) - runs%first(a)
       end do
    end subroutine find_runs
 
    !> y = S A x at the nodes of some runs, S being diagonal, and the sum of x.A x, by component.
-   pure subroutine multiply_rows(n, first, last, offset, row, scale, x, y, xax)
-      integer, intent(in) :: n, first(n), last(n), offset(neighbours, n)  !! see `runs_t`
-      real(dp), intent(in) :: row(neighbours, *)        !! A, by node
+   pure subroutine multiply_rows(width, n, first, last, offset, row, scale, x, y, xax)
+      integer, intent(in) :: width                      !! places of a row
+      integer, intent(in) :: n, first(n), last(n), offset(width, n)  !! see `runs_t`
+      real(dp), intent(in) :: row(width, *)             !! A, by node
       real(dp), intent(in) :: scale(ndim, *)            !! S, by node
       real(dp), intent(in) :: x(ndim, *)
       real(dp), intent(inout) :: y(ndim, *)
@@ -128,7 +137,7 @@ contains
       do run = 1, n
          do i = first(run), last(run)
             total = 0
-            do k = 1, neighbours
+            do k = 1, width
                total = total + row(k, i)*x(:, i + offset(k, run))
             end do
             y(:, i) = scale(:, i)*total

@@ -1,6 +1,6 @@
 !> Values at one node from the particles in the cells around it.
 module hampm_patch
-   use hampm_kinds, only: dp, ndim, corners, neighbours
+   use hampm_kinds, only: dp, ndim, corners, most_neighbours
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
    use hampm_material, only: material_t
@@ -12,7 +12,7 @@ module hampm_patch
    !> The particles in the cells around a node, each with its shape functions.
    type :: patch_t
       integer :: n_nodes = 0
-      integer :: node(neighbours) = 0            !! nodes of these cells; the first is the one in the middle
+      integer :: node(most_neighbours) = 0            !! nodes of these cells; the first is the one in the middle
       integer :: n = 0                           !! number of particles
       integer, allocatable :: particle(:)        !! (n)
       real(dp), allocatable :: shape(:, :)       !! shape functions, (n_nodes, n)
@@ -32,7 +32,7 @@ contains
       associate (slots => pack(grid%node_slot(:, node), grid%node_slot(:, node) > 0))
          room = sum([(p%cell_start(element_of_slot(slots(k)) + 1) - p%cell_start(element_of_slot(slots(k))), k=1, size(slots))])
          allocate (patch%particle(room), patch%gradient(ndim, room))
-         allocate (patch%shape(neighbours, room), source=0.0_dp)
+         allocate (patch%shape(most_neighbours, room), source=0.0_dp)
          patch%n_nodes = 1
          patch%node(1) = node
          do k = 1, size(slots)

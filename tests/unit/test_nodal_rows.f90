@@ -44,13 +44,14 @@ contains
          end associate
       end do
       call pattern_of_grid(grid, pattern)
-      call sum_rows(size(nodes), nodes, grid%node_slot, pattern%place, cell, row)
+      call sum_rows(size(nodes), nodes, grid%node_slot, pattern%place, cell, neighbours, row)
       call find_runs(pattern, nodes, 5, runs)
       y = 0
       xax = 0
       do block = 1, 3
          first = runs%of_block(block)
-         call multiply_rows(runs%of_block(block + 1) - first, runs%first(first), runs%last(first), runs%offset(1, first), &
+         call multiply_rows(neighbours, runs%of_block(block + 1) - first, runs%first(first), runs%last(first), &
+                            runs%offset(1, first), &
                             row, ones, x, y, part)
          xax = xax + part
       end do
