@@ -24,7 +24,7 @@ program test_patch
 
    integer, parameter :: sequences = 100, meshes = 10  !! 1000 meshes in each frame
    integer, parameter :: most_leaves = 220, most_levels = 4
-   integer, parameter :: force = 1, mass = 2, momentum = 3, volume = 4 !! of the figures of `look`
+   integer, parameter :: force = 1, mass = 2, momentum = 3, volume = 4, no_mass = 5 !! of the figures of `look`
    real(dp), parameter :: cell = 0.3_dp, rounding = 1.0e-13_dp
 
    call repeat_random_numbers()
@@ -38,7 +38,7 @@ contains
       logical, intent(in) :: total_frame
       real(dp), intent(in) :: strain             !! largest component of H [-]
       character(*), intent(in) :: what
-      real(dp) :: worst(4)
+      real(dp) :: worst(5)
       integer :: k, finest, most_particles, inside
       worst = 0
       finest = 0
@@ -51,10 +51,11 @@ contains
       call check_close(worst(mass), 0.0_dp, rounding, what//': the nodes have the mass of the body')
       call check_close(worst(momentum), 0.0_dp, rounding, what//': and their momentum')
       call check_close(worst(volume), 0.0_dp, rounding, what//': an element has as much volume as its particles')
+      call check(worst(no_mass) <= 0, what//': every node of an element with particles has mass')
       call check(finest == most_levels .and. inside > 0, what//': there are meshes of all levels, and nodes inside')
       write (*, '(2a,i0,a,i0,a,i0,a)') what, ': ', sequences*meshes, ' meshes, ', inside, ' nodes inside, up to ', &
          most_particles, ' particles'
-      write (*, '(a,4es9.1)') '   largest force, and errors of mass, momentum and volume:', worst
+      write (*, '(a,4es9.1)') '   largest force, and errors of mass, momentum and volume:', worst(:volume)
    end subroutine random_meshes
 
    !> A body at random in a lattice, with a random linear field, and a mesh that changes at random, each time from the one
@@ -62,12 +63,12 @@ contains
    subroutine sequence_of_meshes(total_frame, strain, worst, finest, most_particles, inside)
       logical, intent(in) :: total_frame
       real(dp), intent(in) :: strain
-      real(dp), intent(inout) :: worst(4)
+      real(dp), intent(inout) :: worst(5)
       integer, intent(inout) :: finest, most_particles, inside
       type(motion_t) :: m
       type(failure_t) :: failure
       type(forest_t) :: forest
-      real(dp) :: found(4), mass_before, momentum_before(ndim)
+      real(dp) :: found(5), mass_before, momentum_before(ndim)
       integer :: mesh
       call new_body(total_frame, strain, m)
       mass_before = sum(m%particles%mass)
@@ -116,11 +117,12 @@ contains
    end subroutine new_body
 
    !> Largest force at a node inside the body, in units of stress, edge of the finest leaf and thickness; errors of mass and
-   !> momentum at the nodes; and difference between the volume of an element and that of its particles, in parts of it.
+   !> momentum at the nodes; difference between the volume of an element and that of its particles, in parts of it; and nodes
+   !> with forces that are without mass.
    subroutine look(m, mass_before, momentum_before, figures, inside)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: mass_before, momentum_before(ndim)  !! of the particles, before the first refinement
-      real(dp), intent(out) :: figures(4)
+      real(dp), intent(out) :: figures(5)
       integer, intent(inout) :: inside           !! nodes inside bodies so far
       real(dp) :: stress
       integer :: e, node
@@ -137,6 +139,7 @@ contains
          end do
          figures(mass) = abs(sum(f%mass_matrix%lumped(:m%grid%n_nodes))/mass_before - 1)
          figures(momentum) = maxval(abs(sum(f%momentum(:, :m%grid%n_nodes), dim=2)/momentum_before - 1))
+         figures(no_mass) = count(f%mass_matrix%lumped(all%nodes(:all%n_nodes)) <= 0)
          do e = 1, m%grid%n_elements
             if (p%cell_start(e + 1) == p%cell_start(e)) cycle
             figures(volume) = max(figures(volume), abs(sum(p%volume(p%cell_start(e):p%cell_start(e + 1) - 1)) &
