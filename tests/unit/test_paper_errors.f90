@@ -1,9 +1,9 @@
 !> The errors that Tan and Nairn (2001) reckon with, (24)-(30): that of interpolating a quadratic field before and after a cell
 !> refines, and that of lumping the mass matrix.
 !>
-!> Their c is the edge of a material point, (15), and so half the edge of a cell with four of them. Everything here is in
-!> units of this c, with which all figures are right. A second derivative of one direction at a time is looked at, and the mixed one: a sum would hide that
-!> errors of both directions may cancel.
+!> Their c is the edge of a material point, (15), and so half the edge of a cell with four of them: with this c all their figures
+!> are right. Second derivatives of one direction at a time are looked at, and the mixed one, as in a sum the errors of both
+!> directions may cancel.
 !>
 !> (26) A straight line through a quadratic with the second derivative q is off by q L**2/2 xi (1 - xi) at the fraction xi of its
 !> length L. Bilinear functions hold the mixed term exactly, and the errors of both directions add up. The cell has L = 2c and
