@@ -177,6 +177,7 @@ contains
    subroutine check_functions(what)
       character(*), intent(in) :: what
       call check_weights(what)
+      call check_expansion(what)
       call check_inside(what)
       call check_at_nodes(what)
       call check_edges(what)
@@ -201,6 +202,33 @@ contains
       end associate
       call check_close(error, 0.0_dp, rounding, what//'weights sum to one and have the point as their centre')
    end subroutine check_weights
+
+   !> What a step does with dependent points: their values are those of the shape functions there, and what is summed at points does
+   !> the same work on the nodes that it is given to as it did where it was.
+   subroutine check_expansion(what)
+      character(*), intent(in) :: what
+      real(dp) :: x(ndim, grid%n_points), y(ndim, grid%n_points), error, work(2)
+      integer :: points(grid%dependents%n), k, e
+      points = [(grid%n_nodes + k, k=1, size(points))]
+      call random_number(x)
+      call random_number(y)
+      call grid%dependents%expand(points, ndim, x)
+      error = 0
+      do k = 1, size(points)
+         associate (place => grid%node_position(:, points(k)))
+            do e = 1, grid%n_elements
+               if (touches(e, place)) error = max(error, maxval(abs(matmul(x(:, :grid%n_nodes), functions_at(e, place)) &
+                                                                    - x(:, points(k)))))
+            end do
+         end associate
+      end do
+      call check_close(error, 0.0_dp, rounding, what//'values at dependent points are those of the shape functions')
+      work(1) = sum(x*y)
+      call grid%dependents%collect(points, ndim, y)
+      work(2) = sum(x*y)
+      call check_close(work(2)/work(1), 1.0_dp, rounding, what//'forces do the same work on the nodes they are given to')
+      call check(maxval(abs(y(:, grid%n_nodes + 1:))) <= 0, what//'of which nothing is left behind')
+   end subroutine check_expansion
 
    !> At random places: sum, linear fields and sign.
    subroutine check_inside(what)
