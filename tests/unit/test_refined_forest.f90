@@ -273,8 +273,8 @@ contains
       call build_grid(forest, grid, failure)
       call check(forest%leaf_count() == leaves, what//'as many leaves as the construction has')
       call check(grid%n_nodes == nodes, what//'as many nodes as the construction has')
-      call check(is_gapless(forest) .and. is_balanced(forest) .and. finds_its_leaves(forest), &
-                 what//'the leaves cover every place and are balanced')
+      call check(is_gapless(forest) .and. is_balanced(forest), what//'the leaves are without gap and balanced')
+      call check(finds_its_leaves(forest), what//'every place is found in the leaf that covers it')
       call check_nodes(forest, what)
       edge = forest%size_of(forest%leaf_at(finest_at))
       call check_close(edge, 0.5_dp**levels, 0.0_dp, what//'the finest leaf has its size exactly')
