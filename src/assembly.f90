@@ -77,6 +77,7 @@ contains
          r%energy_floor = spec%energy_floor
          r%lower = spec%region_lower
          r%upper = spec%region_upper
+         r%start = spec%start
          r%interval = spec%interval
          r%max_particles = spec%max_particles
       end associate

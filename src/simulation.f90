@@ -13,6 +13,7 @@ module hampm_simulation
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
+   use hampm_snapshots, only: block_t
    use hampm_step, only: motion_t, advance, stable_time_step
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads, thread_count, host_name
@@ -131,8 +132,7 @@ contains
          call follow_particles(s%motion, failure)
          call limit_time_step(s)
       end if
-      if (failure%failed() .or. .not. s%refinement%follows_motion()) return
-      if (mod(s%motion%steps, int(s%refinement%interval, long)) /= 0) return
+      if (failure%failed() .or. .not. s%refinement%is_due(s%motion%time, s%motion%steps)) return
       call refine(s%refinement, s%motion, adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
    end subroutine adapt
@@ -148,6 +148,7 @@ contains
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      type(block_t) :: mesh
       call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
       if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)
@@ -158,7 +159,8 @@ contains
       end if
       if (s%scene%output%snapshot_interval > 0) then
          if (is_due(s, s%snapshots*s%scene%output%snapshot_interval)) then
-            call s%results%write_snapshot(s%motion%time, [particle_view(s%motion), mesh_view(s%motion)], failure)
+            call mesh_view(s%motion, s%refinement, mesh)
+            call s%results%write_snapshot(s%motion%time, [particle_view(s%motion), mesh], failure)
             s%snapshots = s%snapshots + 1
          end if
       end if

@@ -1,7 +1,9 @@
 !> What a snapshot shows: the particles as points and the mesh as cells, with their fields.
 module hampm_views
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_nodal_fields, only: at_start
+   use hampm_refinement, only: refinement_t
    use hampm_snapshots, only: block_t, vtk_quad
    use hampm_step, only: motion_t
    implicit none
@@ -38,12 +40,20 @@ contains
       end associate
    end function particle_view
 
-   !> The grid, transition cells by their quarters, with the mass and velocity that its nodes had in the last step.
-   function mesh_view(motion) result(view)
-      type(motion_t), intent(in) :: motion
-      type(block_t) :: view
+   !> The grid, transition cells by their quarters, with the mass and velocity that its nodes had in the last step and, where the
+   !> mesh follows a gradient, the refinement parameter.
+   subroutine mesh_view(motion, refinement, view)
+      type(motion_t), intent(inout) :: motion
+      type(refinement_t), intent(in) :: refinement
+      type(block_t), intent(out) :: view
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
+      real(dp), allocatable :: phi(:), r(:)
       integer :: e, i
+      if (refinement%indicator == 'gradient') then
+         call nodal_field(motion, refinement%field, phi)
+         call refinement_parameter(motion, phi, r)
+         call view%add_point_field('R', reshape(r, [1, size(r)]))
+      end if
       associate (grid => motion%grid, f => motion%fields, start => motion%particles%cell_start)
          view%name = 'mesh'
          view%points = grid%node_position
@@ -57,5 +67,5 @@ contains
          call view%add_cell_field('particles', reshape([(real(start(i + 1) - start(i), dp), i=1, grid%n_elements)], &
                                                        [1, grid%n_elements]))
       end associate
-   end function mesh_view
+   end subroutine mesh_view
 end module hampm_views

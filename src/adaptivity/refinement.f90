@@ -1,7 +1,7 @@
 !> Cells and particles that refine and recombine by themselves: an indicator marks leaves, the forest follows and is balanced, and
 !> grid and particles follow the forest.
 module hampm_refinement
-   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_kinds, only: dp, ndim, long, name_len
    use hampm_cell_values, only: mean_of_nodes, is_occupied
    use hampm_error_indicator, only: estimate_errors
    use hampm_failure, only: failure_t
@@ -27,6 +27,7 @@ module hampm_refinement
       real(dp) :: energy_floor = 0               !! part of the largest value below which the field is not looked at
       real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box in which cells may be refined [m]
       real(dp) :: upper(ndim) = huge(1.0_dp)
+      real(dp) :: start = 0                      !! time of the first look, where it follows the motion [s]
       integer :: interval = 1                    !! steps between two looks
       integer :: max_particles = huge(1)
       logical :: has_tip = .false.
@@ -39,6 +40,7 @@ module hampm_refinement
    contains
       procedure :: is_active
       procedure :: follows_motion
+      procedure :: is_due
       procedure :: warning
    end type refinement_t
 
@@ -55,6 +57,14 @@ contains
       class(refinement_t), intent(in) :: self
       follows_motion = self%is_active() .and. self%indicator /= 'tip'
    end function follows_motion
+
+   !> Whether after a step it is time to look.
+   pure logical function is_due(self, time, steps)
+      class(refinement_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      integer(long), intent(in) :: steps         !! done
+      is_due = self%follows_motion() .and. time >= self%start .and. mod(steps, int(self%interval, long)) == 0
+   end function is_due
 
    !> Refine before the first step as far as that does not depend on the motion.
    subroutine refine_at_start(r, m, failure)

@@ -165,6 +165,8 @@ module hampm_keys
             any_number, 'lower corner of the box in which cells may refine; without limit by default'), &
       key_t('refine', 'region_upper', kind_real, 0, ndim, may, '', '0.06, 0.01', 'm', &
             any_number, 'and its upper corner'), &
+      key_t('refine', 'start', kind_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'time of the first look at gradient or zz: loads that begin make steep fronts'), &
       key_t('refine', 'interval', kind_integer, 1, 1, may, '10', '', '', &
             '[1, inf)', 'steps between looks at the indicator'), &
       key_t('refine', 'max_particles', kind_integer, 1, 1, may, '1000000', '', '', &

@@ -176,6 +176,7 @@ contains
       refine%energy_floor = settings%number(b, 'energy_floor')
       if (size(settings%numbers(b, 'region_lower')) == ndim) refine%region_lower = settings%numbers(b, 'region_lower')
       if (size(settings%numbers(b, 'region_upper')) == ndim) refine%region_upper = settings%numbers(b, 'region_upper')
+      refine%start = settings%number(b, 'start')
       refine%interval = nint(settings%number(b, 'interval'))
       refine%max_particles = nint(settings%number(b, 'max_particles'))
    end subroutine fill_refine

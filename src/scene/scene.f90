@@ -87,6 +87,7 @@ module hampm_scene
       real(dp) :: energy_floor = 0               !! part of the largest energy density below which cells do not refine [-]
       real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
       real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
+      real(dp) :: start = 0                      !! time of the first look at gradient or zz [s]
       integer :: interval = 1                    !! steps between looks at the indicator
       integer :: max_particles = 0               !! refinement ends where there would be more particles
    end type refine_t

@@ -1,6 +1,6 @@
 !> Mass matrices on a refined mesh: assembled by nodes, every way of solving solves with the same matrix.
 program test_refined_mass
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, corners
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
