@@ -226,6 +226,7 @@ contains
    subroutine permute_longs(p, values)
       type(particles_t), intent(inout) :: p
       integer(long), intent(inout) :: values(:)
+      if (.not. allocated(p%long_copy)) allocate (p%long_copy(p%n))   ! `path` came after the workspace
       p%long_copy(p%new_place) = values
       values = p%long_copy
    end subroutine permute_longs
