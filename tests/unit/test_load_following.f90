@@ -1,0 +1,281 @@
+!> Loads keep their resultant, their moment and their distribution while their hosts split and recombine.
+program test_load_following
+   use hampm_kinds, only: dp, ndim
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work, follow_sort
+   use hampm_matching, only: adopt_forest
+   use hampm_material, only: new_material
+   use hampm_particles, only: sort_into_cells
+   use hampm_samples, only: rectangle_t, place_bodies, start
+   use hampm_splitting, only: start_families, spacing_of
+   use hampm_step, only: motion_t
+   use hampm_tensors, only: identity
+   use hampm_text, only: to_text
+   implicit none
+
+   real(dp), parameter :: cell = 0.1_dp, force(ndim) = [3.0_dp, -7.0_dp]
+   real(dp), parameter :: lower(ndim) = [0.3_dp, 0.3_dp], upper(ndim) = [0.7_dp, 0.5_dp], centre(ndim) = (lower + upper)/2
+   integer, parameter :: points(ndim) = [8, 4]
+   real(dp), parameter :: place_of_force(ndim) = [0.37_dp, 0.5_dp]
+   real(dp), parameter :: rounding = 1.0e-13_dp
+   integer, parameter :: traction = 1, at_point = 2, body = 3, deepest_tried = 3
+   real(dp) :: shift(ndim)
+   integer :: k
+
+   call repeat_random_numbers()
+   do k = 1, 5
+      call random_number(shift)
+      call loads_through_levels(cell*shift, .false.)
+      call loads_through_levels(cell*shift, .true.)
+   end do
+   call random_meshes()
+   call work_of_a_way()
+   call finish()
+
+contains
+
+   !> A body with a traction on its right edge, a force at a place on its upper edge and a body force, on a grid that is shifted
+   !> against it.
+   subroutine place(shift, m)
+      real(dp), intent(in) :: shift(ndim)
+      type(motion_t), intent(out) :: m
+      real(dp) :: edge(ndim, 4)
+      integer :: i
+      call place_bodies(forest_t(-shift, cell, [14, 13]), new_material('', 'neo_hookean', .true., 1.0_dp, 0.3_dp, 2.0_dp), &
+                        [rectangle_t(lower, upper, points)], m)
+      allocate (m%loads(3))
+      edge(1, :) = upper(1)
+      edge(2, :) = [(lower(2) + (i - 0.5_dp)/4*(upper(2) - lower(2)), i=1, 4)]
+      call load_on_points(m%particles, m%grid, edge, [0.0_dp, (upper(2) - lower(2))/8], m%loads(traction))
+      call load_on_points(m%particles, m%grid, reshape(place_of_force, [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(at_point))
+      call load_on_particles(m%particles, lower, upper, m%loads(body))
+      call start_families(m%particles)
+      call start(m, 'musl')
+   end subroutine place
+
+   !> Move the body by u = b + A X, a stretch and a rotation of 40 degrees.
+   subroutine deform(m, b, a)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: b(ndim), a(ndim, ndim)
+      type(failure_t) :: failure
+      real(dp) :: work
+      integer :: i
+      do i = 1, m%particles%n
+         m%particles%displacement(:, i) = b + matmul(a, m%particles%reference(:, i))
+         m%particles%gradient(:, :, i) = a
+      end do
+      call sort_into_cells(m%particles, m%grid, failure)
+      call follow_sort(m%loads, m%particles%new_place)
+      m%mapped = .false.
+      call book_work(m%loads, 0.0_dp, m%particles, work)
+      call check(.not. failure%failed(), 'the deformed body is in the grid')
+   end subroutine deform
+
+   !> Refine or recombine leaves of the grid, and make the particles fit.
+   subroutine change_mesh(m, change)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: change(:)           !! (leaves)
+      type(failure_t) :: failure
+      type(forest_t) :: forest
+      forest = m%grid%forest
+      call forest%adapt(change)
+      call forest%balance()
+      call adopt_forest(m, forest, failure)
+      call check(.not. failure%failed(), 'the particles fit the new mesh')
+   end subroutine change_mesh
+
+   !> Leaves that are near the places at which the loads act.
+   function leaves_at_loads(m) result(change)
+      type(motion_t), intent(in) :: m
+      integer, allocatable :: change(:)
+      integer :: l, k
+      allocate (change(m%grid%forest%leaf_count()), source=0)
+      do l = traction, at_point
+         do k = 1, size(m%loads(l)%host)
+            change(m%grid%element_leaf(m%particles%cell(m%loads(l)%host(k)))) = 1
+         end do
+      end do
+   end function leaves_at_loads
+
+   !> The nodal forces of each load alone have the resultant and the moment that they should; their shares add up to 1, at hosts
+   !> that there are.
+   subroutine check_resultants(m, b, a, what)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: b(ndim), a(ndim, ndim)  !! u = b + A X
+      character(*), intent(in) :: what
+      type(load_t) :: load(1)
+      real(dp) :: f(ndim, m%grid%n_points), moment, at(ndim, 3)
+      integer :: l, i
+      at(:, traction) = [upper(1), centre(2)]
+      at(:, at_point) = place_of_force
+      at(:, body) = centre
+      do l = 1, 3
+         load(1) = m%loads(l)
+         load(1)%force = force
+         call check(all(load(1)%host >= 1 .and. load(1)%host <= m%particles%n) .and. &
+                    size(load(1)%share) == size(load(1)%host), what//': there is a host for each point of load '//to_text(l))
+         call check_close(sum(load(1)%share), 1.0_dp, 1.0e-14_dp, what//': shares of load '//to_text(l))
+         f = 0
+         call add_loads(load, 0.0_dp, m%grid, m%particles, f)
+         call m%grid%dependents%collect([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], ndim, f)
+         moment = sum(m%grid%node_position(1, :)*f(2, :) - m%grid%node_position(2, :)*f(1, :))
+         call check_close(maxval(abs(sum(f, dim=2) - force)), 0.0_dp, rounding*norm2(force), &
+                          what//': resultant of load '//to_text(l))
+         associate (x => at(:, l) + b + matmul(a, at(:, l)))
+            call check_close(moment, x(1)*force(2) - x(2)*force(1), rounding*norm2(force), what//': moment of load '//to_text(l))
+         end associate
+      end do
+      call check_bodily(m, what)
+      call check_uniform(m, what)
+   end subroutine check_resultants
+
+   !> A body force acts on every particle, in proportion to its mass.
+   subroutine check_bodily(m, what)
+      type(motion_t), intent(in) :: m
+      character(*), intent(in) :: what
+      real(dp) :: share(m%particles%n)
+      integer :: k
+      share = 0
+      associate (load => m%loads(body))
+         do k = 1, size(load%host)
+            share(load%host(k)) = share(load%host(k)) + load%share(k)
+         end do
+         call check_close(maxval(abs(share/(m%particles%mass/sum(m%particles%mass)) - 1)), 0.0_dp, rounding, &
+                          what//': a body force acts in proportion to the mass')
+         call check(size(load%host) == m%particles%n, what//': and each particle has one point of it')
+      end associate
+   end subroutine check_bodily
+
+   !> The segments of the traction lie one behind the other along the edge, from end to end, with shares in proportion to their
+   !> lengths, each on the particle at the edge of which it is a side.
+   subroutine check_uniform(m, what)
+      type(motion_t), intent(in) :: m
+      character(*), intent(in) :: what
+      real(dp) :: reached, error, spacing(ndim), fit, middle(ndim, size(m%loads(traction)%host))
+      logical :: open(size(m%loads(traction)%host))
+      integer :: n, k
+      reached = lower(2)
+      error = 0
+      fit = 0
+      open = .true.
+      associate (load => m%loads(traction), p => m%particles)
+         middle = p%reference(:, load%host) + load%offset
+         do n = 1, size(load%host)
+            k = minloc(middle(2, :), dim=1, mask=open)
+            open(k) = .false.
+            spacing = spacing_of(p, load%host(k))
+            error = max(error, abs(middle(1, k) - upper(1)), abs(middle(2, k) - load%half(2, k) - reached), &
+                        abs(load%share(k) - 2*load%half(2, k)/(upper(2) - lower(2))), abs(load%half(1, k)))
+            fit = max(fit, maxval(abs(load%offset(:, k) - [spacing(1)/2, 0.0_dp])), abs(2*load%half(2, k) - spacing(2)))
+            reached = middle(2, k) + load%half(2, k)
+         end do
+      end associate
+      call check_close(max(error, abs(reached - upper(2))), 0.0_dp, 1.0e-14_dp, what//': a traction is uniform')
+      call check_close(fit, 0.0_dp, 1.0e-14_dp, what//': and as fine as the particles at the edge')
+   end subroutine check_uniform
+
+   !> No work is booked where nothing moves.
+   subroutine check_no_work(m, what)
+      type(motion_t), intent(inout) :: m
+      character(*), intent(in) :: what
+      real(dp) :: work
+      integer :: l
+      do l = 1, size(m%loads)
+         m%loads(l)%force = force
+      end do
+      call book_work(m%loads, 0.0_dp, m%particles, work)
+      call check_close(work, 0.0_dp, rounding*norm2(force), what//': no work is done where nothing moves')
+   end subroutine check_no_work
+
+   !> Refine where the loads act, level by level, and recombine again.
+   subroutine loads_through_levels(shift, deformed)
+      real(dp), intent(in) :: shift(ndim)
+      logical, intent(in) :: deformed
+      type(motion_t) :: m
+      type(load_t) :: initial(3)
+      real(dp) :: b(ndim), a(ndim, ndim)
+      real(dp), parameter :: angle = 0.7_dp
+      integer :: level, l, unsplit
+      call place(shift, m)
+      b = 0
+      a = 0
+      if (deformed) then
+         b = [0.26_dp, -0.19_dp]
+         a = reshape([1.1_dp*cos(angle), 1.1_dp*sin(angle), -0.95_dp*sin(angle), 0.95_dp*cos(angle)], [ndim, ndim]) - identity
+         call deform(m, b, a)
+      end if
+      initial = m%loads
+      unsplit = m%particles%n
+      call check_resultants(m, b, a, 'before')
+      do level = 1, deepest_tried
+         call change_mesh(m, leaves_at_loads(m))
+         call check(maxval(m%particles%level(m%loads(traction)%host)) >= max(1, level - 1), 'hosts are split')
+         call check_resultants(m, b, a, 'level '//to_text(level))
+         call check_no_work(m, 'level '//to_text(level))
+      end do
+      if (.not. deformed) call check(size(m%loads(traction)%host) > 8, 'the traction has more points')
+      call check(size(m%loads(at_point)%host) == 1, 'a force at a place stays at one place')
+      do level = deepest_tried, 1, -1
+         call change_mesh(m, spread(-1, 1, m%grid%forest%leaf_count()))
+         call check_resultants(m, b, a, 'back from level '//to_text(level))
+         call check_no_work(m, 'back from level '//to_text(level))
+      end do
+      call check(m%particles%n == unsplit, 'all particles are recombined')
+      do l = 1, 3
+         call check(size(m%loads(l)%host) == size(initial(l)%host), 'load '//to_text(l)//' has as many points as before')
+         if (l == body) cycle
+         call check_close(maxval(abs(sum(m%loads(l)%offset, dim=2) - sum(initial(l)%offset, dim=2))), 0.0_dp, 1.0e-14_dp, &
+                          'load '//to_text(l)//' is where it was')
+      end do
+   end subroutine loads_through_levels
+
+   !> Meshes that refine and recombine at random, up to three levels.
+   subroutine random_meshes()
+      type(motion_t) :: m
+      real(dp), allocatable :: chance(:)
+      real(dp), parameter :: zero(ndim, ndim) = 0
+      integer, allocatable :: change(:)
+      integer :: n, leaf
+      call place([0.033_dp, 0.057_dp], m)
+      do n = 1, 40
+         associate (forest => m%grid%forest)
+            allocate (chance(forest%leaf_count()))
+            call random_number(chance)
+            change = merge(1, merge(0, -1, chance < 0.2_dp), chance < 0.1_dp)
+            do leaf = 1, size(change)
+               if (forest%level_of(leaf) >= deepest_tried .and. change(leaf) > 0) change(leaf) = 0
+            end do
+         end associate
+         call change_mesh(m, change)
+         call check_resultants(m, [0.0_dp, 0.0_dp], zero, 'mesh '//to_text(n))
+         call check_no_work(m, 'mesh '//to_text(n))
+         deallocate (chance)
+      end do
+   end subroutine random_meshes
+
+   !> The work of a way is the same whether or not hosts split and recombine on it.
+   subroutine work_of_a_way()
+      type(motion_t) :: m
+      real(dp), parameter :: way(ndim) = [0.03_dp, 0.04_dp]
+      real(dp) :: work, total
+      integer :: l, step
+      call place([0.033_dp, 0.057_dp], m)
+      do l = 1, 3
+         m%loads(l)%force = l*force
+      end do
+      total = 0
+      do step = 1, 4
+         m%particles%displacement = spread(step*way/4, 2, m%particles%n)
+         call book_work(m%loads, 0.0_dp, m%particles, work)
+         total = total + work
+         if (step < 3) then
+            call change_mesh(m, leaves_at_loads(m))
+         else
+            call change_mesh(m, spread(-1, 1, m%grid%forest%leaf_count()))
+         end if
+      end do
+      call check_close(total, 6*dot_product(force, way), 1.0e-13_dp, 'the work of a way is the force times the way')
+   end subroutine work_of_a_way
+end program test_load_following
