@@ -115,7 +115,7 @@ contains
       families = 0
       if (.not. any(marked)) return
       reference = m%particles%reference
-      call recombine(m%particles, marked, families, new_number)
+      call recombine(m%particles, marked, m%grid%forest, families, new_number)
       if (families == 0) return
       call follow_recombination(m%loads, m%particles, reference, new_number)
       call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)

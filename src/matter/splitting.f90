@@ -9,7 +9,7 @@
 !> find each other wherever they have moved.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
-   use hampm_forest, only: corner_offset
+   use hampm_forest, only: forest_t, corner_offset, outside
    use hampm_particles, only: particles_t
    use hampm_place_table, only: place_table_t
    implicit none
@@ -95,16 +95,17 @@ contains
       p%path(k) = p%path(k)*corners + (c - 1)
    end subroutine become_child
 
-   !> Recombine the families of siblings of which all are marked, and near each other. The workspace has to be fitted and the
-   !> particles sorted afterwards.
-   subroutine recombine(p, marked, families, new_number)
+   !> Recombine the families of siblings of which all are marked, and near each other, where that makes a particle as fine as the
+   !> leaf in which it then stands. The workspace has to be fitted and the particles sorted afterwards.
+   subroutine recombine(p, marked, forest, families, new_number)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                   !! (n)
+      type(forest_t), intent(in) :: forest
       integer, intent(out) :: families                   !! how many were recombined
       integer, allocatable, intent(out) :: new_number(:) !! new place of each particle, or of the one that it is part of; (n)
       integer, allocatable :: member(:, :), origin(:)
       integer :: i, k, f
-      call find_families(p, marked, member, families)
+      call find_families(p, marked, forest, member, families)
       if (families == 0) return
       allocate (new_number(p%n), source=-1)
       do f = 1, families
@@ -121,10 +122,11 @@ contains
       call take(p, origin)
    end subroutine recombine
 
-   !> The complete families among the marked particles that are near each other, in the order of their first members.
-   subroutine find_families(p, marked, member, families)
+   !> The families that recombine, in the order of their first members.
+   subroutine find_families(p, marked, forest, member, families)
       type(particles_t), intent(in) :: p
       logical, intent(in) :: marked(:)
+      type(forest_t), intent(in) :: forest
       integer, allocatable, intent(out) :: member(:, :)  !! (corners, families and more)
       integer, intent(out) :: families
       type(place_table_t) :: table
@@ -148,6 +150,7 @@ contains
       do f = 1, table%n
          if (found(f) < corners) cycle
          if (.not. is_together(p, member(:, f))) cycle
+         if (.not. fits_between(p, member(:, f), forest)) cycle
          families = families + 1
          member(:, families) = member(:, f)
       end do
@@ -166,6 +169,29 @@ contains
       is_together = maxval(abs(x - spread(middle, 2, corners))) <= reach*2*maxval(spacing_of(p, siblings(1)))
    end function is_together
 
+   !> Whether what siblings are together is as fine as the leaf in their middle. It may not be though their own leaves are coarse:
+   !> a family that is much stretched may stand around a fine cell.
+   pure logical function fits_between(p, siblings, forest) result(fits)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: siblings(corners)
+      type(forest_t), intent(in) :: forest
+      real(dp) :: x(ndim)
+      integer :: leaf
+      x = mean_of(p%reference, siblings)
+      if (.not. p%total_frame) x = x + mean_of(p%displacement, siblings)
+      leaf = forest%leaf_at(x)
+      fits = leaf /= outside
+      if (fits) fits = forest%level_of(leaf) < p%level(siblings(1))
+   end function fits_between
+
+   !> Mean of a vector over siblings.
+   pure function mean_of(vector, siblings) result(mean)
+      real(dp), intent(in) :: vector(:, :)       !! (ndim, n)
+      integer, intent(in) :: siblings(corners)
+      real(dp) :: mean(ndim)
+      mean = sum(vector(:, siblings), dim=2)/corners
+   end function mean_of
+
    !> Make the first of some siblings what all are together.
    subroutine merge_into_first(p, siblings)
       type(particles_t), intent(inout) :: p
@@ -181,8 +207,8 @@ contains
          gradient = gradient + p%volume(siblings(c))*p%gradient(:, :, siblings(c))
       end do
       associate (k => siblings(1))
-         p%reference(:, k) = sum(p%reference(:, siblings), dim=2)/corners
-         p%displacement(:, k) = sum(p%displacement(:, siblings), dim=2)/corners
+         p%reference(:, k) = mean_of(p%reference, siblings)
+         p%displacement(:, k) = mean_of(p%displacement, siblings)
          p%velocity(:, k) = momentum/mass
          p%gradient(:, :, k) = gradient/volume
          p%mass(k) = mass

@@ -19,6 +19,7 @@ program test_splitting
    real(dp), parameter :: drift(ndim) = [2.0_dp, -1.0_dp]
    real(dp), parameter :: rate(ndim, ndim) = reshape([0.4_dp, 3.1_dp, -2.9_dp, -0.3_dp], [ndim, ndim])      ! mostly spin
    real(dp), parameter :: rounding = 1.0e-14_dp
+   type(forest_t), parameter :: coarse = forest_t([-2.0_dp, -2.0_dp], 1.0_dp, [6, 6])
    type(material_t) :: neo_hookean, linear
 
    call repeat_random_numbers()
@@ -86,7 +87,7 @@ contains
       integer :: found
       families = 0
       do
-         call recombine(p, spread(.true., 1, p%n), found, new_number)
+         call recombine(p, spread(.true., 1, p%n), coarse, found, new_number)
          if (found == 0) return
          families = families + found
       end do
@@ -335,17 +336,17 @@ contains
       marked = .true.
       marked(1::4) = .false.                     ! the first child of each
       q = p
-      call recombine(q, marked, families, new_number)
+      call recombine(q, marked, coarse, families, new_number)
       call check(families == 0 .and. same(p, q), 'families without one member stay as they are')
       marked(1) = .true.
-      call recombine(q, marked, families, new_number)
+      call recombine(q, marked, coarse, families, new_number)
       call check(families == 1 .and. q%n == p%n - 3 .and. q%level(1) == 0 .and. all(q%level(2:) == 1), &
                  'and only the complete one recombines')
       call check(all(new_number(:4) == 1) .and. all([(new_number(families) == families - 3, families=5, p%n)]), &
                  'and where each particle is now is known')
       q = p
       call split_marked(q, [.true., spread(.false., 1, q%n - 1)])
-      call recombine(q, q%level == 1, families, new_number)
+      call recombine(q, q%level == 1, coarse, families, new_number)
       call check(families == product(points) - 1, 'the family of a member that was split stays until that is whole')
       call check(recombine_all(q) == 2 .and. q%n == product(points), 'and then recombines too')
    end subroutine incomplete_families_stay
