@@ -30,7 +30,7 @@ contains
    end subroutine refine_box
 
    !> Number of particles that are not counted in exactly one leaf, the one within whose edges they are, or are coarser than it.
-   integer function misplaced(m)
+   pure integer function misplaced(m)
       type(motion_t), intent(in) :: m
       integer :: leaf, i, counted(m%particles%n)
       real(dp) :: lower(ndim)
@@ -55,21 +55,24 @@ contains
    !> Whether leaves that touch, at an edge or a corner, differ by one level at most: every pair of them is looked at.
    pure logical function is_balanced(forest)
       type(forest_t), intent(in) :: forest
-      integer :: a, b
-      real(dp) :: distance
+      real(dp) :: middle(ndim, forest%leaf_count()), edge(forest%leaf_count())
+      integer :: level(forest%leaf_count()), a, b
+      do a = 1, size(level)
+         level(a) = forest%level_of(a)
+         edge(a) = forest%size_of(a)
+         middle(:, a) = forest%position(forest%place_of(a)) + 0.5_dp*edge(a)
+      end do
       is_balanced = .true.
-      do a = 1, forest%leaf_count()
-         do b = a + 1, forest%leaf_count()
-            if (abs(forest%level_of(a) - forest%level_of(b)) < 2) cycle
-            distance = maxval(abs(forest%position(forest%place_of(a)) + 0.5_dp*forest%size_of(a) &
-                                  - forest%position(forest%place_of(b)) - 0.5_dp*forest%size_of(b)))
-            if (distance < 0.5_dp*(forest%size_of(a) + forest%size_of(b))*(1 + 1.0e-9_dp)) is_balanced = .false.
+      do a = 1, size(level)
+         do b = a + 1, size(level)
+            if (abs(level(a) - level(b)) < 2) cycle
+            if (maxval(abs(middle(:, a) - middle(:, b))) < 0.5_dp*(edge(a) + edge(b))*(1 + 1.0e-9_dp)) is_balanced = .false.
          end do
       end do
    end function is_balanced
 
    !> Whether the leaves cover the lattice without gap or overlap: their middles are their own and the areas add up.
-   logical function spans_lattice(forest)
+   pure logical function spans_lattice(forest)
       type(forest_t), intent(in) :: forest
       integer :: leaf
       real(dp) :: area
