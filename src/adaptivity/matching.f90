@@ -9,6 +9,7 @@ module hampm_matching
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
    use hampm_grid, only: build_grid
+   use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_particles, only: fit_workspace
    use hampm_splitting, only: start_families, split, recombine
@@ -98,7 +99,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
       if (.not. any(marked)) return
-      call split(m%particles, marked, velocity_gradients(m, marked), first_child)
+      call split(m%particles, marked, velocity_gradients(m, marked), twists(m, marked), first_child)
       call follow_split(m%loads, m%particles, marked, first_child)
       call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
       if (.not. failure%failed()) call sort_anew(m, failure)
@@ -149,6 +150,21 @@ contains
          end associate
       end do
    end function velocity_gradients
+
+   !> Twist of the displacement field at the marked particles [1/m].
+   function twists(m, marked) result(twist)
+      type(motion_t), intent(in) :: m
+      logical, intent(in) :: marked(:)
+      real(dp), allocatable :: twist(:, :)
+      integer :: i, k
+      allocate (twist(ndim, count(marked)))
+      k = 0
+      do i = 1, m%particles%n
+         if (.not. marked(i)) cycle
+         k = k + 1
+         twist(:, k) = twist_of_element(m%grid, m%particles, m%particles%cell(i), m%particles%body(i))
+      end do
+   end function twists
 
    !> Kinetic and strain energy of the particles [J], where it is audited.
    real(dp) function total_energy(m) result(energy)

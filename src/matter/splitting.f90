@@ -1,8 +1,11 @@
 !> Splitting particles into children and recombining these.
 !>
 !> The children stand at the quarter points of the parent's reference rectangle, X +- s/4, s being its edges: (15)-(18). They
-!> carry u + H dX, v + L dx and the parent's H: mass, volume, linear momentum, the displacement field and the strain energy
-!> stay, and angular momentum to second order in s. Recombining gives the sums of mass, volume and momentum, the mean
+!> carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx that t gives. Here t is the twist of the
+!> bilinear displacement field of the coarse cell, its mixed second derivative: with it the children's strains are those of
+!> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
+!> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
+!> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the mean
 !> position and the volume-weighted H.
 !>
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
@@ -12,6 +15,7 @@ module hampm_splitting
    use hampm_forest, only: forest_t, corner_offset, outside
    use hampm_particles, only: particles_t
    use hampm_place_table, only: place_table_t
+   use hampm_tensors, only: identity
    implicit none
    private
    public :: start_families, split, recombine, child_offset, spacing_of
@@ -46,11 +50,13 @@ contains
 
    !> Split the marked particles. The children of a particle stand together where it stood. The workspace has to be fitted and the
    !> particles sorted afterwards.
-   subroutine split(p, marked, velocity_gradient, first_child)
+   subroutine split(p, marked, velocity_gradient, twist, first_child)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                     !! (n)
       real(dp), intent(in) :: velocity_gradient(:, :, :)   !! L of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/s]; (ndim, ndim, marked)
+      real(dp), intent(in) :: twist(:, :)                  !! t of the marked ones, in space; in the total frame in the
+                                                           !! reference configuration [1/m]; (ndim, marked)
       integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, (n)
       integer, allocatable :: origin(:)
       integer :: i, c, k, marks
@@ -69,26 +75,31 @@ contains
          if (.not. marked(i)) cycle
          marks = marks + 1
          do c = 1, corners
-            call become_child(p, first_child(i) + c - 1, c, velocity_gradient(:, :, marks))
+            call become_child(p, first_child(i) + c - 1, c, velocity_gradient(:, :, marks), twist(:, marks))
          end do
       end do
    end subroutine split
 
    !> Make particle `k`, a copy of its parent, child `c`.
-   subroutine become_child(p, k, c, l)
+   subroutine become_child(p, k, c, l, twist)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: k, c
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
-      real(dp) :: offset(ndim), apart(ndim)
+      real(dp), intent(in) :: twist(ndim)        !! [1/m]
+      real(dp) :: offset(ndim), apart(ndim), f(ndim, ndim), extent(ndim), change(ndim, ndim)
       offset = child_offset(p, k, c)
-      apart = matmul(p%gradient(:, :, k), offset)
+      f = identity
+      if (.not. p%total_frame) f = f + p%gradient(:, :, k)
+      apart = matmul(f, offset)                  ! dx, and in the total frame dX
+      extent = abs(offset)
+      change(:, 1) = twist*apart(2)
+      change(:, 2) = twist*apart(1)
       p%reference(:, k) = p%reference(:, k) + offset
-      p%displacement(:, k) = p%displacement(:, k) + apart
-      if (p%total_frame) then
-         p%velocity(:, k) = p%velocity(:, k) + matmul(l, offset)
-      else
-         p%velocity(:, k) = p%velocity(:, k) + matmul(l, offset + apart)
-      end if
+      ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
+      p%displacement(:, k) = p%displacement(:, k) + matmul(p%gradient(:, :, k), offset) &
+                             + twist*(product(apart) - sum(f(1, :)*f(2, :)*extent**2))
+      p%gradient(:, :, k) = p%gradient(:, :, k) + matmul(f, matmul(change, f))
+      p%velocity(:, k) = p%velocity(:, k) + matmul(l, apart)
       p%mass(k) = p%mass(k)/corners
       p%volume(k) = p%volume(k)/corners
       p%level(k) = p%level(k) + 1

@@ -66,7 +66,7 @@ contains
       logical, intent(in) :: marked(:)
       integer, allocatable, intent(out), optional :: first_child(:)
       integer, allocatable :: first(:)
-      call split(p, marked, spread(rate, 3, count(marked)), first)
+      call split(p, marked, spread(rate, 3, count(marked)), spread([0.0_dp, 0.0_dp], 2, count(marked)), first)
       if (present(first_child)) call move_alloc(first, first_child)
    end subroutine split_marked
 
