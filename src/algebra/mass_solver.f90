@@ -17,6 +17,7 @@ module hampm_mass_solver
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
    use hampm_nodal_rows, only: multiply_rows
+   use hampm_nodal_vectors, only: block_count, block_size, dot_of_nodes, divide, weigh, combine, clear
    use hampm_text, only: to_text
    implicit none
    private
@@ -30,6 +31,7 @@ module hampm_mass_solver
                                                     !! the error at nodes of little mass far larger
    integer, parameter :: norms = 2                  !! in which the residual is measured, see `start_residual`
    integer, parameter :: most_iterations = 1000
+   real(dp), parameter :: zero(ndim) = 0, one(ndim) = 1
    integer, parameter :: patience = 6               !! iterations after which a factorisation is made anew
 
    type :: mass_solver_t
@@ -146,10 +148,11 @@ contains
       associate (region => matrix%coupled)
          call divide(region%n_nodes, region%nodes, matrix%lumped, b, x)
          call hold(s%constraints, x)
-         if (s%order > 1) call copy(region, x, s%d)
+         if (s%order > 1) call combine(region, one, x, zero, s%d)
          do j = 2, s%order
             call multiply(s, grid, matrix, matrix%row, s%d, s%q, unused)
-            call add_term(region, s%q, s%d, x)
+            call combine(region, -one, s%q, one, s%d)
+            call combine(region, one, s%d, one, x)
          end do
       end associate
    end subroutine add_series
@@ -174,7 +177,7 @@ contains
       call hold(s%constraints, x)
       call start_residual(s, grid, matrix, b, x, norm, target)
       if (any(norm > target)) then               ! no guess is better than one that is worse than none
-         call drop_guess(matrix%coupled, any(norm > target, dim=2), x)
+         call clear(matrix%coupled, any(norm > target, dim=2), x)
          call start_residual(s, grid, matrix, b, x, norm, target)
       end if
       target = tolerance**2*target
@@ -182,12 +185,12 @@ contains
       do k = 0, most_iterations
          if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
          call precondition(s, grid, matrix, rz)
-         call add_to_direction(matrix%coupled, ratio(rz, rz_last), s%z, s%d)
+         call combine(matrix%coupled, one, s%z, ratio(rz, rz_last), s%d)
          call multiply(s, grid, matrix, matrix%row, s%d, s%q, dq)
          call step_along(s, matrix, ratio(rz, dq), x, norm)
          rz_last = rz
       end do
-      call add(matrix%coupled, s%r, x)
+      call combine(matrix%coupled, one, s%r, one, x)
       s%solutions = s%solutions + 1
       s%iterations = s%iterations + k
       if (.not. all(norm <= target)) call report_divergence(min(k, most_iterations), norm, target, failure)
@@ -352,19 +355,6 @@ contains
       end do
    end subroutine step_nodes
 
-   !> Number of blocks of nodes.
-   pure integer function block_count(region)
-      type(region_t), intent(in) :: region
-      block_count = (region%n_nodes - 1)/nodes_per_block + 1
-   end function block_count
-
-   !> Number of nodes of a block.
-   pure integer function block_size(region, block)
-      type(region_t), intent(in) :: region
-      integer, intent(in) :: block
-      block_size = min(nodes_per_block, region%n_nodes - (block - 1)*nodes_per_block)
-   end function block_size
-
    !> a/b by component, 0 where there is nothing left to do.
    pure function ratio(a, b)
       real(dp), intent(in) :: a(ndim), b(ndim)
@@ -387,104 +377,4 @@ contains
       end do
       total = sum(s%partial(:, 1, :block_count(region)), dim=2)
    end function dot
-
-   !> The part of `dot` of some nodes.
-   pure subroutine dot_of_nodes(n, nodes, x, y, total)
-      integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: x(ndim, *), y(ndim, *)
-      real(dp), intent(out) :: total(ndim)
-      integer :: a
-      total = 0
-      do a = 1, n
-         total = total + x(:, nodes(a))*y(:, nodes(a))
-      end do
-   end subroutine dot_of_nodes
-
-   !> x = D^-1 b at some nodes.
-   subroutine divide(n, nodes, lumped, b, x)
-      integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: lumped(*), b(ndim, *)
-      real(dp), intent(inout) :: x(ndim, *)
-      real(dp) :: inverse
-      integer :: a
-      !$omp parallel do schedule(static) private(inverse)
-      do a = 1, n
-         inverse = 1/lumped(nodes(a))
-         x(:, nodes(a)) = b(:, nodes(a))*inverse
-      end do
-   end subroutine divide
-
-   !> y = D x.
-   subroutine weigh(region, lumped, x, y)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: lumped(*), x(ndim, *)
-      real(dp), intent(inout) :: y(ndim, *)
-      integer :: a
-      !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         y(:, region%nodes(a)) = lumped(region%nodes(a))*x(:, region%nodes(a))
-      end do
-   end subroutine weigh
-
-   !> d <- d - q, x <- x + d.
-   subroutine add_term(region, q, d, x)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: q(ndim, *)
-      real(dp), intent(inout) :: d(ndim, *), x(ndim, *)
-      integer :: a
-      !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         associate (i => region%nodes(a))
-            d(:, i) = d(:, i) - q(:, i)
-            x(:, i) = x(:, i) + d(:, i)
-         end associate
-      end do
-   end subroutine add_term
-
-   !> y <- y + x.
-   subroutine add(region, x, y)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: x(ndim, *)
-      real(dp), intent(inout) :: y(ndim, *)
-      integer :: a
-      !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         y(:, region%nodes(a)) = y(:, region%nodes(a)) + x(:, region%nodes(a))
-      end do
-   end subroutine add
-
-   !> d <- z + factor d, by component.
-   subroutine add_to_direction(region, factor, z, d)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: factor(ndim), z(ndim, *)
-      real(dp), intent(inout) :: d(ndim, *)
-      integer :: a
-      !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         d(:, region%nodes(a)) = z(:, region%nodes(a)) + factor*d(:, region%nodes(a))
-      end do
-   end subroutine add_to_direction
-
-   !> x = 0 in some components.
-   subroutine drop_guess(region, components, x)
-      type(region_t), intent(in) :: region
-      logical, intent(in) :: components(ndim)
-      real(dp), intent(inout) :: x(ndim, *)
-      integer :: a
-      do a = 1, region%n_nodes
-         where (components) x(:, region%nodes(a)) = 0
-      end do
-   end subroutine drop_guess
-
-   !> y = x.
-   subroutine copy(region, x, y)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: x(ndim, *)
-      real(dp), intent(inout) :: y(ndim, *)
-      integer :: a
-      !$omp parallel do schedule(static)
-      do a = 1, region%n_nodes
-         y(:, region%nodes(a)) = x(:, region%nodes(a))
-      end do
-   end subroutine copy
 end module hampm_mass_solver
