@@ -145,7 +145,7 @@ module hampm_keys
             any_number, 'and its upper corner; needed there'), &
       key_t('method', 'solver', kind_name, 1, 1, may, 'cg', '', '', &
             'cg|umfpack|banded', 'of the equations with a full, partial or blended mass matrix'), &
-      key_t('refine', 'indicator', kind_name, 1, 1, may, 'none', 'gradient', '', &
+      key_t('refine', 'indicator', kind_name, 1, 1, may, 'none', 'tip', '', &
             'none|gradient|zz|tip', 'what tells which cells refine: gradients, the estimated error, the distance to the tip'), &
       key_t('refine', 'field', kind_name, 1, 1, may, 'energy_density', '', '', &
             'energy_density|stress_norm|speed', 'of indicator = ''gradient'': the field whose gradients count'), &
@@ -157,7 +157,7 @@ module hampm_keys
             '(0, 1)', 'of ''zz'': relative error in the energy norm that is aimed at'), &
       key_t('refine', 'rings', kind_integer, 1, 1, may, '4', '', '', &
             '[1, 1000]', 'of ''tip'': cells within so many cells of the crack tip refine, level by level'), &
-      key_t('refine', 'max_level', kind_integer, 1, 1, may, '4', '', '', &
+      key_t('refine', 'max_level', kind_integer, 1, 1, may, '4', '2', '', &
             '[0, 20]', 'how often a root cell may be divided; its size is halved each time'), &
       key_t('refine', 'energy_floor', kind_real, 1, 1, may, '1e-3', '', '', &
             '[0, 1)', 'cells below this part of the largest energy density do not refine'), &

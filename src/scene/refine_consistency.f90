@@ -105,6 +105,6 @@ contains
          particles = particles + particle_number(scene%bodies(i), scene%grid%cell)
       end do
       if (scene%refine%max_particles < particles) call settings%complain(mistakes, b, 'max_particles', &
-         'must be at least the number of material points that the scene begins with, '//to_text(particles))
+         'must be at least the number of material points that the scene begins with, '//to_text(nint(particles)))
    end subroutine check_room
 end module hampm_refine_consistency
