@@ -48,6 +48,8 @@ contains
          report = solver_report(simulation)
          if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
          if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
+         report = simulation%refinement%warning()
+         if (len(report) > 0) call print_message('warning: '//report)
       end if
    end subroutine simulate
 
