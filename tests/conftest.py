@@ -53,3 +53,25 @@ def dcb_result(run_hampm, tmp_path_factory):
     result = run_hampm(*COARSE_DCB, cwd=folder)
     assert result.returncode == 0, result.stderr
     return folder / "dcb.h5"
+
+
+def coarse_snapshots(run_hampm, folder, *settings):
+    """Run the coarse beam with four snapshots; its result file."""
+    words = [word for setting in settings for word in ("--set", setting)]
+    result = run_hampm(*COARSE_DCB, "--set", "output.snapshot_interval=1e-4", *words, cwd=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "dcb.h5"
+
+
+@pytest.fixture(scope="session")
+def snapshot_result(run_hampm, tmp_path_factory):
+    """The result file of the coarse beam with four snapshots, on uniform cells."""
+    return coarse_snapshots(run_hampm, tmp_path_factory.mktemp("snapshots"))
+
+
+@pytest.fixture(scope="session")
+def refined_result(run_hampm, tmp_path_factory):
+    """The same, refined around the tip to level 2."""
+    return coarse_snapshots(run_hampm, tmp_path_factory.mktemp("refined"), "refine.indicator='gradient'",
+                            "refine.r_crit=0.02", "refine.max_level=2", "refine.region_lower=0.04,0.0",
+                            "refine.region_upper=0.06,0.005")

@@ -1,0 +1,190 @@
+"""The snapshots of a run, as its result file holds them: particles and mesh at every time, and the scene of the run.
+
+`Frames` reads `/VTKHDF` and the namelist; `Leaves` puts the cells of a mesh together again, of which those beside finer
+ones are stored as four quarters; `CrackPlane` turns positions into distances ahead of the crack tip and from its plane.
+"""
+
+import re
+from collections import namedtuple
+from contextlib import contextmanager
+from pathlib import Path
+
+from history import UNREADABLE, ResultError
+
+import h5py
+import numpy as np
+
+Block = namedtuple("Block", "points cells point_fields cell_fields")
+Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 4 or 1), and fields by name."
+
+
+class Frames:
+    """The snapshots of one result file.
+
+    times     of all snapshots [s], shape (n)
+    scene     the namelist
+    """
+
+    def __init__(self, path):
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise ResultError(f"{path}: no such file", UNREADABLE)
+        with self._open() as file:
+            if "input/namelist" not in file:
+                raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
+            self.scene = Scene(file["input/namelist"].asstr()[()], path)
+            if not all(f"VTKHDF/{block}/Steps/Values" in file for block in ("mesh", "particles")):
+                raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
+            self.times = file["VTKHDF/mesh/Steps/Values"][()]
+        if self.times.size == 0:
+            raise ResultError(f"{path}: holds no snapshots yet", UNREADABLE)
+
+    @contextmanager
+    def _open(self):
+        try:
+            with h5py.File(self.path, "r") as file:
+                yield file
+        except (OSError, KeyError) as error:
+            raise ResultError(f"{self.path}: cannot be read as HDF5 result ({error})", UNREADABLE) from error
+
+    @property
+    def stem(self):
+        """File name without folder and suffix."""
+        return self.path.stem
+
+    def number(self, snapshot=None, time=None):
+        """Number of a snapshot, counted from 0 from the end where negative, or nearest to a time; else the last."""
+        if time is not None:
+            return int(np.argmin(np.abs(self.times - time)))
+        number = -1 if snapshot is None else snapshot
+        if not -self.times.size <= number < self.times.size:
+            raise ResultError(f"{self.path}: has no snapshot {number}; there are {self.times.size}, counted from 0")
+        return number % self.times.size
+
+    def block(self, name, number):
+        """Particles or mesh of a snapshot."""
+        with self._open() as file:
+            group = file["VTKHDF"][name]
+            steps = group["Steps"]
+
+            def part(dataset, offsets, count):
+                return dataset[offsets[number]:offsets[number] + count[number]]
+
+            first_point, points = steps["PointOffsets"], group["NumberOfPoints"]
+            first_cell, cells = steps["CellOffsets"], group["NumberOfCells"]
+            corners = part(group["Connectivity"], steps["ConnectivityIdOffsets"], group["NumberOfConnectivityIds"])
+            return Block(part(group["Points"], first_point, points)[:, :2], corners.reshape(cells[number], -1),
+                         {key: part(item, first_point, points) for key, item in group["PointData"].items()},
+                         {key: part(item, first_cell, cells) for key, item in group.get("CellData", {}).items()})
+
+    def leaves(self, number):
+        """The cells of a snapshot's mesh."""
+        return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower")),
+                      self.scene.numbers("grid", "cell")[0])
+
+    def crack_plane(self):
+        """The plane of the crack; None where the scene has no crack."""
+        tip = self.scene.numbers("crack", "tip")
+        return CrackPlane(np.array(tip), np.array(self.scene.numbers("crack", "direction"))) if tip else None
+
+
+class Scene:
+    """The namelist of a run, as the result file holds it: complete, one key a line."""
+
+    def __init__(self, text, path):
+        self.path, self._values, group = path, {}, ""
+        for line in text.splitlines():
+            if line.startswith("&"):
+                group = line[1:].strip()
+            elif match := re.match(r"\s+(\w+) =(.*)", line):
+                self._values.setdefault((group, match[1]), match[2].strip())
+
+    def text(self, group, key):
+        """A value as text without quotes, of the first group of this name; '' where it is not given."""
+        return self._values.get((group, key), "").strip("'")
+
+    def numbers(self, group, key):
+        """Values as numbers; none where they are not given."""
+        try:
+            return [float(word) for word in self.text(group, key).replace(",", " ").split()]
+        except ValueError as error:
+            raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist is not a number ({error})",
+                              UNREADABLE) from error
+
+
+class Leaves:
+    """The cells of a mesh, each once: four quarters of a cell become the cell.
+
+    lower, width   lower corner (n, 2) and size (n) [m]
+    level          how often a root cell has been divided, (n)
+    particles      number of particles, (n)
+    point_fields   fields of the mesh by name, at its points
+    """
+
+    def __init__(self, mesh, origin, root):
+        level = mesh.cell_fields["level"].astype(int)
+        width = root * 0.5**level
+        middle = mesh.points[mesh.cells].mean(axis=1) - origin
+        keys = np.column_stack([level, np.floor(middle / width[:, None]).astype(int)])
+        unique, self._leaf_of_element = np.unique(keys, axis=0, return_inverse=True)
+        self._leaf_of_element = self._leaf_of_element.reshape(-1)
+        self.level = unique[:, 0]
+        self.width = root * 0.5**self.level
+        self.lower = origin + unique[:, 1:] * self.width[:, None]
+        self.particles = np.bincount(self._leaf_of_element, mesh.cell_fields["particles"]).astype(int)
+        self.point_fields = mesh.point_fields
+        self._mesh, self._origin, self._root, self._keys = mesh, origin, root, unique
+
+    def mean_of_nodes(self, name):
+        """Mean of a point field over the nodes of each cell: its corners and those corners of others on its sides."""
+        mesh, level = self._mesh, int(self.level.max())
+        places = np.rint((mesh.points - self._origin) / (self._root * 0.5**level)).astype(int)
+        row = places[:, 1].max() + 1
+        numbers = places[:, 0] * row + places[:, 1]
+        corners = [self._keys[:, 1:] + shift for shift in ((0, 0), (1, 0), (0, 1), (1, 1))]
+        corners = np.concatenate(corners) * 2 ** (level - np.tile(self.level, 4))[:, None]
+        is_node = np.isin(numbers, corners[:, 0] * row + corners[:, 1])
+        pairs = np.column_stack([np.repeat(self._leaf_of_element, mesh.cells.shape[1]), mesh.cells.reshape(-1)])
+        leaf, point = np.unique(pairs[is_node[pairs[:, 1]]], axis=0).T
+        return np.bincount(leaf, mesh.point_fields[name][point]) / np.bincount(leaf)
+
+    def at(self, points):
+        """The cell that each point is in; -1 outside the mesh."""
+        found = np.full(len(points), -1)
+        for level in np.unique(self.level):
+            of_level = np.flatnonzero(self.level == level)
+            row = self._keys[of_level, 2].max() + 2
+            places = np.floor((points - self._origin) / (self._root * 0.5**level)).astype(int)
+            inside = (places >= 0).all(axis=1) & (places[:, 1] < row)
+            numbers = np.where(inside, places[:, 0] * row + places[:, 1], -1)
+            known = self._keys[of_level, 1] * row + self._keys[of_level, 2]  # ascending, as the keys are sorted
+            where = np.minimum(np.searchsorted(known, numbers), known.size - 1)
+            found = np.where(known[where] == numbers, of_level[where], found)
+        return found
+
+
+class CrackPlane:
+    """The plane of a crack along a grid line. `direction` is that of growth."""
+
+    def __init__(self, tip, direction):
+        self.tip = tip
+        self.along = direction / np.hypot(*direction)
+        self.normal = np.array([-self.along[1], self.along[0]])
+
+    def local(self, points):
+        """Distance ahead of the tip and height above the plane of points (..., 2)."""
+        return self.turned(points - self.tip)
+
+    def turned(self, vectors):
+        """Components of vectors along the crack and normal to it."""
+        return np.stack([vectors @ self.along, vectors @ self.normal], axis=-1)
+
+
+def squares(lower, width):
+    """Corners of squares, shape (n, 4, 2)."""
+    return lower[:, None, :] + width[:, None, None] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+
+
+def mirrored(points):
+    """Points (..., 2) in the coordinates of a crack plane and behind them their images on its other side."""
+    return np.concatenate([points, points * [1, -1]])

@@ -1,0 +1,69 @@
+"""Snapshots as the pictures need them: quarters put together, means over nodes, coordinates of the crack."""
+
+import numpy as np
+import pytest
+
+from frames import Block, CrackPlane, Frames, Leaves, Scene
+
+# A root cell divided into four beside one that is not, and is stored as its quarters: points are numbered along rows.
+POINTS = np.array([(x, y) for y in (0, 0.5, 1) for x in (0, 0.5, 1, 1.5, 2)], dtype=float)
+CELLS = np.array([[p, p + 1, p + 6, p + 5] for p in (0, 1, 5, 6, 2, 3, 7, 8)])
+ORIGIN = np.array([10.0, -3.0])
+
+
+def two_roots(**point_fields):
+    fields = {"level": np.repeat([1.0, 0.0], 4), "particles": np.repeat([4.0, 1.0], 4)}
+    return Leaves(Block(POINTS * 2 + ORIGIN, CELLS, point_fields, fields), ORIGIN, 2.0)
+
+
+def test_quarters_become_one_cell():
+    leaves = two_roots()
+    assert sorted(zip(leaves.level, leaves.width, leaves.particles)) == [(0, 2.0, 4)] + [(1, 1.0, 4)] * 4
+    np.testing.assert_array_equal(leaves.lower[leaves.level == 0], [ORIGIN + [2, 0]])
+
+
+@pytest.mark.parametrize("point, share", [
+    ((1, 0), 1 / 5), ((1, 0.5), 1 / 5), ((2, 1), 1 / 5),  # corners, and the node on its side that the finer cells have
+    ((1.5, 0.5), 0), ((1.5, 0), 0), ((2, 0.5), 0)])        # no nodes: its middle, and sides without finer neighbours
+def test_mean_is_over_the_nodes_of_a_cell_alone(point, share):
+    leaves = two_roots(R=np.all(POINTS == point, axis=1).astype(float))
+    assert leaves.mean_of_nodes("R")[leaves.level == 0] == pytest.approx(share)
+
+
+def test_cell_that_a_point_is_in():
+    leaves = two_roots()
+    points = ORIGIN + [[0.1, 0.1], [1.9, 1.1], [2.1, 1.9], [3.9, 0.1], [4.1, 1], [-0.1, 1], [1, 2.1], [1, -0.1]]
+    cell = leaves.at(points)
+    assert list(leaves.level[cell[:4]]) == [1, 1, 0, 0] and cell[2] == cell[3] and cell[0] != cell[1]
+    np.testing.assert_array_equal(leaves.lower[cell[1]], ORIGIN + [1, 1])
+    assert list(cell[4:]) == [-1] * 4
+
+
+@pytest.mark.parametrize("direction, ahead, above", [
+    ((1, 0), (5, 2), (4, 3)), ((-2, 0), (3, 2), (4, 1)), ((0, 1), (4, 3), (3, 2))])
+def test_coordinates_of_a_crack_in_any_direction(direction, ahead, above):
+    plane = CrackPlane(np.array([4.0, 2.0]), np.array(direction, dtype=float))
+    np.testing.assert_array_equal(plane.local(np.array([ahead, above, (4.0, 2.0)])), [[1, 0], [0, 1], [0, 0]])
+
+
+def test_values_of_the_namelist():
+    scene = Scene("&load\n   force = 0.0, 1.0e-3\n/\n&load\n   force = 2.0, 2.0\n   times =\n/\n"
+                  "&method\n   frame = 'total'\n/\n", "a.h5")
+    assert scene.numbers("load", "force") == [0, 1e-3] and scene.text("method", "frame") == "total"
+    assert scene.numbers("load", "times") == scene.numbers("crack", "tip") == []
+
+
+def test_cells_of_a_run_cover_its_grid_once(refined_result):
+    frames = Frames(refined_result)
+    for number in range(frames.times.size):
+        leaves, particles = frames.leaves(number), frames.block("particles", number)
+        assert np.sum(leaves.width**2) == pytest.approx(0.1 * 0.015)
+        cell = leaves.at(particles.points)
+        np.testing.assert_array_equal(np.bincount(cell, minlength=leaves.width.size), leaves.particles)
+    assert leaves.level.max() == 2 and leaves.width.size < frames.block("mesh", number).cells.shape[0]
+
+
+def test_snapshots_are_found_by_number_and_time(refined_result):
+    frames = Frames(refined_result)
+    assert [frames.number(), frames.number(snapshot=0), frames.number(snapshot=-2)] == [3, 0, 2]
+    assert [frames.number(time=time) for time in (0.0, 1.2e-4, 1.0)] == [0, 1, 3]

@@ -1,0 +1,198 @@
+"""Pictures of the mesh and animations: what they show, that they are written, that mistakes are named."""
+
+import shutil
+
+import h5py
+import matplotlib.image
+import numpy as np
+import pytest
+from PIL import Image
+
+import animate
+import plot_mesh
+from frames import Frames
+from paths import ROOT
+from synthetic import write_result
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Drop the figures that a test has made."""
+    yield
+    plot_mesh.plt.close("all")
+
+
+def test_picture_stands_beside_the_first_file(program, refined_result, tmp_path):
+    file = shutil.copy(refined_result, tmp_path / "a.h5")
+    result = program("plot_mesh.py", file, file)
+    picture = tmp_path / "a_mesh.png"
+    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
+    pixels = matplotlib.image.imread(picture)
+    assert pixels.shape[1] > 900 and len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
+
+
+@pytest.mark.parametrize("suffix, start", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
+def test_format_follows_the_suffix(script, refined_result, tmp_path, suffix, start):
+    picture = tmp_path / f"mesh.{suffix}"
+    assert script("plot_mesh.py", refined_result, "-o", picture, "--time", 1e-4, "--window", 20).returncode == 0
+    assert picture.read_bytes().startswith(start)
+
+
+def figure_of(file, *arguments):
+    return plot_mesh.draw([Frames(file)], plot_mesh.parse([str(file), *arguments]))
+
+
+def test_mesh_is_mirrored_and_around_the_tip(refined_result):
+    lower = figure_of(refined_result, "--window", "8").axes[1]
+    drawn = [path.vertices[:4] for path in lower.collections[0].get_paths()]
+    leaves = Frames(refined_result).leaves(3)
+    assert len(drawn) == 2 * np.count_nonzero(leaves.particles)
+    area = sum(np.prod(np.ptp(corners, axis=0)) for corners in drawn)
+    assert area == pytest.approx(2 * 100 * 10) and np.mean(drawn, axis=(0, 1))[1] == pytest.approx(0, abs=1e-9)
+    assert lower.get_xlim() == lower.get_ylim() == (-8, 8)
+
+
+def test_parameter_is_the_mean_of_each_cell_along_the_plane(refined_result):
+    upper = figure_of(refined_result).axes[0]
+    curve, critical = upper.lines[:2]
+    x, mean = curve.get_data()
+    assert (x[0], x[-1]) == (pytest.approx(-50), pytest.approx(50)) and np.all(np.diff(x) >= -1e-9)
+    assert set(critical.get_ydata()) == {0.02}
+    with h5py.File(refined_result) as file:  # the cell that ends at the tip, of the finest, from its four corners
+        mesh = file["VTKHDF/mesh"]
+        first = mesh["Steps/PointOffsets"][3]
+        points, values = mesh["Points"][first:], mesh["PointData/R"][first:]
+    near = [np.argmin(np.linalg.norm(points[:, :2] - corner, axis=1))
+            for corner in [(0.05, 0), (0.05, 1.25e-3), (0.04875, 0), (0.04875, 1.25e-3)]]
+    behind = np.flatnonzero((x[:-1] < -1e-9) & (np.abs(x[1:]) < 1e-9))[-1]
+    assert x[behind] == pytest.approx(-1.25) and mean[behind] == pytest.approx(np.mean(values[near]))
+    assert mean[behind] > 0
+
+
+def test_title_names_time_and_levels(refined_result):
+    title = figure_of(refined_result, "--snapshot", "0", "--window", "9").axes[0].get_title()
+    assert title.endswith("$t$ = 0 ms\ncells of level 0: 8")
+    assert ", 2: " in figure_of(refined_result, "--window", "30").axes[0].get_title()
+
+
+def test_runs_without_indicator_show_the_mesh_alone(script, snapshot_result, tmp_path):
+    picture = tmp_path / "mesh.svg"
+    assert script("plot_mesh.py", snapshot_result, "-o", picture).returncode == 0
+    assert "in this file" in picture.read_text()
+
+
+def test_animation_has_every_snapshot_and_the_same_bytes_again(program, refined_result, tmp_path):
+    files = [tmp_path / "one.gif", tmp_path / "two.gif"]
+    for file in files:
+        result = program("animate.py", refined_result, "--dpi", 50, "-o", file)
+        assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(file), "")
+    assert files[0].read_bytes() == files[1].read_bytes()
+    with Image.open(files[0]) as film:
+        assert film.n_frames == 4
+        frames = []
+        for number in range(4):
+            film.seek(number)
+            frames.append(np.array(film.convert("RGB")))
+    assert np.any(frames[0] != frames[3]) and len(np.unique(frames[3].reshape(-1, 3), axis=0)) > 50
+
+
+@pytest.mark.parametrize("field", ["stress_xy", "speed", "displacement"])
+def test_fields_that_colour_the_particles(script, refined_result, tmp_path, field):
+    result = script("animate.py", refined_result, "--field", field, "--dpi", 40, "--window", 20, "--scale", 1000, "-o",
+                    tmp_path / "a.gif")
+    assert result.returncode == 0, result.stderr
+
+
+def test_columns_share_the_axis_of_r(refined_result, snapshot_result):
+    files = [str(refined_result), str(snapshot_result)]
+    figure = plot_mesh.draw([Frames(file) for file in files], plot_mesh.parse([*files, "--window", "60"]))
+    left, right = figure.axes[:2]
+    assert left.get_ylim() == right.get_ylim() and left.get_ylim()[1] >= max(left.lines[0].get_ydata())
+
+
+def film_of(file, *arguments):
+    film = animate.Film(Frames(file), animate.parse([str(file), *arguments]))
+    film.show(3)
+    return film
+
+
+def test_particles_cover_the_body_and_move_by_their_scaled_displacement(refined_result):
+    film, further = (film_of(refined_result, "--scale", scale) for scale in ("1", "1001"))
+    vertices, moved = (np.array([path.vertices[:4] for path in each.squares.get_paths()]) for each in (film, further))
+    particles = Frames(refined_result).block("particles", 3)
+    n = len(particles.points)
+    assert len(vertices) == 2 * n
+    area = np.sum(np.prod(np.ptp(vertices, axis=1), axis=1))
+    assert area == pytest.approx(2 * 100 * 10 * animate.OVERLAP**2, rel=1e-6)
+    shift = (moved - vertices)[:n].mean(axis=1)
+    np.testing.assert_allclose(shift, particles.point_fields["displacement"][:, :2] * 1e6, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose((moved - vertices)[n:].mean(axis=1), shift * [1, -1], rtol=1e-6, atol=1e-9)
+
+
+def test_shear_of_the_mirror_image_has_the_other_sign(refined_result):
+    values = film_of(refined_result, "--field", "stress_xy").squares.get_array()
+    half = len(values) // 2
+    assert np.any(values) and np.array_equal(values[half:], -values[:half])
+
+
+def test_default_scale_is_a_round_number():
+    assert [animate.round_off(value) for value in (1.0, 4.9, 7e3, 0.3)] == [1, 2, 5e3, pytest.approx(0.2)]
+
+
+def broken(tmp_path, kind, refined_result):
+    path = tmp_path / f"{kind}.h5"
+    if kind == "text":
+        path.write_text("not HDF5")
+    elif kind == "no_namelist":
+        h5py.File(path, "w").close()
+    elif kind == "no_snapshots":
+        write_result(path)
+    elif kind == "no_points":
+        shutil.copy(refined_result, path)
+        with h5py.File(path, "a") as file:
+            del file["VTKHDF/mesh/Points"], file["VTKHDF/particles/Points"]
+    return path
+
+
+@pytest.mark.parametrize("name", ["plot_mesh.py", "animate.py"])
+@pytest.mark.parametrize("kind, code, words", [
+    ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_namelist", 4, "not a result file"),
+    ("no_snapshots", 2, "snapshot_interval"), ("no_points", 4, "cannot be read as HDF5")])
+def test_files_that_cannot_be_drawn(script, tmp_path, refined_result, name, kind, code, words):
+    path = broken(tmp_path, kind, refined_result)
+    result = script(name, path)
+    assert result.returncode == code
+    assert words in result.stderr and str(path) in result.stderr and len(result.stderr.splitlines()) == 1
+    assert not list(tmp_path.glob("*.png")) and not list(tmp_path.glob("*.gif"))
+
+
+def test_scene_without_a_crack(script, hampm, tmp_path):
+    run = hampm(ROOT / "tests/regression/static_bar/case.nml", "--set", "output.file=bar.h5", "--set",
+                "run.end_time=1e-5", "--set", "output.snapshot_interval=1e-5")
+    assert run.returncode == 0, run.stderr
+    result = script("plot_mesh.py", tmp_path / "bar.h5")
+    assert result.returncode == 2 and "has no crack" in result.stderr
+    assert script("animate.py", tmp_path / "bar.h5", "--dpi", 40).returncode == 0
+    result = script("animate.py", tmp_path / "bar.h5", "--window", 5)
+    assert result.returncode == 2 and "has no crack" in result.stderr
+
+
+@pytest.mark.parametrize("name, arguments, code, words", [
+    ("plot_mesh.py", ["--snapshot", "4"], 2, "there are 4, counted from 0"),
+    ("plot_mesh.py", ["--window", "0"], 2, "not a positive number"),
+    ("plot_mesh.py", ["--snapshot", "1", "--time", "0"], 2, "not allowed with"),
+    ("plot_mesh.py", ["-o", "mesh.doc"], 2, "does not end in .png"),
+    ("plot_mesh.py", ["-o", "/nowhere/at/all.png"], 4, "cannot be written"),
+    ("animate.py", ["--field", "colour"], 2, "they have id, body"), ("animate.py", ["-o", "a.mp4"], 2, "end in .gif"),
+    ("animate.py", ["-o", "/nowhere/at/all.gif"], 4, "cannot be written")])
+def test_requests_that_cannot_be_met(script, refined_result, name, arguments, code, words):
+    result = script(name, refined_result, *arguments)
+    assert result.returncode == code and words in result.stderr
+
+
+@pytest.mark.parametrize("name, option", [("plot_mesh.py", "--window"), ("animate.py", "--scale")])
+def test_help_and_errors_of_the_programs(program, name, option):
+    result = program(name, "--help")
+    assert result.returncode == 0 and option in result.stdout
+    result = program(name, "none.h5")
+    assert (result.returncode, result.stderr) == (4, f"{name}: none.h5: no such file\n")
