@@ -25,7 +25,7 @@ UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run test bench masses program unit setup clean
+.PHONY: help run figures test bench masses program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -37,6 +37,17 @@ run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_re
 	$(PYTHON) postprocess/plot_g.py results/dcb.h5 --converged 1.28737 --output results/dcb_G.png
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
+
+figures: setup  ## draw the mesh around the tip for R_crit = 0.24, 0.12, 0.03, and animate a run
+	@$(MAKE) --no-print-directory program
+	$(O)/hampm input/dcb_mesh.nml --output results/figures --set refine.r_crit=0.24 --set output.file=mesh_r024.h5
+	$(O)/hampm input/dcb_mesh.nml --output results/figures --set refine.r_crit=0.12 --set refine.max_level=1 \
+	   --set output.file=mesh_r012.h5
+	$(O)/hampm input/dcb_mesh.nml --output results/figures --set output.file=mesh_r003.h5
+	for r in 024 012 003; do \
+	   $(PYTHON) postprocess/plot_mesh.py results/figures/mesh_r$$r.h5 -o results/figures/mesh_r$$r.png || exit; done
+	$(PYTHON) postprocess/plot_mesh.py $(patsubst %,results/figures/mesh_r%.h5,024 012 003) -o results/figures/mesh.png
+	$(PYTHON) postprocess/animate.py results/figures/mesh_r003.h5 --window 12
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) --no-print-directory program unit
@@ -83,6 +94,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run test bench masses,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test bench masses,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif
