@@ -106,6 +106,7 @@ contains
       if (all(change == 0)) return
       forest = m%grid%forest
       call forest%adapt(change)
+      if (forest%same_leaves(m%grid%forest)) return
       call forest%balance()
       if (r%has_tip) call even_out_tip(r%tip, forest)
       if (forest%same_leaves(m%grid%forest)) return

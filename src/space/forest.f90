@@ -76,7 +76,7 @@ contains
       real(dp) :: lattice(ndim)
       lattice = (x - self%lower)/self%cell
       place = -1
-      if (all(lattice >= 0 .and. lattice < self%cells)) place = int(scale(lattice, deepest), long)
+      if (all(lattice >= 0 .and. lattice < self%cells)) place = int(lattice*root_size, long)
    end function place_at
 
    !> The leaf that covers the finest cell with the integer coordinates `place`, which is in the lattice.
@@ -172,7 +172,7 @@ contains
    pure real(dp) function size_of(self, leaf)
       class(forest_t), intent(in) :: self
       integer, intent(in) :: leaf
-      size_of = scale(self%cell, -self%level_of(leaf))
+      size_of = self%cell/shiftl(1, self%level_of(leaf))
    end function size_of
 
    !> The finest level of any leaf.
@@ -187,13 +187,13 @@ contains
       class(forest_t), intent(in) :: self
       integer(long), intent(in) :: place(ndim)
       real(dp) :: x(ndim)
-      x = self%lower + place*scale(self%cell, -deepest)
+      x = self%lower + place*(self%cell/root_size)
    end function position
 
    !> Edge length of a cell of a level in integer coordinates.
    pure integer(long) function level_width(level)
       integer, intent(in) :: level
-      level_width = root_size/2_long**level
+      level_width = shiftr(root_size, level)
    end function level_width
 
    !> Refine the leaves with `change` > 0 by one level, and recombine those with `change` < 0 by one, where all leaves of a
@@ -289,20 +289,18 @@ contains
       end do
    end subroutine balance
 
-   !> Mark the leaves around a leaf that are more than one level coarser.
+   !> Mark the leaves around a leaf that are more than one level coarser. They are as large as two parents of the leaf or larger, so
+   !> that it is enough to look, once in each of the parent's neighbours that touch the leaf.
    pure subroutine mark_coarse_neighbours(self, leaf, change)
       class(forest_t), intent(in) :: self
       integer, intent(in) :: leaf
       integer, intent(inout) :: change(:)
-      integer(long) :: place(ndim)
-      integer :: k, rest, d, direction(ndim), neighbour
-      do k = 0, 3**ndim - 1
-         rest = k
-         do d = 1, ndim
-            direction(d) = mod(rest, 3) - 1
-            rest = rest/3
-         end do
-         place = self%place(:, leaf) + direction*level_width(self%level(leaf))
+      integer(long) :: place(ndim), width, outward(ndim)
+      integer :: k, neighbour
+      width = level_width(self%level(leaf))
+      outward = 2*mod(self%place(:, leaf)/width, 2_long) - 1  ! away from the siblings
+      do k = 2, corners
+         place = self%place(:, leaf) + corner_offset(k)*outward*width
          if (any(place < 0 .or. place >= self%cells*root_size)) cycle
          neighbour = self%leaf_of(place)
          if (self%level(neighbour) < self%level(leaf) - 1) change(neighbour) = 1
