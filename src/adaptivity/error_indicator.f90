@@ -1,11 +1,11 @@
-!> The error estimate of Zienkiewicz & Zhu (1987): the energy norm of the difference between the stress extrapolated to the nodes
-!> and that of the particles.
+!> The error estimate of Zienkiewicz & Zhu (1987): the energy norm of the difference between the stress recovered at the nodes
+!> and that of the particles. Stress is recovered in each material by itself: across an interface it may jump.
 module hampm_error_indicator
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
-   use hampm_extrapolation, only: extrapolate_lumped
    use hampm_material, only: material_t
+   use hampm_recovery, only: recover
    use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
@@ -23,7 +23,7 @@ contains
       real(dp), intent(out) :: norm
       real(dp), allocatable :: stress(:, :), nodal(:, :), error(:)
       real(dp) :: difference(ndim, ndim), recovered(n_stress)
-      integer :: i, leaf
+      integer :: i, k, leaf
       associate (p => m%particles, grid => m%grid)
          allocate (stress(n_stress, p%n), nodal(n_stress, grid%n_points), error(p%n))
          allocate (squared(grid%forest%leaf_count()))
@@ -35,14 +35,17 @@ contains
             end associate
          end do
          call refresh_grid(m)
-         call extrapolate_lumped(grid, p, m%fields%mass_matrix, n_stress, stress, nodal)
-         do i = 1, p%n
-            associate (e => p%cell(i))
-               recovered = matmul(nodal(:, grid%element_nodes(:, e)), &
-                                  shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))))
-            end associate
-            difference = reshape(recovered - stress(:, i), [ndim, ndim])
-            error(i) = p%volume(i)*2*m%materials(p%material(i))%stress_energy_density(difference)
+         do k = 1, size(m%materials)
+            call recover(grid, p, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+            do i = 1, p%n
+               if (p%material(i) /= k) cycle
+               associate (e => p%cell(i))
+                  recovered = matmul(nodal(:, grid%element_nodes(:, e)), &
+                                     shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))))
+               end associate
+               difference = reshape(recovered - stress(:, i), [ndim, ndim])
+               error(i) = p%volume(i)*2*m%materials(k)%stress_energy_density(difference)
+            end do
          end do
          do leaf = 1, size(squared)
             squared(leaf) = sum_over_particles(grid, p, leaf, error)

@@ -1,0 +1,117 @@
+!> Nodal values by superconvergent patch recovery (Zienkiewicz & Zhu 1992): at each node the linear function that fits best, by
+!> least squares, the particles of the cells around it.
+!>
+!> Linear fields come out exactly, at edges of bodies and beside cells of another size too, where the lumped mass matrix errs in
+!> the first order.
+module hampm_recovery
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: recover
+
+   real(dp), parameter :: least_spread = 1.0e-3_dp !! variance of the places of the particles, over the square of the smallest cell
+                                                   !! around, below which a slope is not trusted but kept small
+
+contains
+
+   !> Nodal values of a field of `width` components, from all particles or from those of one material.
+   subroutine recover(grid, p, matrix, width, field, nodal, material)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: width
+      real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
+      real(dp), intent(out) :: nodal(width, *)   !! values of the points, 0 where there are no particles, (width, n_points)
+      integer, intent(in), optional :: material
+      integer :: a
+      nodal(:, :grid%n_points) = 0
+      associate (all => matrix%all)
+         do a = 1, all%n_nodes
+            call fit(grid, p, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
+         end do
+         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), width, nodal)
+      end associate
+   end subroutine recover
+
+   !> Value at a node of the linear function that fits the particles around it.
+   subroutine fit(grid, p, node, width, field, value, material)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: node, width
+      real(dp), intent(in) :: field(width, *)
+      real(dp), intent(out) :: value(width)
+      integer, intent(in), optional :: material
+      real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
+      integer :: leaf(corners), n_leaves, n, i, k, d
+      call leaves_around(grid, node, n_leaves, leaf, edge)
+      n = 0
+      mean_x = 0
+      spread_x = 0
+      mean = 0
+      moment = 0
+      do k = 1, n_leaves
+         do i = p%cell_start(grid%leaf_element(leaf(k))), p%cell_start(grid%leaf_element(leaf(k) + 1)) - 1
+            if (present(material)) then
+               if (p%material(i) /= material) cycle
+            end if
+            n = n + 1
+            x = (p%place_in_grid(i) - grid%node_position(:, node))/edge
+            mean_x = mean_x + x
+            mean = mean + field(:, i)
+            do d = 1, ndim
+               spread_x(:, d) = spread_x(:, d) + x*x(d)
+               moment(:, d) = moment(:, d) + field(:, i)*x(d)
+            end do
+         end do
+      end do
+      value = 0
+      if (n == 0) return
+      mean_x = mean_x/n
+      mean = mean/n
+      do d = 1, ndim
+         spread_x(:, d) = spread_x(:, d)/n - mean_x*mean_x(d)
+         moment(:, d) = moment(:, d)/n - mean*mean_x(d)
+      end do
+      value = mean - matmul(moment, slope_weights(spread_x, mean_x))
+   end subroutine fit
+
+   !> The leaves at a node, and the edge of the smallest [m].
+   pure subroutine leaves_around(grid, node, n, leaf, edge)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node
+      integer, intent(out) :: n, leaf(corners)
+      real(dp), intent(out) :: edge
+      integer :: c, found
+      n = 0
+      edge = huge(edge)
+      do c = 1, corners
+         if (grid%node_slot(c, node) == 0) exit
+         found = grid%element_leaf(element_of_slot(grid%node_slot(c, node)))
+         if (any(leaf(:n) == found)) cycle
+         n = n + 1
+         leaf(n) = found
+         edge = min(edge, grid%leaf_size(found))
+      end do
+   end subroutine leaves_around
+
+   !> S^-1 x of the matrix S of the spread of the places.
+   pure function slope_weights(spread_x, x) result(weights)
+      real(dp), intent(in) :: spread_x(ndim, ndim), x(ndim)
+      real(dp) :: weights(ndim)
+      real(dp) :: s(ndim, ndim), half_trace, determinant
+      integer :: d
+      s = spread_x
+      half_trace = (s(1, 1) + s(2, 2))/2
+      determinant = s(1, 1)*s(2, 2) - s(1, 2)*s(2, 1)
+      if (half_trace - sqrt(max(0.0_dp, half_trace**2 - determinant)) < least_spread) then
+         do d = 1, ndim
+            s(d, d) = s(d, d) + least_spread
+         end do
+         determinant = s(1, 1)*s(2, 2) - s(1, 2)*s(2, 1)
+      end if
+      weights = [s(2, 2)*x(1) - s(1, 2)*x(2), s(1, 1)*x(2) - s(2, 1)*x(1)]/determinant
+   end function slope_weights
+end module hampm_recovery
