@@ -26,7 +26,7 @@ module hampm_measurements
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3, 0 where it does not apply [J/m2]
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without held components
-      real(dp) :: relative_error = 0             !! estimated when the mesh was last looked at, of indicator 'zz' [-]
+      real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       integer :: n = 0                           !! number of columns
       real(dp) :: row(20) = 0                    !! values of the columns, (n)
    end type measurements_t
@@ -103,6 +103,8 @@ contains
       if (scene%crack%present) call results%add_column('crack_opening', 'm', 'opening one cell behind the tip', failure)
       if (scene%refine%indicator == 'zz') call results%add_column('error_estimate', '1', &
                                                                   'estimated relative error in the energy norm', failure)
+      if (scene%refine%indicator == 'gradient') call results%add_column('largest_R', '1', &
+                                                                        'largest mean R of the cells in the region', failure)
       if (m%g_ref > 0) call results%add_attribute('/history', 'G_ref', m%g_ref, failure)
       if (m%g_beam_on_foundation > 0) call results%add_attribute('/history', 'G_beam_on_foundation', &
                                                                  m%g_beam_on_foundation, failure)
@@ -141,7 +143,7 @@ contains
             call add_g(m, g)
          end if
          if (scene%crack%present) call add(m, crack_opening(crack, grid, p))
-         if (scene%refine%indicator == 'zz') call add(m, m%relative_error)
+         if (scene%refine%indicator == 'zz' .or. scene%refine%indicator == 'gradient') call add(m, m%indicator)
       end associate
    end subroutine measure
 

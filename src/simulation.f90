@@ -149,7 +149,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       type(block_t) :: mesh
-      s%measurements%relative_error = s%refinement%relative_error
+      s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
       call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
       if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)

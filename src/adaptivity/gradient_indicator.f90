@@ -3,9 +3,9 @@ module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
    use hampm_cell_values, only: is_occupied
+   use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t, element_of_slot
-   use hampm_recovery, only: recover
    use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
@@ -13,7 +13,7 @@ module hampm_gradient_indicator
 
 contains
 
-   !> A field at the points of the grid, by patch recovery: 'energy_density' [J/m3], 'stress_norm' [Pa] or 'speed' [m/s].
+   !> A field at the points of the grid, by the lumped mass matrix: 'energy_density' [J/m3], 'stress_norm' [Pa] or 'speed' [m/s].
    subroutine nodal_field(m, name, phi)
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: name
@@ -34,12 +34,12 @@ contains
          end associate
       end do
       call refresh_grid(m)
-      call recover(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
+      call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
    end subroutine nodal_field
 
    !> R of each active node (23), 0 where the field is: the mean of phi at the distance of the smallest cell at the node to both
-   !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated. Beyond the edge of
-   !> the body it is mirrored where the edge is held in this direction, as a symmetry plane is, and goes on linearly elsewhere.
+   !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated; beyond the edge of the
+   !> body it is mirrored, which is exact on a symmetry plane.
    subroutine refinement_parameter(m, phi, r)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
@@ -77,7 +77,7 @@ contains
       end do
       if (all(inside)) then
          mean = sum(value)/2
-      else if (any(inside) .and. m%constraints%fixed(d, node)) then
+      else if (any(inside)) then
          mean = merge(value(1), value(2), inside(1))
       else
          mean = phi(node)

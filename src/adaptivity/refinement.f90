@@ -204,7 +204,10 @@ contains
       if (norm + total > 0) r%relative_error = sqrt(total/(norm + total))
       if (r%relative_error <= r%tolerance) return
       allocate (open(size(squared)))
-      open = squared > 0
+      do leaf = 1, size(squared)
+         open(leaf) = squared(leaf) > 0 .and. is_in_box(r, m, leaf)
+      end do
+      total = sum(squared, mask=open)
       found = 0
       do while (found < marked_part*total .and. any(open))
          leaf = maxloc(squared, dim=1, mask=open)

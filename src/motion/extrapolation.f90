@@ -9,7 +9,7 @@ module hampm_extrapolation
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: extrapolate
+   public :: extrapolate, extrapolate_lumped
 
 contains
 
@@ -29,6 +29,26 @@ contains
       call solve_mass(solver, grid, matrix, rhs, nodal, failure)
       call grid%dependents%expand(matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points), ndim, nodal)
    end subroutine extrapolate
+
+   !> Nodal values of a field of `width` components by the lumped mass matrix.
+   subroutine extrapolate_lumped(grid, p, matrix, width, field, nodal)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: width
+      real(dp), intent(in) :: field(width, *)           !! values of the particles, (width, n)
+      real(dp), intent(out) :: nodal(width, *)          !! values of the points, 0 where there are no particles, (width, n_points)
+      integer :: a
+      call map_field(grid, p, matrix, width, field, nodal)
+      associate (all => matrix%all)
+         do a = 1, all%n_nodes
+            associate (i => all%nodes(a))
+               if (matrix%lumped(i) > 0) nodal(:, i) = nodal(:, i)/matrix%lumped(i)
+            end associate
+         end do
+         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), width, nodal)
+      end associate
+   end subroutine extrapolate_lumped
 
    !> The sums over the particles of mass times shape function times value, at the nodes.
    subroutine map_field(grid, p, matrix, width, field, sums)
