@@ -25,7 +25,7 @@ UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run figures test bench masses program unit setup clean
+.PHONY: help run figures test bench masses adaptivity program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -62,6 +62,10 @@ masses: setup  ## measure what each mass matrix costs, dissipates and allows as 
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/mass_matrices.py --output results/masses
 
+adaptivity: setup  ## measure what refinement by itself reaches on the double cantilever beam
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/adaptivity.py --output results/adaptivity
+
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
 
@@ -94,6 +98,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test bench masses,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test bench masses adaptivity,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif
