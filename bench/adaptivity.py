@@ -32,6 +32,7 @@ KNOWN = [(5e-3, 6, 4), (2.5e-3, 4, 8)]  # cell, levels, rings
 GRADIENT = [  # cell, asked error of G [%], asked particles, settings
     (5e-3, 0.8, 2272, {"field": "stress_norm", "max_level": 6, "r_crit": 0.01, "energy_floor": 0.2}),
     (5e-3, 0.8, 2272, {"field": "energy_density", "max_level": 6, "r_crit": 0.02, "energy_floor": 0.05}),
+    (2.5e-3, 0.35, 6016, {"field": "stress_norm", "max_level": 4, "r_crit": 0.0022, "energy_floor": 0.135}),
     (2.5e-3, 0.35, 6016, {"field": "stress_norm", "max_level": 4, "r_crit": 0.002, "energy_floor": 0.13}),
     (2.5e-3, 0.35, 6016, {"field": "energy_density", "max_level": 4, "r_crit": 0.015, "energy_floor": 0.02})
 ]
