@@ -51,7 +51,7 @@ contains
       integer :: e, i
       if (refinement%indicator == 'gradient') then
          call nodal_field(motion, refinement%field, phi)
-         call refinement_parameter(motion, phi, r)
+         call refinement_parameter(motion, refinement%field, phi, r)
          call view%add_point_field('R', reshape(r, [1, size(r)]))
       end if
       associate (grid => motion%grid, f => motion%fields, start => motion%particles%cell_start)

@@ -6,6 +6,7 @@ module hampm_gradient_indicator
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t, element_of_slot
+   use hampm_recovery, only: recover
    use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
@@ -13,7 +14,8 @@ module hampm_gradient_indicator
 
 contains
 
-   !> A field at the points of the grid, by the lumped mass matrix: 'energy_density' [J/m3], 'stress_norm' [Pa] or 'speed' [m/s].
+   !> A field at the points of the grid. 'energy_density' [J/m3] is the paper's and extrapolated as there, by the lumped mass
+   !> matrix; 'stress_norm' [Pa] and 'speed' [m/s] are recovered by patches, which sees no kinks at edges of bodies and of cells.
    subroutine nodal_field(m, name, phi)
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: name
@@ -34,14 +36,20 @@ contains
          end associate
       end do
       call refresh_grid(m)
-      call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
+      if (name == 'energy_density') then
+         call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
+      else
+         call recover(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
+      end if
    end subroutine nodal_field
 
    !> R of each active node (23), 0 where the field is: the mean of phi at the distance of the smallest cell at the node to both
-   !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated; beyond the edge of the
-   !> body it is mirrored, which is exact on a symmetry plane.
-   subroutine refinement_parameter(m, phi, r)
+   !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated. Beyond the edge of
+   !> the body it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped matrix has
+   !> made flat there, is mirrored too; other fields go on linearly.
+   subroutine refinement_parameter(m, name, phi, r)
       type(motion_t), intent(in) :: m
+      character(*), intent(in) :: name           !! of the field
       real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
       real(dp), allocatable, intent(out) :: r(:) !! [-], (n_points)
       real(dp) :: mean
@@ -53,7 +61,7 @@ contains
                if (.not. phi(node) > 0) cycle
                mean = 0
                do d = 1, ndim
-                  mean = mean + mean_beside(m, phi, node, d)/ndim
+                  mean = mean + mean_beside(m, name == 'energy_density' .or. m%constraints%fixed(d, node), phi, node, d)/ndim
                end do
                r(node) = abs(mean/phi(node) - 1)
             end associate
@@ -62,8 +70,9 @@ contains
    end subroutine refinement_parameter
 
    !> Mean of phi on both sides of a node in direction `d`.
-   real(dp) function mean_beside(m, phi, node, d) result(mean)
+   real(dp) function mean_beside(m, mirrored, phi, node, d) result(mean)
       type(motion_t), intent(in) :: m
+      logical, intent(in) :: mirrored            !! at an edge of the body; else linear
       real(dp), intent(in) :: phi(:)
       integer, intent(in) :: node, d
       real(dp) :: x(ndim), value(2), distance
@@ -77,7 +86,7 @@ contains
       end do
       if (all(inside)) then
          mean = sum(value)/2
-      else if (any(inside)) then
+      else if (any(inside) .and. mirrored) then
          mean = merge(value(1), value(2), inside(1))
       else
          mean = phi(node)

@@ -169,7 +169,7 @@ contains
       real(dp) :: mean, least
       integer :: leaf
       call nodal_field(m, r%field, phi)
-      call refinement_parameter(m, phi, parameter)
+      call refinement_parameter(m, r%field, phi, parameter)
       least = r%energy_floor*maxval(phi)
       r%largest_r = 0
       do leaf = 1, size(change)
