@@ -62,9 +62,10 @@ masses: setup  ## measure what each mass matrix costs, dissipates and allows as 
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/mass_matrices.py --output results/masses
 
-adaptivity: setup  ## measure what refinement by itself reaches on the double cantilever beam
+adaptivity: setup  ## measure what refinement reaches on the double cantilever beam, costs and allows
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/adaptivity.py --output results/adaptivity
+	$(PYTHON) bench/refined_meshes.py --output results/adaptivity
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
