@@ -148,7 +148,7 @@ def limit(beam):
 
 def drift(program, kind, scheme, courant):
     """What two blocks that meet and drift into a patch of finer cells gain, over their energy in excess of the common drift: the
-    scene of `mass_matrices.drift`, whose cells refine by two levels where 10 < x < 14. 'fails' where the run does.
+    scene of `mass_matrices.drift`, whose cells refine by two levels where 7 < x < 14. 'fails' where the run does.
     """
     keys = mass_settings(kind, (0, 0, 15, 20)) | {"scheme": f"'{scheme}'", "courant": courant}
     if kind == "partial":
@@ -156,7 +156,7 @@ def drift(program, kind, scheme, courant):
     text = scene((40, 20), 0.3, 500.0, 10.0, keys, "neo_hookean")
     text += body((2, 2), (5, 6), (0.022, 0.0083)) + body((5, 2), (8, 6), (0.018, 0.0083))
     text += group("refine", indicator="'gradient'", r_crit=1e-9, r_coarsen=1e-10, energy_floor=0.0, max_level=2,
-                  region_lower="10, 0", region_upper="14, 20")
+                  region_lower="7, 0", region_upper="14, 20")
     try:
         columns = program.history(text, "drift")
     except Unstable:
