@@ -167,7 +167,7 @@ module hampm_keys
             any_number, 'and its upper corner'), &
       key_t('refine', 'start', kind_real, 1, 1, may, '0.0', '', 's', &
             not_negative, 'time of the first look at gradient or zz: loads that begin make steep fronts'), &
-      key_t('refine', 'interval', kind_integer, 1, 1, may, '10', '', '', &
+      key_t('refine', 'interval', kind_integer, 1, 1, may, '100', '', '', &
             '[1, inf)', 'steps between looks at the indicator'), &
       key_t('refine', 'max_particles', kind_integer, 1, 1, may, '1000000', '', '', &
             '[1, 2e9]', 'refinement ends, with a warning, where there would be more material points'), &

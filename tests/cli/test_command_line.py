@@ -110,7 +110,7 @@ def test_refinement_has_defaults_and_no_region(check):
     scene = check(GOOD + "&refine /\n")
     assert value_of(scene, "refine", "indicator") == "'none'"
     assert value_of(scene, "refine", "region_lower") == value_of(scene, "refine", "region_upper") == ""
-    assert value_of(scene, "refine", "interval") == "10"
+    assert value_of(scene, "refine", "interval") == "100"
     assert int(value_of(scene, "refine", "max_particles")) == 1_000_000
     assert check(scene) == scene
 

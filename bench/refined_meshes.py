@@ -4,7 +4,7 @@
     limit    largest stable courant number on a refined mesh and on uniform cells, by bisection, and bodies that drift through one
     masses   static energy release rate by every mass matrix, scheme, solver and frame: the same
 
-All on the double cantilever beam. Run by `make adaptive`, or for one part: .venv/bin/python bench/adaptive.py cost
+All on the double cantilever beam. Run by `make adaptivity`, or for one part: .venv/bin/python bench/refined_meshes.py cost
 """
 
 import argparse
@@ -203,7 +203,7 @@ def masses(beam):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", nargs="*", help="cost, limit, masses; default: all")
-    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results/adaptive"), help="folder of the tables")
+    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results/adaptivity"), help="folder of the tables")
     parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
     parser.add_argument("--repeats", metavar="N", type=int, default=5, help="measurements of a time, of which the median")
     arguments = parser.parse_args()
