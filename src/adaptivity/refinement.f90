@@ -196,8 +196,8 @@ contains
       integer, intent(inout) :: change(:)
       real(dp), allocatable :: squared(:)
       logical, allocatable :: open(:)
-      real(dp) :: norm, total, found
-      integer :: leaf
+      real(dp) :: norm, total, low, high, middle
+      integer :: leaf, k
       call estimate_errors(m, squared, norm)
       total = sum(squared)
       r%relative_error = 0
@@ -208,12 +208,20 @@ contains
          open(leaf) = squared(leaf) > 0 .and. is_in_box(r, m, leaf)
       end do
       total = sum(squared, mask=open)
-      found = 0
-      do while (found < marked_part*total .and. any(open))
-         leaf = maxloc(squared, dim=1, mask=open)
-         open(leaf) = .false.
-         found = found + squared(leaf)
-         if (may_refine(r, m, leaf)) change(leaf) = 1
+      low = 0
+      high = maxval(squared, mask=open)
+      do k = 1, digits(high)                     ! the leaves above `low` hold the part, those above `high` do not
+         middle = (low + high)/2
+         if (sum(squared, mask=open .and. squared >= middle) >= marked_part*total) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+      do leaf = 1, size(squared)
+         if (open(leaf) .and. squared(leaf) >= low) then
+            if (may_refine(r, m, leaf)) change(leaf) = 1
+         end if
       end do
    end subroutine mark_by_error
 
