@@ -9,6 +9,7 @@ program test_crossing_levels
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
    use hampm_matching, only: match_particles
+   use hampm_particles, only: smallest_occupied_cell
    use hampm_refined, only: refine_box, misplaced
    use hampm_refinement, only: follow_particles
    use hampm_samples, only: rectangle_t, place_bodies, start, total_energy, energy_residual
@@ -22,6 +23,8 @@ program test_crossing_levels
    type :: flight_t                              !! the largest of what was seen
       integer :: misplaced = 0                   !! particles times steps
       integer :: most_particles = 0
+      real(dp) :: finest_step = 0                !! the finest cell on the way over the smallest with particles [-]
+      real(dp) :: last_step = 0                  !! smallest cell with particles at the end over a root cell [-]
       real(dp) :: off_the_line = 0               !! distance of the centre of mass from where it should be [m]
       real(dp) :: momentum_change = 0            !! relative to the sum of m |v| [-]
       real(dp) :: residual = 0                   !! of the energy audit, relative to the initial energy [-]
@@ -83,6 +86,8 @@ contains
       character(*), intent(in) :: what
       call check(seen%misplaced == 0, what//': each particle is in one leaf that is not finer than it')
       call check(seen%most_particles > 8*m%particles%n, what//': the body is split')
+      call check_close(seen%finest_step, 1.0_dp, 1.0e-12_dp, what//': the time step follows the finest cells')
+      call check_close(seen%last_step, 1.0_dp, 1.0e-12_dp, what//': and the root cells behind them')
       call check(m%particles%n == 16 .and. all(m%particles%level == 0), what//': and recombined behind the fine cells')
       call check_close(seen%off_the_line, 0.0_dp, 1.0e-12_dp, what//': the centre of mass flies straight on')
       call check_close(seen%momentum_change, 0.0_dp, 1.0e-13_dp, what//': the momentum is kept')
@@ -126,6 +131,8 @@ contains
          if (failure%failed()) exit
          seen%misplaced = seen%misplaced + misplaced(m)
          seen%most_particles = max(seen%most_particles, m%particles%n)
+         seen%last_step = smallest_occupied_cell(m%grid, m%particles)/cell
+         seen%finest_step = max(seen%finest_step, m%grid%finest_cell/(cell*seen%last_step))
          seen%off_the_line = max(seen%off_the_line, norm2(centre_of_mass(m) - centre - step*dt*velocity))
          seen%momentum_change = max(seen%momentum_change, &
                                     norm2(linear_momentum(m%particles) - momentum)/(mass*norm2(velocity)))
