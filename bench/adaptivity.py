@@ -11,16 +11,14 @@ sqrt(1 - U/U_ref), with U_ref extrapolated from the uniform grids.
 Run by `make adaptivity`, or for some parts: .venv/bin/python bench/adaptivity.py zz --output DIR
 """
 
-import argparse
-import csv
 import math
 import os
 import resource
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from tables import ROOT, command_line, write
+
 SCENE = ROOT / "tests/regression/dcb_settled/case.nml"
 G_RATIO = 1.28737  # converged G/G_ref, tests/reference/dcb_static.csv
 SETTINGS = {  # the beam is loaded, comes to rest, and is then looked at
@@ -124,33 +122,14 @@ def zz(program, reference):
     return rows
 
 
-def write(rows, name, folder):
-    with open(folder / f"{name}.csv", "w", newline="") as file:
-        csv.writer(file).writerows(rows)
-    widths = [max(len(str(row[k])) for row in rows) for k in range(len(rows[0]))]
-    print(f"\n{name}: {folder / name}.csv")
-    for row in rows:
-        print("  ".join(str(value).ljust(width) for value, width in zip(row, widths)).rstrip(), flush=True)
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", nargs="*", help="known, gradient, zz; default: all")
-    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results/adaptivity"), help="folder of the tables")
-    parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
-    arguments = parser.parse_args()
-    parts = arguments.part or ["known", "gradient", "zz"]
-    if set(parts) - {"known", "gradient", "zz"}:
-        parser.error("a part is known, gradient or zz")
-    if not arguments.program.is_file():
-        sys.exit(f"{arguments.program}: no such program; run `make program`")
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    arguments = command_line(__doc__, ["known", "gradient", "zz"], "results/adaptivity")
     program = Program(arguments.program, arguments.output)
-    if "known" in parts:
+    if "known" in arguments.part:
         write(known(program), "known", arguments.output)
-    if "gradient" in parts:
+    if "gradient" in arguments.part:
         write(gradient(program), "gradient", arguments.output)
-    if "zz" in parts:
+    if "zz" in arguments.part:
         rows, reference = uniform(program)
         write(rows, "uniform", arguments.output)
         write(zz(program, reference), "zz", arguments.output)

@@ -7,17 +7,15 @@
 Run by `make masses`, or for one part: .venv/bin/python bench/mass_matrices.py limit --output results/masses
 """
 
-import argparse
-import csv
 import math
 import os
 import resource
 import statistics
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from tables import ROOT, command_line, write
+
 SCHEMES = ("usf", "usl", "usavg", "musl")
 KINDS = ("lumped", "fmpm 2", "fmpm 4", "blend 0.5", "partial", "full")  # partial: full in the left half
 
@@ -289,39 +287,17 @@ def limit(program):
     return rows
 
 
-# --- output ---------------------------------------------------------------------------------------------------------
-
-def write(rows, name, folder):
-    with open(folder / f"{name}.csv", "w", newline="") as file:
-        csv.writer(file).writerows(rows)
-    widths = [max(len(str(row[k])) for row in rows) for k in range(len(rows[0]))]
-    print(f"\n{name}: {folder / name}.csv")
-    for row in rows:
-        print("  ".join(str(value).ljust(width) for value, width in zip(row, widths)).rstrip())
-    sys.stdout.flush()
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", nargs="*", help="cost, dissipation, limit; default: all")
-    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results/masses"), help="folder of the tables")
-    parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
-    parser.add_argument("--repeats", metavar="N", type=int, default=3, help="measurements of a cost, of which the median")
-    parser.add_argument("--periods", metavar="N", type=int, default=100, help="of the dissipation")
-    arguments = parser.parse_args()
-    parts = arguments.part or ["cost", "dissipation", "limit"]
-    if set(parts) - {"cost", "dissipation", "limit"}:
-        parser.error("a part is cost, dissipation or limit")
-    if not arguments.program.is_file():
-        sys.exit(f"{arguments.program}: no such program; run `make program`")
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    arguments = command_line(__doc__, ["cost", "dissipation", "limit"], "results/masses",
+                             repeats=(3, "measurements of a cost, of which the median"),
+                             periods=(100, "of the dissipation"))
     program = Program(arguments.program, arguments.output.resolve())
-    if "cost" in parts:  # first: a large script would hide the memory of the program
+    if "cost" in arguments.part:  # first: a large script would hide the memory of the program
         write(memory(program), "memory", arguments.output)
         write(cost(program, arguments.repeats), "cost", arguments.output)
-    if "dissipation" in parts:
+    if "dissipation" in arguments.part:
         write(dissipation(program, arguments.periods), "dissipation", arguments.output)
-    if "limit" in parts:
+    if "limit" in arguments.part:
         write(limit(program), "limit", arguments.output)
 
 

@@ -7,12 +7,10 @@
 All on the double cantilever beam. Run by `make adaptivity`, or for one part: .venv/bin/python bench/refined_meshes.py cost
 """
 
-import argparse
 import statistics
-import sys
-from pathlib import Path
 
-from mass_matrices import KINDS, ROOT, SCHEMES, Program, Unstable, body, group, mass_settings, scene, write
+from mass_matrices import KINDS, SCHEMES, Program, Unstable, body, group, mass_settings, scene
+from tables import ROOT, command_line, write
 
 CASE = ROOT / "tests/regression/dcb_refined/case.nml"
 SHEAR_SPEED = (70e9 / 2.6 / 2700) ** 0.5
@@ -201,27 +199,17 @@ def masses(beam):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", nargs="*", help="cost, limit, masses; default: all")
-    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results/adaptivity"), help="folder of the tables")
-    parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
-    parser.add_argument("--repeats", metavar="N", type=int, default=5, help="measurements of a time, of which the median")
-    arguments = parser.parse_args()
-    parts = arguments.part or ["cost", "limit", "masses"]
-    if set(parts) - {"cost", "limit", "masses"}:
-        parser.error("a part is cost, limit or masses")
-    if not arguments.program.is_file():
-        sys.exit(f"{arguments.program}: no such program; run `make program`")
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    arguments = command_line(__doc__, ["cost", "limit", "masses"], "results/adaptivity",
+                             repeats=(5, "measurements of a time, of which the median"))
     program = Program(arguments.program, arguments.output.resolve())
     beam = Beam(program)
-    if "cost" in parts:
+    if "cost" in arguments.part:
         write(cost(beam, arguments.repeats), "cost", arguments.output)
         write(share(beam, min(3, arguments.repeats)), "share", arguments.output)
-    if "limit" in parts:
+    if "limit" in arguments.part:
         write(limit(beam), "limit", arguments.output)
         write(drifts(program), "drift", arguments.output)
-    if "masses" in parts:
+    if "masses" in arguments.part:
         write(masses(beam), "masses", arguments.output)
 
 

@@ -1,0 +1,37 @@
+"""What the measuring scripts share: their command line, and tables on the screen and as CSV."""
+
+import argparse
+import csv
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def write(rows, name, folder):
+    """Print a table, the first row being its head, and write it as FOLDER/NAME.csv."""
+    with open(folder / f"{name}.csv", "w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    widths = [max(len(str(row[k])) for row in rows) for k in range(len(rows[0]))]
+    print(f"\n{name}: {folder / name}.csv")
+    for row in rows:
+        print("  ".join(str(value).ljust(width) for value, width in zip(row, widths)).rstrip())
+    sys.stdout.flush()
+
+
+def command_line(description, parts, folder, **numbers):
+    """The arguments of a script that measures some `parts` and writes into `folder`; `numbers`: name=(default, help)."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", nargs="*", help=f"{', '.join(parts)}; default: all")
+    parser.add_argument("--output", metavar="DIR", type=Path, default=Path(folder), help="folder of the tables")
+    parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
+    for name, (default, text) in numbers.items():
+        parser.add_argument(f"--{name}", metavar="N", type=int, default=default, help=text)
+    arguments = parser.parse_args()
+    arguments.part = arguments.part or parts
+    if set(arguments.part) - set(parts):
+        parser.error(f"a part is {', '.join(parts[:-1])} or {parts[-1]}")
+    if not arguments.program.is_file():
+        sys.exit(f"{arguments.program}: no such program; run `make program`")
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    return arguments
