@@ -11,7 +11,6 @@ import math
 import os
 import resource
 import statistics
-import subprocess
 import sys
 
 from tables import ROOT, command_line, write
