@@ -23,6 +23,9 @@ LIBRARY := $(patsubst %.f90,$(O)/%.o,$(notdir $(filter-out src/main.f90,$(SOURCE
 UNIT_PROGRAMS := $(patsubst tests/unit/%.f90,$(O)/%,$(UNIT_TESTS))
 UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 
+# Files compiled at a time
+JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
+
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
 .PHONY: help run figures test bench masses adaptivity program unit setup clean
@@ -50,8 +53,8 @@ figures: setup  ## draw the mesh around the tip for R_crit = 0.24, 0.12, 0.03, a
 	$(PYTHON) postprocess/animate.py results/figures/mesh_r003.h5 --window 12
 
 test: setup  ## install what is missing, build, run all tests
-	@$(MAKE) --no-print-directory program unit
-	@$(MAKE) --no-print-directory program unit build=debug
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
 	$(PYTHON) -m pytest -q tests
 
 bench: setup  ## measure the time per particle and step beside the memory's speed
