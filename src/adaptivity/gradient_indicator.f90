@@ -5,8 +5,7 @@ module hampm_gradient_indicator
    use hampm_cell_values, only: is_occupied
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
-   use hampm_grid, only: grid_t, element_of_slot
-   use hampm_recovery, only: recover
+      use hampm_recovery, only: recover
    use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
@@ -78,7 +77,7 @@ contains
       real(dp) :: x(ndim), value(2), distance
       logical :: inside(2)
       integer :: side
-      distance = smallest_at(m%grid, node)
+      distance = m%grid%smallest_leaf_at(node)
       do side = 1, 2
          x = m%grid%node_position(:, node)
          x(d) = x(d) + (2*side - 3)*distance
@@ -92,18 +91,6 @@ contains
          mean = phi(node)
       end if
    end function mean_beside
-
-   !> Size of the smallest leaf at a node [m].
-   pure real(dp) function smallest_at(grid, node) result(smallest)
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: node
-      integer :: c
-      smallest = huge(smallest)
-      do c = 1, corners
-         if (grid%node_slot(c, node) == 0) exit
-         smallest = min(smallest, grid%leaf_size(element_of_slot(grid%node_slot(c, node))))
-      end do
-   end function smallest_at
 
    !> Value of a nodal field at a place, and whether the place is in or at the edge of an occupied cell.
    subroutine value_at(m, phi, x, value, inside)

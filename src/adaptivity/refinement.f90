@@ -36,7 +36,6 @@ module hampm_refinement
       logical :: reached_max_particles = .false. !! whether refinement has ended
       real(dp) :: largest_r = 0                  !! largest mean R of a leaf in the box at the last look
       real(dp) :: relative_error = 0             !! estimated at the last look, of 'zz'
-      integer :: adaptations = 0                 !! how often the grid has been built anew
    contains
       procedure :: is_active
       procedure :: follows_motion
@@ -112,7 +111,6 @@ contains
       if (forest%same_leaves(m%grid%forest)) return
       if (would_exceed(r, m, forest)) return
       call adopt_forest(m, forest, failure)
-      r%adaptations = r%adaptations + 1
       adapted = .true.
    end subroutine refine
 

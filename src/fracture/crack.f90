@@ -1,8 +1,8 @@
 !> A crack on a symmetry plane along a line of nodes: the tip and the nodes on both sides of it.
 module hampm_crack
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t, exit_input
-   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_grid, only: grid_t
    implicit none
    private
    public :: crack_t, find_crack
@@ -28,7 +28,7 @@ contains
       type(crack_t), intent(out) :: crack
       type(failure_t), intent(inout) :: failure
       crack%node_tip = grid%node_at(tip)
-      if (crack%node_tip > 0) crack%step = smallest_around(grid, crack%node_tip)
+      if (crack%node_tip > 0) crack%step = grid%smallest_leaf_at(crack%node_tip)
       crack%normal = minloc(abs(direction), dim=1)
       crack%side = sign(1.0_dp, material_place(crack%normal) - tip(crack%normal))
       crack%node_behind = grid%node_at(tip - crack%step*direction)
@@ -36,15 +36,4 @@ contains
       if (min(crack%node_behind, crack%node_tip, crack%node_ahead) == 0) call failure%report(exit_input, &
          '&crack tip: must be at a grid node, with a node of the grid one cell behind it and one ahead of it')
    end subroutine find_crack
-
-   !> Size of the smallest cell at a node [m].
-   pure real(dp) function smallest_around(grid, node) result(smallest)
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: node
-      integer :: c
-      smallest = grid%forest%cell
-      do c = 1, corners
-         if (grid%node_slot(c, node) > 0) smallest = min(smallest, grid%leaf_size(element_of_slot(grid%node_slot(c, node))))
-      end do
-   end function smallest_around
 end module hampm_crack

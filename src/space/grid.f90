@@ -46,6 +46,7 @@ module hampm_grid
       procedure :: local_coordinate
       procedure :: is_transition
       procedure :: leaf_size
+      procedure :: smallest_leaf_at
       procedure :: element_matrix
    end type grid_t
 
@@ -259,6 +260,18 @@ contains
       integer, intent(in) :: e
       leaf_size = self%forest%size_of(self%element_leaf(e))
    end function leaf_size
+
+   !> Size of the smallest leaf at a node [m].
+   pure real(dp) function smallest_leaf_at(self, node) result(smallest)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: node
+      integer :: c
+      smallest = huge(smallest)
+      do c = 1, corners
+         if (self%node_slot(c, node) == 0) exit
+         smallest = min(smallest, self%leaf_size(element_of_slot(self%node_slot(c, node))))
+      end do
+   end function smallest_leaf_at
 
    !> The node that stands at the place `x`, within a millionth of the smallest cell; 0 where none does.
    pure integer function node_at(self, x)
