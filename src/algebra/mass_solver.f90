@@ -21,7 +21,7 @@ module hampm_mass_solver
    use hampm_text, only: to_text
    implicit none
    private
-   public :: mass_solver_t, new_mass_solver, solve_mass, by_lumped, by_fmpm, by_cg, by_umfpack, by_banded
+   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_umfpack, by_banded
 
    integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_umfpack = 4, by_banded = 5
 
@@ -119,6 +119,21 @@ contains
          if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix, b, x, failure)
       end select
    end subroutine solve_mass
+
+   !> Solve M x = b between steps, as `solve_mass` does, and leave it to the steps to find that the matrix has to be factorised anew:
+   !> so what they do does not depend on what is solved between them.
+   subroutine solve_aside(s, grid, matrix, b, x, failure)
+      type(mass_solver_t), intent(inout) :: s
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_nodes)
+      real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_nodes)
+      type(failure_t), intent(inout) :: failure
+      logical :: was_factorised
+      was_factorised = s%factorised
+      call solve_mass(s, grid, matrix, b, x, failure)
+      s%factorised = s%factorised .or. was_factorised
+   end subroutine solve_aside
 
    !> Prepare for a matrix that has changed.
    subroutine follow_matrix(s, matrix)

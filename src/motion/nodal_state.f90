@@ -1,0 +1,109 @@
+!> The motion of the nodes at an instant between steps, for what is measured there.
+module hampm_nodal_state
+   use hampm_kinds, only: dp, ndim
+   use hampm_failure, only: failure_t
+   use hampm_loads, only: add_loads
+   use hampm_mass_solver, only: solve_aside
+   use hampm_nodal_fields, only: new, mapped, gather_internal_force
+   use hampm_step, only: motion_t, refresh_grid, when
+   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
+   implicit none
+   private
+   public :: nodal_state_t, find_nodal_state
+
+   !> Nodal fields at one instant, by point: zero where there are no particles.
+   type :: nodal_state_t
+      real(dp), allocatable :: velocity(:, :)    !! v of M v = p [m/s], (ndim, n_points)
+      real(dp), allocatable :: divergence(:, :)  !! (div stress)/rho: the acceleration by internal force and surface loads, without
+                                                 !! damping and body loads; 0 for held components [m/s2], (ndim, n_points)
+      real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
+                                                 !! that is not diagonal couples to held nodes [N]
+   end type nodal_state_t
+
+contains
+
+   !> The nodal state of the particles as they are now, by the mass matrix of the run:
+   !>
+   !>    M v = p,   M d = f_internal + f_surface,   reaction = -sum over held components of (f_internal + f_loads).
+   !>
+   !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
+   !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
+   subroutine find_nodal_state(m, state, failure)
+      type(motion_t), intent(inout) :: m
+      type(nodal_state_t), intent(inout) :: state
+      type(failure_t), intent(inout) :: failure
+      call fit_to_points(m%grid%n_points, state)
+      call refresh_grid(m)
+      state%velocity = m%fields%velocity(:, :, merge(mapped, new, any(m%scheme%sweeps%map_motion)))
+      call solve(m, m%fields%momentum, state%velocity, failure)
+      call gather_stress(m)
+      call gather_loads(m, by_mass=.false.)
+      state%divergence = m%fields%acceleration
+      call solve(m, m%fields%force, state%divergence, failure)
+      call gather_loads(m, by_mass=.true.)
+      state%reaction = -force_on_held(m)
+   end subroutine find_nodal_state
+
+   !> Room for a number of points.
+   subroutine fit_to_points(n, state)
+      integer, intent(in) :: n
+      type(nodal_state_t), intent(inout) :: state
+      if (allocated(state%velocity)) then
+         if (size(state%velocity, 2) == n) return
+         deallocate (state%velocity, state%divergence)
+      end if
+      allocate (state%velocity(ndim, n), state%divergence(ndim, n))
+   end subroutine fit_to_points
+
+   !> Solve M x = b and find x at the dependent points. On entry `x` holds a guess.
+   subroutine solve(m, b, x, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in), contiguous :: b(:, :)       !! (ndim, n_points)
+      real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unsolved
+      call solve_aside(m%solver, m%grid, m%fields%mass_matrix, b, x, unsolved)
+      if (unsolved%failed()) call failure%report(unsolved%code, when(m%steps, m%time)//unsolved%message)
+      associate (all => m%fields%mass_matrix%all)
+         call m%grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), ndim, x)
+      end associate
+   end subroutine solve
+
+   !> Internal forces of the particles as they are now; schemes that strain first have mapped those of the last step.
+   subroutine gather_stress(m)
+      type(motion_t), intent(inout) :: m
+      type(sweep_report_t) :: report
+      if (.not. m%scheme%map_at_start%map_force) call sweep_particles(sweep_t(map_force=.true.), 0.0_dp, m%grid, m%materials, &
+                                                                      m%particles, m%fields, .false., report)
+      call gather_internal_force(m%grid, m%fields)
+   end subroutine gather_stress
+
+   !> Add to the nodal forces the loads on all material, or those on its surface.
+   subroutine gather_loads(m, by_mass)
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: by_mass
+      integer :: k
+      do k = 1, size(m%loads)
+         if (m%loads(k)%by_mass .eqv. by_mass) &
+            call add_loads(m%loads(k:k), m%time, m%grid, m%particles, m%fields%force)
+      end do
+      associate (all => m%fields%mass_matrix%all)
+         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
+      end associate
+   end subroutine gather_loads
+
+   !> Sum of the forces on the held components of nodes with particles [N].
+   pure function force_on_held(m) result(force)
+      type(motion_t), intent(in) :: m
+      real(dp) :: force(ndim)
+      integer :: a, d
+      force = 0
+      associate (all => m%fields%mass_matrix%all)
+         do a = 1, all%n_nodes
+            do d = 1, ndim
+               if (m%constraints%holds(all%nodes(a), d)) force(d) = force(d) + m%fields%force(d, all%nodes(a))
+            end do
+         end do
+      end associate
+   end function force_on_held
+end module hampm_nodal_state
