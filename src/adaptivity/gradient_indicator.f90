@@ -5,7 +5,7 @@ module hampm_gradient_indicator
    use hampm_cell_values, only: is_occupied
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
-      use hampm_recovery, only: recover
+   use hampm_recovery, only: recover
    use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
@@ -44,8 +44,8 @@ contains
 
    !> R of each active node (23), 0 where the field is: the mean of phi at the distance of the smallest cell at the node to both
    !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated. Beyond the edge of
-   !> the body it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped matrix has
-   !> made flat there, is mirrored too; other fields go on linearly.
+   !> the body or a cut it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped
+   !> matrix has made flat there, is mirrored too; other fields go on linearly.
    subroutine refinement_parameter(m, name, phi, r)
       type(motion_t), intent(in) :: m
       character(*), intent(in) :: name           !! of the field
@@ -74,14 +74,16 @@ contains
       logical, intent(in) :: mirrored            !! at an edge of the body; else linear
       real(dp), intent(in) :: phi(:)
       integer, intent(in) :: node, d
-      real(dp) :: x(ndim), value(2), distance
+      real(dp) :: step(ndim), value(2), distance
       logical :: inside(2)
       integer :: side
       distance = m%grid%smallest_leaf_at(node)
+      value = 0
       do side = 1, 2
-         x = m%grid%node_position(:, node)
-         x(d) = x(d) + (2*side - 3)*distance
-         call value_at(m, phi, x, value(side), inside(side))
+         step = 0
+         step(d) = (2*side - 3)*distance
+         inside(side) = m%grid%has_element_toward(node, step)
+         if (inside(side)) call value_at(m, phi, m%grid%node_position(:, node) + step, value(side), inside(side))
       end do
       if (all(inside)) then
          mean = sum(value)/2

@@ -5,6 +5,7 @@
 module hampm_matching
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: interpolate_gradient, inside_cell
+   use hampm_cuts, only: cut_t
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
@@ -26,12 +27,14 @@ contains
       type(motion_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(failure_t), intent(inout) :: failure
+      type(cut_t), allocatable :: cuts(:)
       real(dp) :: energy
       call start_families(m%particles)
       energy = total_energy(m)
       call split_marked(m, coarser_than(m, forest), failure)
       if (failure%failed()) return
-      call build_grid(forest, m%grid, failure)
+      cuts = m%grid%cuts
+      call build_grid(forest, m%grid, failure, cuts)
       if (failure%failed()) return
       call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
       if (failure%failed()) return

@@ -11,21 +11,25 @@
 !> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at
 !> which there is no node are dependent points (`hampm_dependents`). Elements stand between points: the nodes and, numbered on from
 !> them, the dependent points. A kernel that visits elements need not know which is which.
+!>
+!> Along a cut (`hampm_cuts`) there are points on either side, at one position.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_cuts, only: cut_t, place_seen
    use hampm_dependents, only: dependents_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: grid_t, build_grid, element_of_slot, corner_of_slot, most_nodes_of_leaf
+   public :: grid_t, build_grid, element_of_slot, corner_of_slot, is_toward, most_nodes_of_leaf
 
    integer, parameter :: sides = 2*ndim
    integer, parameter :: most_nodes_of_leaf = corners + sides
 
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
+      type(cut_t), allocatable :: cuts(:)               !! and where it is not connected
       integer :: n_nodes = 0
       integer :: n_points = 0                           !! nodes and dependent points
       integer :: n_elements = 0
@@ -42,6 +46,7 @@ module hampm_grid
       type(dependents_t) :: dependents
    contains
       procedure :: node_at
+      procedure :: has_element_toward
       procedure :: element_at
       procedure :: local_coordinate
       procedure :: is_transition
@@ -52,23 +57,26 @@ module hampm_grid
 
 contains
 
-   !> Build the grid of a forest. Fails where the memory does not suffice.
-   subroutine build_grid(forest, grid, failure)
+   !> Build the grid of a forest, with or without cuts. Fails where the memory does not suffice.
+   subroutine build_grid(forest, grid, failure, cuts)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
+      type(cut_t), intent(in), optional :: cuts(:)
       type(place_table_t) :: points
       integer :: status, leaf
       grid%forest = forest
+      allocate (grid%cuts(0))
+      if (present(cuts)) grid%cuts = cuts
       associate (n_leaves => forest%leaf_count())
          call points%reserve(expected_points(n_leaves), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
-            call number_nodes(forest, points)
+            call number_nodes(grid, points)
             grid%n_nodes = points%n
             grid%leaf_element(1) = 1
             do leaf = 1, n_leaves
-               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) + merge(corners, 1, has_mid_node(forest, points, leaf))
+               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) + merge(corners, 1, has_mid_node(grid, points, leaf))
             end do
             grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
             allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
@@ -96,46 +104,51 @@ contains
    end function expected_points
 
    !> Number the nodes: the corners of leaves, in the order of the leaves.
-   subroutine number_nodes(forest, points)
-      type(forest_t), intent(in) :: forest
+   subroutine number_nodes(grid, points)
+      type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
       integer :: leaf, c, number
-      do leaf = 1, forest%leaf_count()
+      do leaf = 1, grid%forest%leaf_count()
          do c = 1, corners
-            call points%enter(corner_of_leaf(forest, leaf, c), number)
+            call points%enter(corner_of_leaf(grid, leaf, c), number)
          end do
       end do
    end subroutine number_nodes
 
-   !> Place of a corner of a leaf.
-   pure function corner_of_leaf(forest, leaf, corner) result(place)
-      type(forest_t), intent(in) :: forest
+   !> Place of a corner of a leaf, as the leaf sees it.
+   pure function corner_of_leaf(grid, leaf, corner) result(place)
+      type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, corner
       integer(long) :: place(ndim)
-      place = forest%place_of(leaf) + corner_offset(corner)*level_width(forest%level_of(leaf))
+      associate (lower => grid%forest%place_of(leaf))
+         place = place_seen(grid%cuts, lower + corner_offset(corner)*level_width(grid%forest%level_of(leaf)), lower)
+      end associate
    end function corner_of_leaf
 
-   !> Place of the middle of a side of a leaf: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
-   pure function middle_of_side(forest, leaf, side) result(place)
-      type(forest_t), intent(in) :: forest
+   !> Place of the middle of a side of a leaf, as the leaf sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
+   pure function middle_of_side(grid, leaf, side) result(place)
+      type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, side
       integer(long) :: place(ndim)
       integer :: normal
       normal = (side + 1)/2
-      place = forest%place_of(leaf) + level_width(forest%level_of(leaf))/2
-      place(normal) = place(normal) + (2*mod(side - 1, 2) - 1)*(level_width(forest%level_of(leaf))/2)
+      associate (lower => grid%forest%place_of(leaf), width => level_width(grid%forest%level_of(leaf)))
+         place = lower + width/2
+         place(normal) = place(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
+         place = place_seen(grid%cuts, place, lower)
+      end associate
    end function middle_of_side
 
    !> Whether there is a node in the middle of any side of a leaf.
-   pure logical function has_mid_node(forest, nodes, leaf) result(has)
-      type(forest_t), intent(in) :: forest
+   pure logical function has_mid_node(grid, nodes, leaf) result(has)
+      type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in) :: nodes
       integer, intent(in) :: leaf
       integer :: side
       has = .false.
-      if (forest%is_uniform()) return
+      if (grid%forest%is_uniform()) return
       do side = 1, sides
-         has = has .or. nodes%number_of(middle_of_side(forest, leaf, side)) > 0
+         has = has .or. nodes%number_of(middle_of_side(grid, leaf, side)) > 0
       end do
    end function has_mid_node
 
@@ -156,7 +169,8 @@ contains
             grid%element_size(e) = grid%forest%size_of(leaf)
             if (grid%is_transition(leaf)) grid%element_size(e) = grid%element_size(e)/2
             do c = 1, corners
-               call points%enter(lower + corner_offset(c)*width, grid%element_nodes(c, e))
+               call points%enter(place_seen(grid%cuts, lower + corner_offset(c)*width, grid%forest%place_of(leaf)), &
+                                 grid%element_nodes(c, e))
             end do
          end do
       end do
@@ -195,8 +209,8 @@ contains
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
             do side = 1, sides
-               mids(side) = points%number_of(middle_of_side(grid%forest, leaf, side))
-               ends(:, side) = [(points%number_of(corner_of_leaf(grid%forest, leaf, side_corner(side, k))), k=1, 2)]
+               mids(side) = points%number_of(middle_of_side(grid, leaf, side))
+               ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, side_corner(side, k))), k=1, 2)]
                if (mids(side) <= d%n_nodes) cycle
                count_of(mids(side) - d%n_nodes) = 2
                node(:2, mids(side) - d%n_nodes) = ends(:, side)
@@ -273,14 +287,38 @@ contains
       end do
    end function smallest_leaf_at
 
-   !> The node that stands at the place `x`, within a millionth of the smallest cell; 0 where none does.
-   pure integer function node_at(self, x)
+   !> The node that stands at the place `x`, within a millionth of the smallest cell; 0 where none does. Where there are two, on
+   !> both sides of a cut, `toward` tells which is meant: it has an element on that side.
+   pure integer function node_at(self, x, toward)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in), optional :: toward(ndim)
       do node_at = self%n_nodes, 1, -1
-         if (all(abs(self%node_position(:, node_at) - x) <= 1.0e-6_dp*self%finest_cell)) return
+         if (.not. all(abs(self%node_position(:, node_at) - x) <= 1.0e-6_dp*self%finest_cell)) cycle
+         if (.not. present(toward)) return
+         if (self%has_element_toward(node_at, toward)) return
       end do
    end function node_at
+
+   !> Whether a point has an element on one side: one whose centre is in the direction `toward`.
+   pure logical function has_element_toward(self, point, toward) result(has)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: point
+      real(dp), intent(in) :: toward(ndim)
+      integer :: c
+      has = .false.
+      do c = 1, corners
+         if (self%node_slot(c, point) == 0) exit
+         has = has .or. is_toward(self%node_slot(c, point), toward)
+      end do
+   end function has_element_toward
+
+   !> Whether the element of an entry of `node_slot` is on one side of the point, in the direction `toward`.
+   pure logical function is_toward(slot, toward)
+      integer, intent(in) :: slot
+      real(dp), intent(in) :: toward(ndim)
+      is_toward = dot_product(0.5_dp - corner_offset(corner_of_slot(slot)), toward) > 0
+   end function is_toward
 
    !> The element that covers the place `x`; `outside` where there is none, or where `x` is not a number.
    pure integer function element_at(self, x) result(e)
