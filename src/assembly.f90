@@ -3,7 +3,9 @@ module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along, fill_rectangle
    use hampm_constraints, only: constrain_box
-   use hampm_crack, only: crack_t, find_crack
+   use hampm_crack, only: crack_t, crack_line_t, find_crack
+   use hampm_crack_placement, only: has_two_tips, distance_in_material, body_at
+   use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
@@ -12,7 +14,8 @@ module hampm_assembly
    use hampm_material, only: new_material
    use hampm_particles, only: particles_t, new_particles, sort_into_cells
    use hampm_refinement, only: refinement_t
-   use hampm_scene, only: scene_t, load_spec_t, body_t
+   use hampm_placement, only: tolerance
+   use hampm_scene, only: scene_t, load_spec_t
    use hampm_step, only: motion_t, start_motion
    use hampm_text, only: to_text
    implicit none
@@ -27,9 +30,11 @@ contains
       type(motion_t), intent(out) :: motion
       type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
+      type(forest_t) :: forest
       integer :: k
       refinement = refinement_of(scene)
-      call build_grid(forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells), motion%grid, failure)
+      forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
+      call build_grid(forest, motion%grid, failure, cuts_of(scene, forest))
       if (failure%failed()) return
       motion%materials = [(new_material(scene%materials(k)%name, scene%materials(k)%law, scene%run%plane == 'stress', &
                                         scene%materials(k)%young, scene%materials(k)%poisson, &
@@ -59,8 +64,50 @@ contains
       type(grid_t), intent(in) :: grid
       type(crack_t), intent(out) :: crack
       type(failure_t), intent(inout) :: failure
-      call find_crack(grid, scene%crack%tip, scene%crack%direction, middle(scene%bodies(1)), crack, failure)
+      call find_crack(grid, crack_line(scene), crack, failure)
    end subroutine place_crack
+
+   !> Where the crack of a scene is: its faces are free from the tip backwards, to the edge of the material or, where it has a
+   !> length, to its other tip. Its mouth is the last root node that is in the material, or the one in the middle between the tips.
+   pure function crack_line(scene) result(line)
+      type(scene_t), intent(in) :: scene
+      type(crack_line_t) :: line
+      real(dp) :: inward(ndim), cells_behind
+      associate (spec => scene%crack, cell => scene%grid%cell)
+         line%tip = spec%tip
+         line%axis(:, 1) = spec%direction
+         line%axis(:, 2) = [-spec%direction(2), spec%direction(1)]
+         if (spec%kind == 'symmetry') then
+            associate (body => scene%bodies(body_at(scene, spec%tip)))
+               inward = (body%lower + body%upper)/2 - spec%tip
+            end associate
+            line%face = [dot_product(inward, line%axis(:, 2)) > 0, dot_product(inward, line%axis(:, 2)) < 0]
+         end if
+         if (has_two_tips(scene)) then
+            cells_behind = anint(spec%length/cell)/2
+         else
+            cells_behind = (distance_in_material(scene, spec%tip, -spec%direction) + tolerance(scene%grid))/cell
+         end if
+         line%mouth = spec%tip - floor(cells_behind)*cell*spec%direction
+      end associate
+   end function crack_line
+
+   !> Where the grid of a scene is not connected: along a crack inside a body.
+   pure function cuts_of(scene, forest) result(cuts)
+      type(scene_t), intent(in) :: scene
+      type(forest_t), intent(in) :: forest
+      type(cut_t), allocatable :: cuts(:)
+      real(dp) :: length
+      associate (spec => scene%crack)
+         if (.not. spec%present .or. spec%kind /= 'line') then
+            allocate (cuts(0))
+         else
+            length = spec%length
+            if (.not. has_two_tips(scene)) length = 2*maxval(scene%grid%cells)*scene%grid%cell
+            cuts = [cut_of(forest, minloc(abs(spec%direction), dim=1), spec%tip, spec%tip - length*spec%direction)]
+         end if
+      end associate
+   end function cuts_of
 
    !> How the cells of a scene refine.
    pure function refinement_of(scene) result(r)
@@ -157,11 +204,4 @@ contains
          x(:, k) = spec%lower + (k - 0.5_dp)/n*(spec%upper - spec%lower)
       end do
    end function load_points
-
-   !> Centre of a body [m].
-   pure function middle(body) result(x)
-      type(body_t), intent(in) :: body
-      real(dp) :: x(ndim)
-      x = (body%lower + body%upper)/2
-   end function middle
 end module hampm_assembly

@@ -155,7 +155,7 @@ contains
       call check_state(s%motion, s%measurements, s%warning, failure)
       if (failure%failed()) return
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
-         call s%results%append(s%measurements%row(:s%measurements%n), failure)
+         call s%results%append(s%measurements%row%values(:s%measurements%row%n), failure)
          s%samples = s%samples + 1
       end if
       if (s%scene%output%snapshot_interval > 0) then

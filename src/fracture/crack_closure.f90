@@ -1,7 +1,9 @@
-!> Energy release rate of a crack on a symmetry plane by crack closure. Mode II vanishes there by symmetry.
+!> Energy release rate by crack closure: what the material around the tip transmits times what the faces behind it have parted.
+!> Mode 1 opens the faces, mode 2 slides them. On a symmetry plane there is no mode 2.
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
-   use hampm_crack, only: crack_t
+   use hampm_crack, only: crack_t, upper, lower
+   use hampm_crack_tip_field, only: modes
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
@@ -9,29 +11,45 @@ module hampm_crack_closure
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
+   use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force, patch_mass
    implicit none
    private
    public :: crack_opening, stress_closure, nodal_force_closure
 
 contains
 
-   !> Opening of the crack one cell behind its tip, both faces together [m].
-   pure real(dp) function crack_opening(crack, grid, p) result(opening)
+   !> How far the faces have parted at their nodes `face`: opening and sliding of the upper against the lower one [m].
+   pure function crack_opening(crack, face, grid, p) result(opening)
       type(crack_t), intent(in) :: crack
+      integer, intent(in) :: face(2)             !! `behind` or `mouth` of the crack
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      real(dp) :: opening(modes)
       type(patch_t) :: patch
-      real(dp) :: u(ndim)
-      call patch_around(grid, p, crack%node_behind, patch)
-      u = fitted_displacement(patch, p)
-      opening = 2*crack%side*u(crack%normal)
+      real(dp) :: u(ndim, 2)
+      integer :: k
+      u = 0
+      do k = 1, 2
+         if (face(k) == 0) cycle
+         call patch_around(grid, p, face(k), patch)
+         u(:, k) = fitted_displacement(patch, p)
+      end do
+      opening = parted(crack, u)
    end function crack_opening
 
-   !> G_I by stress closure, (14): displacement of node (1) and normal stress at nodes (2) and (3), each extrapolated with
-   !> the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is about 0.33
-   !> with the lumped and 0.52 with the full matrix, because the near-tip fields look alike at every cell size.
-   !> `nodal_force_closure` tends to G. Signed like the opening. Fails where the equations cannot be solved.
+   !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.
+   pure function parted(crack, u) result(opening)
+      type(crack_t), intent(in) :: crack
+      real(dp), intent(in) :: u(ndim, 2)         !! of the upper and the lower face, 0 where there is none
+      real(dp) :: opening(modes)
+      opening = matmul(u(:, upper) - u(:, lower), crack%line%axis(:, [2, 1]))
+      if (crack%line%is_half()) opening = [2*opening(1), 0.0_dp]
+   end function parted
+
+   !> G by stress closure, (12)-(14), of each mode: displacements of nodes (1) and (1') and stresses at nodes (2) and (3), each
+   !> extrapolated with the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is
+   !> about 0.33 with the lumped and 0.52 with the full matrix, because the near-tip fields look alike at every cell size.
+   !> `nodal_force_closure` tends to G. Signed like the opening and the sliding. Fails where the equations cannot be solved.
    subroutine stress_closure(crack, grid, p, materials, matrix, solver, g, failure)
       type(crack_t), intent(in) :: crack
       type(grid_t), intent(in) :: grid
@@ -39,34 +57,76 @@ contains
       type(material_t), intent(in) :: materials(:)
       type(mass_matrix_t), intent(in) :: matrix
       type(mass_solver_t), intent(inout) :: solver     !! without held components
-      real(dp), intent(out) :: g
+      real(dp), intent(out) :: g(modes)
       type(failure_t), intent(inout) :: failure
-      integer, parameter :: u = 1, s = 2               ! components of the fields: normal displacement and stress
-      real(dp), allocatable :: field(:, :), nodal(:, :)
-      real(dp) :: stress(ndim, ndim)
-      integer :: i
-      allocate (field(ndim, p%n), nodal(ndim, grid%n_points), source=0.0_dp)
-      do i = 1, p%n
-         stress = materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i))
-         field([u, s], i) = [p%displacement(crack%normal, i), stress(crack%normal, crack%normal)]
+      real(dp), allocatable :: displacement(:, :), traction(:, :)
+      real(dp) :: face_displacement(ndim, 2), opening(modes), closing(modes)
+      integer :: i, k
+      allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
+      call extrapolate(grid, p, matrix, solver, p%displacement, displacement, failure)
+      call extrapolate(grid, p, matrix, solver, tractions(crack, p, materials), traction, failure)
+      face_displacement = 0
+      do k = 1, 2
+         if (crack%behind(k) > 0) face_displacement(:, k) = displacement(:, crack%behind(k))
       end do
-      call extrapolate(grid, p, matrix, solver, field, nodal, failure)
-      g = crack%side*nodal(u, crack%node_behind)/6*abs(2*nodal(s, crack%node_tip) + nodal(s, crack%node_ahead))
+      opening = parted(crack, face_displacement)
+      closing = matmul(2*traction(:, crack%tip) + traction(:, crack%ahead), crack%line%axis(:, [2, 1]))
+      g = [(opening(i)/12*abs(closing(i)), i=1, modes)]
    end subroutine stress_closure
 
-   !> G_I by nodal force closure (Rybicki & Kanninen 1977): the force that the symmetry plane transmits at the tip node
-   !> times the opening one cell behind it, over twice the area of that cell's face [J/m2]. In a symmetric half model the
-   !> force is the reaction of the constraint, opposite to the internal force. Signed like the opening.
-   pure real(dp) function nodal_force_closure(crack, grid, p, materials, thickness) result(g)
+   !> Traction of each particle on planes along the crack [Pa].
+   pure function tractions(crack, p, materials) result(traction)
+      type(crack_t), intent(in) :: crack
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp), allocatable :: traction(:, :)    !! (ndim, n)
+      integer :: i
+      allocate (traction(ndim, p%n))
+      do i = 1, p%n
+         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i)), crack%line%axis(:, 2))
+      end do
+   end function tractions
+
+   !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
+   !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
+   !> and the sliding.
+   pure function nodal_force_closure(crack, grid, p, materials, thickness) result(g)
       type(crack_t), intent(in) :: crack
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: thickness          !! [m]
-      type(patch_t) :: patch
-      real(dp) :: force(ndim)
-      call patch_around(grid, p, crack%node_tip, patch)
-      force = internal_force(patch, p, materials)
-      g = abs(force(crack%normal))*crack_opening(crack, grid, p)/(2*crack%step*thickness)
+      real(dp) :: g(modes)
+      g = abs(matmul(transmitted_force(crack, grid, p, materials), crack%line%axis(:, [2, 1]))) &
+          *crack_opening(crack, crack%behind, grid, p)/(2*crack%step*thickness)
    end function nodal_force_closure
+
+   !> Force with which the material above the crack's line pulls, through the tip node, on that below it [N]: what it exerts on the
+   !> node beyond what moves its own part of the mass there,
+   !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
+   !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
+   !> reaction of the constraint, opposite to the internal force.
+   pure function transmitted_force(crack, grid, p, materials) result(force)
+      type(crack_t), intent(in) :: crack
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: force(ndim)
+      type(patch_t) :: patch
+      real(dp) :: f(ndim, 2), mass(2)
+      integer :: k
+      f = 0
+      mass = 0
+      do k = 1, 2
+         if (.not. crack%line%face(k)) cycle
+         call patch_around(grid, p, crack%tip, patch, toward=(3 - 2*k)*crack%line%axis(:, 2))
+         f(:, k) = internal_force(patch, p, materials)
+         mass(k) = patch_mass(patch, p)
+      end do
+      if (crack%line%is_half()) then
+         force = f(:, upper) - f(:, lower)
+      else
+         force = (mass(lower)*f(:, upper) - mass(upper)*f(:, lower))/sum(mass)
+      end if
+   end function transmitted_force
 end module hampm_crack_closure

@@ -2,12 +2,12 @@
 module hampm_patch
    use hampm_kinds, only: dp, ndim, corners, most_neighbours
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
-   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
+   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot, is_toward
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: patch_t, patch_around, fitted_displacement, internal_force
+   public :: patch_t, patch_around, fitted_displacement, internal_force, patch_mass
 
    !> The particles in the cells around a node, each with its shape functions.
    type :: patch_t
@@ -21,15 +21,19 @@ module hampm_patch
 
 contains
 
-   !> Collect the patch of occupied cells around a node.
-   pure subroutine patch_around(grid, p, node, patch)
+   !> Collect the patch of occupied cells around a node, or of those on one side of it, in the direction `toward`.
+   pure subroutine patch_around(grid, p, node, patch, toward)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
+      real(dp), intent(in), optional :: toward(ndim)
       real(dp) :: xi(ndim), dn(corners, ndim)
       integer :: k, i, c, e, local(corners), room
-      associate (slots => pack(grid%node_slot(:, node), grid%node_slot(:, node) > 0))
+      logical :: wanted(corners)
+      wanted = grid%node_slot(:, node) > 0
+      if (present(toward)) wanted = wanted .and. [(is_toward(grid%node_slot(c, node), toward), c=1, corners)]
+      associate (slots => pack(grid%node_slot(:, node), wanted))
          room = sum([(p%cell_start(element_of_slot(slots(k)) + 1) - p%cell_start(element_of_slot(slots(k))), k=1, size(slots))])
          allocate (patch%particle(room), patch%gradient(ndim, room))
          allocate (patch%shape(most_neighbours, room), source=0.0_dp)
@@ -80,6 +84,13 @@ contains
          end associate
       end do
    end function internal_force
+
+   !> Mass of the patch at the middle node, (9) [kg].
+   pure real(dp) function patch_mass(patch, p)
+      type(patch_t), intent(in) :: patch
+      type(particles_t), intent(in) :: p
+      patch_mass = sum(p%mass(patch%particle(:patch%n))*patch%shape(1, :patch%n))
+   end function patch_mass
 
    !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of
    !> the patch [m]. Where the particles move with the grid's own field it returns the nodal value itself, not a smoothed

@@ -2,6 +2,7 @@
 module hampm_step
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constraints_t, fit_constraints
+   use hampm_cuts, only: crosses
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t, add_loads, book_work, follow_sort
@@ -168,7 +169,8 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
    end subroutine gather_acceleration
 
-   !> Sort the particles into the cells of the grid, with the loads that they carry.
+   !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the grid or gone
+   !> through a cut: it would go on as part of the other side.
    subroutine sort_particles(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
@@ -177,7 +179,25 @@ contains
       call pass_on(m, m%steps, lost, failure)
       if (failure%failed()) return
       call follow_sort(m%loads, m%particles%new_place)
+      if (size(m%grid%cuts) > 0 .and. .not. m%particles%total_frame) call look_for_crossing(m, failure)
    end subroutine sort_particles
+
+   !> Fail where a particle is no longer on its side of a cut.
+   subroutine look_for_crossing(m, failure)
+      type(motion_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      integer :: i, k
+      do i = 1, m%particles%n
+         do k = 1, size(m%grid%cuts)
+            if (.not. crosses(m%grid%cuts(k), m%grid%forest, m%particles%reference(:, i), m%particles%position(i))) cycle
+            call failure%report(exit_computation, when(m%steps, m%time)//'the particle that started at '// &
+                                place(m%particles, i)//' has crossed the line of the crack, and would stick to the '// &
+                                'other face. Likely cause: a face moves by more than a fraction of a cell: use &method frame = '// &
+                                '''total''; or the faces press on each other: use &crack contact = ''frictionless''')
+            return
+         end do
+      end do
+   end subroutine look_for_crossing
 
    !> Fail as a part of a step did, if it did, and say when.
    subroutine pass_on(m, step, part, failure)

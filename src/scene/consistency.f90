@@ -37,7 +37,7 @@ contains
       call check_constraints(scene, settings, has_grid, mistakes)
       call check_loads(scene, settings, has_grid, mistakes)
       call check_crack(scene, settings, has_grid, mistakes)
-      call check_energy_release(scene, settings, mistakes)
+      call check_energy_release(scene, settings, has_bodies, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency

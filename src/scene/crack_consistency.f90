@@ -1,8 +1,9 @@
 !> Whether the crack lies where a crack can be, and whether the energy release rate asked for is defined.
 module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, domain_radii, is_covered, finest_cell
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, within, on_node, on_face, point_text
+   use hampm_placement, only: tolerance, within, overlap, on_node, on_face, point_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -12,11 +13,12 @@ module hampm_crack_consistency
 
 contains
 
-   !> The tip is a node with a node behind and ahead, and the constraints make a crack of it.
+   !> The tip is a node with a node behind and ahead. On a symmetry plane the constraints make a crack of it; a line is inside the
+   !> material.
    pure subroutine check_crack(scene, settings, has_grid, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      logical, intent(in) :: has_grid
+      logical, intent(in) :: has_grid            !! whether the grid is without mistakes
       type(mistakes_t), intent(inout) :: mistakes
       integer :: b, before
       b = settings%find('crack', 1)
@@ -31,11 +33,49 @@ contains
       if (mistakes%count > before) return
       if (.not. (on_node(scene%grid, node(scene, -1)) .and. on_node(scene%grid, node(scene, 1)))) then
          call settings%complain(mistakes, b, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
+      else if (scene%crack%kind == 'line') then
+         call check_inside(scene, settings, b, mistakes)
       else
          call check_edge(scene, settings, b, mistakes)
          call check_symmetry(scene, settings, b, mistakes)
       end if
+      call check_line_keys(scene, settings, b, mistakes)
    end subroutine check_crack
+
+   !> A line has material around its tip, and its other tip is at a node.
+   pure subroutine check_inside(scene, settings, b, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b                   !! position of the group &crack, here and below
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp) :: cells
+      integer :: i
+      if (.not. all([(settings%good(settings%find('body', i), 'lower') .and. settings%good(settings%find('body', i), 'upper'), &
+                      i=1, size(scene%bodies))])) return
+      if (.not. is_covered(scene, scene%grid%cell)) then
+         call settings%complain(mistakes, b, 'tip', 'must be inside the material, at least a cell from its edges, '// &
+                                'for kind = ''line''')
+         return
+      end if
+      cells = scene%crack%length/scene%grid%cell
+      if (.not. settings%good(b, 'length') .or. .not. has_two_tips(scene)) return
+      if (abs(cells - anint(cells))*scene%grid%cell > tolerance(scene%grid) .or. cells < 1.5_dp) &
+         call settings%complain(mistakes, b, 'length', 'the other tip must be at a node too: a multiple of cell = '// &
+                                to_text(scene%grid%cell)//', two cells at least')
+   end subroutine check_inside
+
+   !> What only a line can have.
+   pure subroutine check_line_keys(scene, settings, b, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: b
+      type(mistakes_t), intent(inout) :: mistakes
+      if (scene%crack%kind == 'line') return
+      if (scene%crack%length > 0) call settings%complain(mistakes, b, 'length', 'only a crack of kind = ''line'' has a length; '// &
+                                                         'on a symmetry plane the constraints tell where it is')
+      if (scene%crack%contact) call settings%complain(mistakes, b, 'contact', 'only a crack of kind = ''line'' has two faces '// &
+                                                      'that can be in contact')
+   end subroutine check_line_keys
 
    !> Position of the n-th node ahead of the crack tip [m].
    pure function node(scene, n) result(position)
@@ -104,21 +144,62 @@ contains
    end function is_held
 
    !> What is asked about the energy release rate needs a crack, and a reference needs its scene.
-   pure subroutine check_energy_release(scene, settings, mistakes)
+   pure subroutine check_energy_release(scene, settings, has_bodies, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       type(mistakes_t), intent(inout) :: mistakes
       integer :: e
       e = settings%find('energy_release', 1)
-      if (settings%good(e, 'estimators') .and. .not. scene%crack%present .and. &
-          (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure)) &
-         call settings%complain(mistakes, e, 'estimators', '''nodal_force'' and ''stress_closure'' need a group &crack')
+      if (settings%good(e, 'estimators')) then
+         if (.not. scene%crack%present) then
+            if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure .or. &
+                scene%energy_release%domain_integral) &
+               call settings%complain(mistakes, e, 'estimators', '''nodal_force'', ''stress_closure'' and ''domain_integral'' '// &
+                                      'need a group &crack')
+         else if (scene%energy_release%domain_integral .and. has_bodies .and. settings%good(e, 'radii')) then
+            call check_radii(scene, settings, e, mistakes)
+         end if
+      end if
       if (.not. settings%good(e, 'reference')) return
       if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, e, mistakes)
       if (scene%energy_release%reference == 'value' .and. settings%good(e, 'reference_value') &
           .and. scene%energy_release%reference_value <= 0) call settings%complain(mistakes, e, 'reference_value', &
          'must be in (0, inf) [J/m2] for reference = ''value''')
    end subroutine check_energy_release
+
+   !> The domains of the integral are full of one material, with nothing but the crack in them, and have cells enough.
+   pure subroutine check_radii(scene, settings, e, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: e                   !! position of the group &energy_release, here and below
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp), parameter :: least_cells = 2     !! fewest cells to a radius
+      real(dp), allocatable :: radii(:)
+      real(dp) :: most, least
+      integer :: c, i
+      c = settings%find('crack', 1)
+      if (.not. all([settings%good(c, 'tip'), settings%good(c, 'direction'), settings%good(c, 'length')])) return
+      if (body_at(scene, scene%crack%tip) == 0) return
+      allocate (radii, source=domain_radii(scene))
+      most = largest_radius(scene)
+      least = least_cells*finest_cell(scene)
+      if (any(radii(2:) <= radii(:size(radii) - 1))) &
+         call settings%complain(mistakes, e, 'radii', 'must increase from one to the next')
+      if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
+         call settings%complain(mistakes, e, 'radii', 'must be in ['//to_text(least)//', '//to_text(most)//'] [m]: two of the '// &
+                                'finest cells at least, and around the tip nothing within them but material and this crack')
+      do i = 1, size(scene%bodies)
+         associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
+            if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid)) .and. &
+                body%material /= scene%bodies(body_at(scene, tip))%material) then
+               call settings%complain(mistakes, e, 'radii', 'there must be one material within them; body '//to_text(i)// &
+                                      ' is of another one than the tip''s')
+               return
+            end if
+         end associate
+      end do
+   end subroutine check_radii
 
    !> The double cantilever beam's reference needs a crack, one body, and a load that opens the crack.
    pure subroutine check_dcb(scene, settings, e, mistakes)

@@ -6,7 +6,7 @@ module hampm_keys
    implicit none
    private
    public :: group_t, key_t, groups, keys, find_group, find_key, first_key, key_count, choices, default_count, &
-             default_value, unknown_group, unknown_key, is_text, max_values, &
+             default_value, unknown_group, unknown_key, is_text, max_values, most_radii, &
              kind_real, kind_integer, kind_name, kind_text, is_required, is_assumed, is_optional
 
    integer, parameter :: kind_real = 1, kind_integer = 2
@@ -18,6 +18,7 @@ module hampm_keys
    integer, parameter :: is_optional = 3           !! a scene without the group does without it
 
    integer, parameter :: max_values = 1000         !! most values of any key
+   integer, parameter :: most_radii = 10           !! most radii of the domain integral
    logical, parameter :: must = .true., may = .false., repeats = .true., once = .false.
 
    type :: group_t
@@ -172,13 +173,20 @@ module hampm_keys
       key_t('refine', 'max_particles', kind_integer, 1, 1, may, '1000000', '', '', &
             '[1, 2e9]', 'refinement ends, with a warning, where there would be more material points'), &
       key_t('crack', 'kind', kind_name, 1, 1, may, 'symmetry', '', '', &
-            'symmetry', 'along the constrained edge of a symmetric half'), &
+            'symmetry|line', 'along the constrained edge of a symmetric half, or along a grid line inside the material'), &
       key_t('crack', 'tip', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
             any_number, 'crack tip, on a node of the lattice'), &
       key_t('crack', 'direction', kind_real, ndim, ndim, may, '1.0, 0.0', '', '', &
             any_number, 'direction of growth, along a grid line'), &
-      key_t('energy_release', 'estimators', kind_name, 0, 3, may, '', 'nodal_force, stress_closure, energy_balance', '', &
-            'nodal_force|stress_closure|energy_balance', 'columns of the history; none by default'), &
+      key_t('crack', 'length', kind_real, 1, 1, may, '0.0', '', 'm', &
+            not_negative, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material'), &
+      key_t('crack', 'contact', kind_name, 1, 1, may, 'none', '', '', &
+            'none|frictionless', 'of a line: whether its faces press on each other or go through'), &
+      key_t('energy_release', 'estimators', kind_name, 0, 4, may, '', &
+            'nodal_force, stress_closure, domain_integral, energy_balance', '', &
+            'nodal_force|stress_closure|domain_integral|energy_balance', 'columns of the history; none by default'), &
+      key_t('energy_release', 'radii', kind_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
+            positive, 'of domain_integral; 0.4, 0.6 and 0.8 of what fits into the material by default'), &
       key_t('energy_release', 'reference', kind_name, 1, 1, may, 'none', 'dcb', '', &
             'none|dcb|value', 'where the reference value G_ref comes from'), &
       key_t('energy_release', 'reference_value', kind_real, 1, 1, may, '0.0', '', 'J/m2', &

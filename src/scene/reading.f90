@@ -147,9 +147,13 @@ contains
       scene%crack%kind = settings%text(b, 'kind')
       scene%crack%tip = vector(settings, b, 'tip')
       scene%crack%direction = vector(settings, b, 'direction')
+      scene%crack%length = settings%number(b, 'length')
+      scene%crack%contact = settings%text(b, 'contact') == 'frictionless'
       b = settings%find('energy_release', 1)
       scene%energy_release%nodal_force = settings%texts(b, 'estimators', 'nodal_force')
       scene%energy_release%stress_closure = settings%texts(b, 'estimators', 'stress_closure')
+      scene%energy_release%domain_integral = settings%texts(b, 'estimators', 'domain_integral')
+      scene%energy_release%radii = settings%numbers(b, 'radii')
       scene%energy_release%energy_balance = settings%texts(b, 'estimators', 'energy_balance')
       scene%energy_release%reference = settings%text(b, 'reference')
       scene%energy_release%reference_value = settings%number(b, 'reference_value')

@@ -94,15 +94,19 @@ module hampm_scene
 
    type :: crack_spec_t
       logical :: present = .false.               !! whether the scene has a crack
-      character(name_len) :: kind = ''           !! 'symmetry'
+      character(name_len) :: kind = 'symmetry'   !! 'symmetry' or 'line'
       real(dp) :: tip(ndim) = 0                  !! [m]
       real(dp) :: direction(ndim) = 0            !! unit vector along a grid line, from the crack into the body
+      real(dp) :: length = 0                     !! of a line: distance between its two tips, 0: it reaches the edge [m]
+      logical :: contact = .false.               !! whether the faces of a line press on each other, without friction
    end type crack_spec_t
 
    type :: energy_release_t
       logical :: nodal_force = .false.           !! which estimators
       logical :: stress_closure = .false.
+      logical :: domain_integral = .false.
       logical :: energy_balance = .false.
+      real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
    end type energy_release_t

@@ -1,0 +1,102 @@
+!> Where the crack of a scene is in its bodies, and how far from the tip a domain integral may reach.
+module hampm_crack_placement
+   use hampm_kinds, only: dp, ndim
+   use hampm_placement, only: tolerance, within
+   use hampm_scene, only: scene_t
+   implicit none
+   private
+   public :: has_two_tips, distance_in_material, body_at, largest_radius, domain_radii, is_covered, finest_cell
+
+contains
+
+   !> Whether the other end of the crack is inside the material too.
+   pure logical function has_two_tips(scene)
+      type(scene_t), intent(in) :: scene
+      associate (spec => scene%crack)
+         has_two_tips = spec%length > 0 .and. &
+                        spec%length < distance_in_material(scene, spec%tip, -spec%direction) - tolerance(scene%grid)
+      end associate
+   end function has_two_tips
+
+   !> How far one can go from a point, in a direction along the grid lines, in bodies or along their edges [m].
+   pure real(dp) function distance_in_material(scene, start, direction) result(distance)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: start(ndim)
+      real(dp), intent(in) :: direction(ndim)      !! unit vector
+      real(dp) :: x(ndim), reach
+      integer :: turn, i
+      distance = 0
+      do turn = 1, size(scene%bodies)
+         do i = 1, size(scene%bodies)
+            associate (body => scene%bodies(i))
+               x = start + distance*direction
+               if (.not. within(x, x, body%lower, body%upper, tolerance(scene%grid))) cycle
+               reach = max(dot_product(body%lower - start, direction), dot_product(body%upper - start, direction))
+               distance = max(distance, reach)
+            end associate
+         end do
+      end do
+   end function distance_in_material
+
+   !> The first body that a point is in or at the edge of, 0 where there is none.
+   pure integer function body_at(scene, point) result(body)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: point(ndim)
+      do body = 1, size(scene%bodies)
+         if (within(point, point, scene%bodies(body)%lower, scene%bodies(body)%upper, tolerance(scene%grid))) return
+      end do
+      body = 0
+   end function body_at
+
+   !> Whether the box around the tip that reaches `radius` far is full of material, on one side of the crack on a symmetry plane.
+   pure logical function is_covered(scene, radius) result(covered)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: radius             !! [m]
+      real(dp) :: area, wanted
+      integer :: i
+      area = 0
+      do i = 1, size(scene%bodies)
+         associate (body => scene%bodies(i))
+            area = area + product(max(min(body%upper, scene%crack%tip + radius) - max(body%lower, scene%crack%tip - radius), &
+                                      0.0_dp))
+         end associate
+      end do
+      wanted = (2*radius)**ndim
+      if (scene%crack%kind == 'symmetry') wanted = wanted/2
+      covered = area >= wanted - 4*radius*tolerance(scene%grid)
+   end function is_covered
+
+   !> The largest radius around the tip within which there are only material and the crack [m]; 0 where there is none.
+   pure real(dp) function largest_radius(scene) result(radius)
+      type(scene_t), intent(in) :: scene
+      real(dp) :: direction(ndim), distance
+      integer :: d, side
+      radius = huge(radius)
+      do d = 1, ndim
+         do side = -1, 1, 2
+            direction = 0
+            direction(d) = side
+            distance = distance_in_material(scene, scene%crack%tip, direction)
+            if (distance <= tolerance(scene%grid) .and. scene%crack%kind == 'symmetry') cycle ! the plane itself
+            radius = min(radius, distance)
+         end do
+      end do
+      if (has_two_tips(scene)) radius = min(radius, scene%crack%length)
+      if (.not. is_covered(scene, radius)) radius = 0
+   end function largest_radius
+
+   !> The radii of the domain integral: those of the scene or, where it names none, some that fit [m].
+   pure function domain_radii(scene) result(radii)
+      type(scene_t), intent(in) :: scene
+      real(dp), allocatable :: radii(:)
+      radii = scene%energy_release%radii
+      if (size(radii) == 0) radii = [0.4_dp, 0.6_dp, 0.8_dp]*largest_radius(scene)
+   end function domain_radii
+
+   !> Size of the finest cells that there may be [m].
+   pure real(dp) function finest_cell(scene)
+      type(scene_t), intent(in) :: scene
+      finest_cell = scene%grid%cell
+      if (scene%refine%indicator /= 'none') finest_cell = scale(finest_cell, -scene%refine%max_level)
+   end function finest_cell
+end module hampm_crack_placement
