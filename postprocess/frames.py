@@ -89,24 +89,33 @@ class Frames:
 
 
 class Scene:
-    """The namelist of a run, as the result file holds it: complete, one key a line."""
+    """The namelist of a run, as the result file holds it: complete, one key a line.
+
+    Where a group repeats, `instance` says which is meant, counted from 1.
+    """
 
     def __init__(self, text, path):
-        self.path, self._values, group = path, {}, ""
+        self.path, self._groups = path, {}
         for line in text.splitlines():
             if line.startswith("&"):
-                group = line[1:].strip()
+                self._groups.setdefault(line[1:].strip(), []).append({})
+                values = self._groups[line[1:].strip()][-1]
             elif match := re.match(r"\s+(\w+) =(.*)", line):
-                self._values.setdefault((group, match[1]), match[2].strip())
+                values[match[1]] = match[2].strip()
 
-    def text(self, group, key):
-        """A value as text without quotes, of the first group of this name; '' where it is not given."""
-        return self._values.get((group, key), "").strip("'")
+    def count(self, group):
+        """How many groups of this name there are."""
+        return len(self._groups.get(group, []))
 
-    def numbers(self, group, key):
+    def text(self, group, key, instance=1):
+        """A value as text without quotes; '' where it is not given."""
+        groups = self._groups.get(group, [])
+        return groups[instance - 1].get(key, "").strip("'") if len(groups) >= instance else ""
+
+    def numbers(self, group, key, instance=1):
         """Values as numbers; none where they are not given."""
         try:
-            return [float(word) for word in self.text(group, key).replace(",", " ").split()]
+            return [float(word) for word in self.text(group, key, instance).replace(",", " ").split()]
         except ValueError as error:
             raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist is not a number ({error})",
                               UNREADABLE) from error
