@@ -1,14 +1,20 @@
 #!/usr/bin/env python3
 """Static energy release rate by virtual extension of the crack, to check the estimators of a run against.
 
-The case is run with its crack tip moved backwards and forwards by some root cells, all else equal. A linear elastic body
-at rest under constant loads releases as much energy as it stores, so that with its strain energy U and thickness B
+The case is run with its crack tip moved backwards and forwards by some root cells, all else equal. Under constant loads F a
+linear elastic body at rest has the potential energy U - F.u = -U, U its strain energy, so that with its thickness B
 
     G = (U(a + h) - U(a - h)) / (2 h B),
 
 and twice that where the model is half of the specimen (kind = 'symmetry'). The error of the difference is of second order
 in h, h^2 G''/6; with --one-sided, (U(a + h) - U(a)) / (h B), it is of first order, h G'/2. To it comes the discretisation's
-error of U as far as it changes with the crack. G is the sum of all modes; estimators are compared by their sum, too.
+error of U as far as it changes with the crack: cells refined by `gradient` or `zz` differ between the runs, and this shows.
+G is the sum of all modes; estimators are compared by their sum, too.
+
+Where all loads are sudden, F.u is the work W that they have done, and W - U is taken for U. The potential energy is least at
+rest: what a body that still moves is off rest enters W - U by its square alone, where U itself is off in proportion.
+How far each G may be off rest is estimated from the last tenth of the run: for the virtual extension by the energies of the
+motion, for an estimator, which needs a body closer to rest, by the range of its column.
 
 Exit code: 0 done; 2 the case is not one for this; 3 the body is not at rest; 4 a file or the program is missing; or that of
 the run that failed.
@@ -33,9 +39,9 @@ MOVING = 3        # exit code: the body is not at rest
 LAST_PART = 0.1   # part of the run in which it must be
 
 Sample = namedtuple("Sample", "tip energy unrest")
-Sample.__doc__ = "A run: its crack tip [m], strain energy at the end [J], and what this may still be off rest [J]."
-Rate = namedtuple("Rate", "name value")
-Rate.__doc__ = "What an energy release rate is called, and its value [J/m2]."
+Sample.__doc__ = "A run: its crack tip [m], energy stored at the end [J], and what this may still be off rest [J]."
+Rate = namedtuple("Rate", "name value unrest")
+Rate.__doc__ = "What an energy release rate is called, its value, and what this may be off rest [J/m2]."
 
 
 def main(arguments=None):
@@ -50,9 +56,10 @@ def main(arguments=None):
     samples = [sample_of(histories[name], scene, moves[name]) for name in (first, last)]
     check_rest(samples, options)
     extension = (moves[last] - moves[first]) * scene.numbers("grid", "cell")[0]
-    rates = [Rate("virtual_extension", release_rate(samples, extension, scene)), *estimates(histories["middle"])]
+    g = release_rate(samples, extension, scene)
+    rates = [Rate("virtual_extension", g, g * off_rest(samples)), *estimates(histories["middle"])]
     write = write_csv if options.csv else write_tables
-    write(samples, rates, off_rest(samples), histories["middle"].attributes.get("G_ref"))
+    write(samples, rates, histories["middle"].attributes.get("G_ref"))
 
 
 def parse(arguments):
@@ -62,7 +69,7 @@ def parse(arguments):
                         help="root cells by which the tip moves to each side (default: %(default)s)")
     parser.add_argument("--one-sided", action="store_true", help="move the tip forwards only")
     parser.add_argument("--rest", type=float, default=0.01, metavar="PART",
-                        help="how far strain energies may be off rest, as part of their difference (default: %(default)g)")
+                        help="how far energies may be off rest, as part of their difference (default: %(default)g)")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE", dest="settings",
                         help="passed on to all runs; may be repeated")
     parser.add_argument("--hampm", type=Path, default=PROGRAM, metavar="FILE", help="the program (default: the release build)")
@@ -130,12 +137,14 @@ def check_scene(scene, case):
 
 
 def moved(scene, cells):
-    """Settings that move the crack tip by some root cells in its direction."""
-    tip, shift = np.array(scene.numbers("crack", "tip")), shift_of(scene, cells)
-    settings = [f"crack.tip={listed(tip + shift)}"] if cells else []
-    if cells and scene.text("crack", "kind") == "symmetry":
+    """Settings that move the crack tip by some root cells in its direction, and nothing else of the crack."""
+    if cells == 0:
+        return []
+    tip, shift, length = np.array(scene.numbers("crack", "tip")), shift_of(scene, cells), scene.numbers("crack", "length")
+    settings = [f"crack.tip={listed(tip + shift)}"]
+    if scene.text("crack", "kind") == "symmetry":
         settings += moved_constraints(scene, tip, shift)
-    if cells and any(length := scene.numbers("crack", "length")):  # the end behind the tip stays where it is
+    elif any(length):  # it is that of the crack behind the tip, whose other end stays
         settings.append(f"crack.length={length[0] + cells * scene.numbers('grid', 'cell')[0]!r}")
     return settings
 
@@ -175,47 +184,58 @@ def listed(values):
 
 def sample_of(history, scene, cells):
     tip = np.array(scene.numbers("crack", "tip")) + shift_of(scene, cells)
-    return Sample(tip, history.columns["strain_energy"][-1], unrest(history, scene))
-
-
-def unrest(history, scene):
-    """What the strain energy at the end may be off that at rest [J].
-
-    The largest of its range and of the kinetic energy over the last part of the run and, where all loads are sudden and
-    then constant, of 2 U - W: by Clapeyron's theorem the loads' work W is twice the energy that a linear body stores at
-    rest, and off it by a displacement d, to first order in d, U and W both change by the work of the loads over d.
-    """
-    late = history.times >= (1 - LAST_PART) * history.times[-1]
     strain, kinetic, work = (history.columns[name] for name in ("strain_energy", "kinetic_energy", "external_work"))
+    late = last_part(history)
     if np.count_nonzero(late) < 3:
         raise ResultError(f"{history.path.name}: the last {LAST_PART:.0%} of the run have fewer than 3 samples, too few to see "
                           "whether the body is at rest (set `history_interval` in &output)")
-    signs = [np.ptp(strain[late]), np.max(kinetic[late])]
-    if all(scene.text("load", "history", n) == "step" for n in range(1, scene.count("load") + 1)):
-        signs.append(abs(2 * strain[-1] - work[-1]))
-    return max(signs)
+    energy = work - strain if all_sudden(scene) else strain
+    signs = [np.ptp(energy[late]), np.max(kinetic[late])]
+    if all_sudden(scene):
+        signs.append(distance_energy(strain[-1], work[-1]))
+    return Sample(tip, energy[-1], max(signs))
+
+
+def last_part(history):
+    """Which samples are of the part of the run in which the body must be at rest."""
+    return history.times >= (1 - LAST_PART) * history.times[-1]
+
+
+def all_sudden(scene):
+    """Whether all loads have their full size from the beginning, so that their work is that over the displacement."""
+    return all(scene.text("load", "history", n) == "step" and scene.numbers("load", "start", n)[0] <= 0
+               for n in range(1, scene.count("load") + 1))
+
+
+def distance_energy(strain, work):
+    """Least strain energy of the displacement d by which a linear body under loads F is off rest [J].
+
+    By Clapeyron's theorem 2 U = W at rest; off it 2 U - W is F.d and higher powers of d, and by Schwarz's inequality
+    (F.d)^2 <= 4 U U(d).
+    """
+    return (2 * strain - work) ** 2 / (4 * max(strain, np.finfo(float).tiny))
 
 
 def check_rest(samples, options):
-    """The strain energy grows with the crack, by much more than it is off rest."""
+    """The energy grows with the crack, by much more than it is off rest."""
     first, last = samples
     if (off := off_rest(samples)) > options.rest:
         raise ResultError(
-            f"{options.case}: is not at rest when it ends: strain energies of {first.energy:.6g} and {last.energy:.6g} J may be "
+            f"{options.case}: is not at rest when it ends: stored energies of {first.energy:.6g} and {last.energy:.6g} J may be "
             f"off by {off:.2g} of their difference (--rest allows {options.rest:g}); set a &damping rate near twice the lowest "
             "angular frequency, or a later end_time", MOVING)
     if last.energy <= first.energy:
-        raise ResultError(f"{options.case}: the strain energy does not grow with the crack, so the loads do not open it", USAGE)
+        raise ResultError(f"{options.case}: the stored energy does not grow with the crack, so the loads do not open it", USAGE)
 
 
 def off_rest(samples):
-    """What two strain energies may be off rest, as part of their difference: so much may be wrong with G."""
+    """What two energies may be off rest, as part of their difference: so much may be wrong with G."""
     off, difference = sum(sample.unrest for sample in samples), abs(samples[1].energy - samples[0].energy)
     return 0.0 if off == 0 else off / difference if difference > 0 else np.inf
 
 
 def release_rate(samples, extension, scene):
-    """G of the whole specimen [J/m2] from the strain energies of two crack lengths."""
+    """G of the whole specimen [J/m2] from the energies at two crack lengths."""
     halves = 2 if scene.text("crack", "kind") == "symmetry" else 1
     return halves * (samples[1].energy - samples[0].energy) / (extension * scene.numbers("run", "thickness")[0])
 
@@ -226,32 +246,33 @@ def estimates(history):
     for name in columns:
         if name == "G_domain" or name.startswith("G_") and name.endswith("_I"):
             second = columns.get(f"{name}I")
-            yield Rate(name if second is None else f"{name}+II", columns[name][-1] + (0 if second is None else second[-1]))
+            g = columns[name] if second is None else columns[name] + second
+            yield Rate(name if second is None else f"{name}+II", g[-1], np.ptp(g[last_part(history)]))
 
 
 def rows(rates, g_ref):
-    """Name, G, G/G_ref (None where G_ref is not known) and difference from the virtual extension, the first rate [%]."""
+    """Name, G, G/G_ref (None where G_ref is not known), and in percent of the first G: off rest, and difference from it."""
+    first = rates[0].value
     for rate in rates:
-        yield rate.name, rate.value, rate.value / g_ref if g_ref else None, 100 * (rate.value / rates[0].value - 1)
+        yield (rate.name, rate.value, rate.value / g_ref if g_ref else None, 100 * rate.unrest / first,
+               100 * (rate.value / first - 1))
 
 
-def write_tables(samples, rates, off, g_ref):
-    print(f"{'crack tip [m]':<24}{'strain energy [J]':>20}{'off rest':>12}")
+def write_tables(samples, rates, g_ref):
+    print(f"{'crack tip [m]':<24}{'stored energy [J]':>20}")
     for sample in samples:
-        print(f"{listed(sample.tip.round(12)):<24}{sample.energy:>20.8g}{sample.unrest / sample.energy:>12.1e}")
-    print(f"\n{'':<24}{'G [J/m2]':>20}{'G/G_ref':>12}{'difference':>14}")
-    for name, value, ratio, percent in rows(rates, g_ref):
-        difference = f"{percent:+.2f} %" if name != rates[0].name else f"+-{100 * off:.2f} %"
-        print(f"{name:<24}{value:>20.8g}{'-' if ratio is None else f'{ratio:.5f}':>12}{difference:>14}")
+        print(f"{listed(sample.tip.round(12)):<24}{sample.energy:>20.8g}")
+    print(f"\n{'estimator':<24}{'G [J/m2]':>20}{'G/G_ref':>12}{'off rest [%]':>16}{'difference [%]':>16}")
+    for name, value, ratio, unrest, difference in rows(rates, g_ref):
+        print(f"{name:<24}{value:>20.8g}{'-' if ratio is None else f'{ratio:.5f}':>12}{unrest:>16.3f}{difference:>16.3f}")
 
 
-def write_csv(samples, rates, off, g_ref):
+def write_csv(samples, rates, g_ref):
     """The estimators as rows; the runs behind them as comments above."""
     for sample in samples:
-        print(f"# crack tip {listed(sample.tip.round(12))} m: strain energy {sample.energy:.17g} J")
-    print(f"# off rest by at most {off:.2g} of their difference")
+        print(f"# crack tip {listed(sample.tip.round(12))} m: stored energy {sample.energy:.17g} J")
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(["estimator", "G [J/m2]", "G/G_ref", "difference [%]"])
+    writer.writerow(["estimator", "G [J/m2]", "G/G_ref", "off rest [%]", "difference [%]"])
     writer.writerows(["" if value is None else value for value in row] for row in rows(rates, g_ref))
 
 

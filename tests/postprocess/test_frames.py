@@ -51,6 +51,7 @@ def test_values_of_the_namelist():
                   "&method\n   frame = 'total'\n/\n", "a.h5")
     assert scene.numbers("load", "force") == [0, 1e-3] and scene.text("method", "frame") == "total"
     assert scene.numbers("load", "times") == scene.numbers("crack", "tip") == []
+    assert scene.count("load") == 2 and scene.numbers("load", "force", 2) == [2, 2] and scene.numbers("load", "force", 3) == []
 
 
 def test_cells_of_a_run_cover_its_grid_once(refined_result):

@@ -12,6 +12,7 @@ from paths import PROGRAM, ROOT
 
 CASE = ROOT / "tests/regression/dcb_settled/case.nml"
 LARGE_STEPS = "method.courant=0.8"  # at rest the time step does not matter; the limit is 1.03 (docs/mass.md)
+FINE = LARGE_STEPS, "run.end_time=1e-3"
 COARSE = LARGE_STEPS, "grid.cell=5e-3", "grid.cells=20,3"
 MIRRORED = ("constraint.lower=0,0", "constraint.upper=0.05,0", "load.lower=0.1,0", "load.upper=0.1,0.01",
             "crack.direction=-1,0")
@@ -28,17 +29,17 @@ def extend(script):
     return call
 
 
-def ratios(result):
-    """G/G_ref by name, from comma-separated values."""
+def ratios(result, column="G/G_ref"):
+    """G/G_ref by name, or another column of comma-separated values."""
     assert (result.returncode, result.stderr) == (0, "")
     lines = [line for line in result.stdout.splitlines() if not line.startswith("#")]
-    return {row["estimator"]: float(row["G/G_ref"]) for row in csv.DictReader(lines)}
+    return {row["estimator"]: float(row[column]) for row in csv.DictReader(lines)}
 
 
 def test_double_cantilever_beam(extend):
     """Converged value: dcb_static.csv. Cells of 1.25 mm are 1.1 % too stiff (dcb_static_nodal_closure.csv), and the estimator
     that sees the same mesh is as far off; the central difference of the cubic U adds (h/(a + 2 D/3))^2/3 = 0.02 %."""
-    g = ratios(extend(LARGE_STEPS, options=["--csv"]))
+    g = ratios(extend(*FINE, options=["--csv"]))
     assert g["virtual_extension"] == pytest.approx(1.28737, rel=0.015)
     assert g["virtual_extension"] == pytest.approx(g["G_nodal_force_I"], rel=0.002)
 
@@ -47,7 +48,7 @@ def test_double_cantilever_beam(extend):
 def test_errors_of_both_differences_are_those_of_theory(extend, cells):
     """U is proportional to (a + 2 D/3)^3, the beam on an elastic foundation: relative to G the error of the central difference
     is x^2/3, that of the one-sided x + x^2/3, with x = h/(a + 2 D/3)."""
-    settings = LARGE_STEPS, "grid.cell=2.5e-3", "grid.cells=40,5"
+    settings = *FINE, "grid.cell=2.5e-3", "grid.cells=40,5"
     options = ["--csv", "--cells", cells]
     central, forward = (ratios(extend(*settings, options=more))["virtual_extension"] for more in
                         (options, [*options, "--one-sided"]))
@@ -66,15 +67,35 @@ def test_a_load_that_has_risen_is_as_good_as_a_sudden_one(extend):
     assert risen == pytest.approx(sudden, rel=1e-3)
 
 
+def test_stored_energy_is_off_by_the_square(extend, tmp_path):
+    """Off rest by the part e of the static displacement, U = U0 (1 + e)^2 and W - U = U0 (1 - e^2)."""
+    assert extend(*COARSE, options=["--keep", tmp_path]).returncode == 0
+    columns = History(tmp_path / "ahead.h5").columns
+    early = np.searchsorted(columns["time"], 5e-4)
+    strain, stored = columns["strain_energy"], columns["external_work"] - columns["strain_energy"]
+    e = np.sqrt(strain[early] / strain[-1]) - 1
+    assert abs(e) > 0.02
+    assert 1 - stored[early] / stored[-1] == pytest.approx(e**2, rel=0.1)
+
+
+@pytest.mark.parametrize("end", ["2.5e-4", "4e-4"])
+def test_error_bound_holds_before_rest(extend, end):
+    rest, early = extend(*COARSE, options=["--csv"]), extend(*COARSE, f"run.end_time={end}", options=["--csv", "--rest", 1])
+    bound = ratios(early, "off rest [%]")["virtual_extension"] / 100
+    assert 0.005 < bound < 0.3
+    assert ratios(early)["virtual_extension"] == pytest.approx(ratios(rest)["virtual_extension"], rel=1.1 * bound)
+
+
 def test_table_and_result_files(extend, tmp_path):
     result = extend(*COARSE, "energy_release.reference=none", options=["--keep", tmp_path / "runs", "-v"])
     assert result.returncode == 0 and "ahead: crack.tip=0.055,0.0 constraint(1).lower=0.055,0.0" in result.stderr
     table = [line.split() for line in result.stdout.splitlines()]
-    energies = [History(tmp_path / f"runs/{name}.h5").columns["strain_energy"][-1] for name in ("behind", "ahead")]
+    columns = [History(tmp_path / f"runs/{name}.h5").columns for name in ("behind", "ahead")]
+    energies = [c["external_work"][-1] - c["strain_energy"][-1] for c in columns]
     assert [row[0] for row in table[1:3]] == ["0.045,0.0", "0.055,0.0"]
     assert [float(row[1]) for row in table[1:3]] == pytest.approx(energies, rel=1e-7)
-    name, g, ratio, *_ = table[5]
-    assert (name, ratio) == ("virtual_extension", "-")
+    name, g, ratio, unrest, difference = table[5]
+    assert (name, ratio, difference) == ("virtual_extension", "-", "0.000") and float(unrest) < 0.01
     assert float(g) == pytest.approx(2 * (energies[1] - energies[0]) / (0.01 * 0.01), rel=1e-6)  # B = 10 mm, 2 h = 10 mm
 
 
@@ -121,5 +142,7 @@ def test_other_end_of_a_crack_in_a_body_stays(more, expected):
 
 def test_modes_are_summed():
     class Mixed:
-        columns = {"G_domain_I": np.array([0, 2.0]), "G_domain_II": np.array([0, 1.0]), "G_nodal_force_I": np.array([0, 3.0])}
-    assert list(virtual_extension.estimates(Mixed)) == [("G_domain_I+II", 3.0), ("G_nodal_force_I", 3.0)]
+        times = np.array([0, 0.95, 1.0])
+        columns = {name: np.array(values) for name, values in
+                   [("G_domain_I", [0, 2.5, 2]), ("G_domain_II", [0, 1.0, 1]), ("G_nodal_force_I", [0, 3.0, 3])]}
+    assert list(virtual_extension.estimates(Mixed)) == [("G_domain_I+II", 3.0, 0.5), ("G_nodal_force_I", 3.0, 0.0)]
