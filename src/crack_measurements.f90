@@ -4,7 +4,7 @@ module hampm_crack_measurements
    use hampm_crack, only: crack_t
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_placement, only: body_at, domain_radii
-   use hampm_crack_tip_field, only: modes, effective_modulus
+   use hampm_crack_tip_field, only: modes
    use hampm_domain_integral, only: tip_domain_t, domain_integrals
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t
@@ -33,7 +33,7 @@ contains
          if (chosen%nodal_force) call add_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure')
          if (chosen%stress_closure) call add_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure')
          if (chosen%domain_integral) then
-            call add_modes('G_domain_', 'J/m2', 'energy release rate, interaction integral')
+            call add_modes('G_domain_', 'J/m2', 'energy release rate, part of J')
             call add_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral')
             if (both_modes) call results%add_column('mode_mixity', 'rad', 'angle of (K_I, K_II)', failure)
             call results%add_column('J', 'J/m2', 'J integral, mean over the domains', failure)
@@ -116,7 +116,8 @@ contains
       end subroutine add_all
    end subroutine measure_crack
 
-   !> Append what the domain integrals give: means over the domains, and J of each.
+   !> Append what the domain integrals give: means over the domains, and J of each. G of a mode is its part of J, as K**2 tells, and
+   !> signed like K: J does not depend on where exactly the discrete tip acts, K does, to first order in the cells at the tip.
    subroutine measure_domain(scene, motion, crack, state, recorded, row, g)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
@@ -124,7 +125,7 @@ contains
       type(nodal_state_t), intent(in) :: state
       integer, intent(in) :: recorded            !! number of modes
       type(row_t), intent(inout) :: row
-      real(dp), intent(out) :: g(modes)          !! of the interaction integral [J/m2]
+      real(dp), intent(out) :: g(modes)          !! [J/m2]
       type(tip_domain_t) :: domain
       real(dp), allocatable :: j(:), k(:, :)
       real(dp) :: mean_k(modes)
@@ -138,7 +139,8 @@ contains
       allocate (j(size(domain%radius)), k(modes, size(domain%radius)))
       call domain_integrals(domain, motion%grid, motion%particles, motion%materials, state, j, k)
       mean_k = sum(k, dim=2)/size(j)
-      g = mean_k*abs(mean_k)/effective_modulus(domain%material)
+      g = 0
+      if (any(abs(mean_k) > 0)) g = sum(j)/size(j)*mean_k*abs(mean_k)/sum(mean_k**2)
       do i = 1, recorded
          call row%add(g(i))
       end do
