@@ -5,7 +5,7 @@ module hampm_crack_measurements
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_placement, only: body_at, domain_radii
    use hampm_crack_tip_field, only: modes
-   use hampm_domain_integral, only: tip_domain_t, domain_integrals
+   use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
@@ -116,8 +116,7 @@ contains
       end subroutine add_all
    end subroutine measure_crack
 
-   !> Append what the domain integrals give: means over the domains, and J of each. G of a mode is its part of J, as K**2 tells, and
-   !> signed like K: J does not depend on where exactly the discrete tip acts, K does, to first order in the cells at the tip.
+   !> Append what the domain integrals give: means over the domains, and J of each.
    subroutine measure_domain(scene, motion, crack, state, recorded, row, g)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
@@ -139,8 +138,7 @@ contains
       allocate (j(size(domain%radius)), k(modes, size(domain%radius)))
       call domain_integrals(domain, motion%grid, motion%particles, motion%materials, state, j, k)
       mean_k = sum(k, dim=2)/size(j)
-      g = 0
-      if (any(abs(mean_k) > 0)) g = sum(j)/size(j)*mean_k*abs(mean_k)/sum(mean_k**2)
+      g = shares_of_modes(sum(j)/size(j), mean_k)
       do i = 1, recorded
          call row%add(g(i))
       end do

@@ -1,8 +1,8 @@
 !> The energy release rate and the stress intensity factors of a crack in motion, by integrals over a disc around its tip. Their
 !> derivation is in docs/energy_release_rate.md.
 module hampm_domain_integral
-   use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: interpolate, interpolate_gradient, inside_cell
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
@@ -11,14 +11,14 @@ module hampm_domain_integral
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: tip_domain_t, domain_integrals
+   public :: tip_domain_t, domain_integrals, shares_of_modes
 
    real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
-   real(dp), parameter :: singular = 1.0e-3_dp   !! part of the smallest radius within which a particle counts as at the tip
+   real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of the tip a particle counts as at the tip
 
    !> The tip of a straight crack with traction-free faces, and the discs around it.
    type :: tip_domain_t
-      real(dp) :: tip(ndim) = 0                  !! reference position [m]
+      real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
       real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
       real(dp) :: thickness = 0                  !! B [m]
@@ -26,26 +26,29 @@ module hampm_domain_integral
       real(dp), allocatable :: radius(:)         !! of each disc [m]
    end type tip_domain_t
 
-   !> What a particle brings to the integrals, in the axes of the crack: the first is its direction, the origin the tip.
+   !> What a particle brings to the integrals, in the axes of the crack: the first is its direction.
    type :: sample_t
-      real(dp) :: x(ndim)                        !! reference position [m]
-      real(dp) :: r                              !! distance from the tip [m]
-      real(dp) :: h(ndim, ndim)                  !! displacement gradient [-]
-      real(dp) :: stress(ndim, ndim)             !! P, conjugate to h [Pa]
+      real(dp) :: volume                         !! reference volume [m3]
+      real(dp) :: x(ndim)                        !! place in the grid, from the tip [m]
+      real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
+      real(dp) :: slope(ndim)                    !! u,1 - c [-]
       real(dp) :: energy                         !! W + rho v**2/2 [J/m3]
       real(dp) :: energy_slope                   !! rho v . v,1 [J/m4]
       real(dp) :: divergence(ndim)               !! div P [N/m3]
+      real(dp) :: shape(corners)                 !! shape functions at the particle [-]
+      real(dp) :: gradient(corners, ndim)        !! their gradients with respect to the reference position [1/m]
    end type sample_t
 
 contains
 
    !> J, and K_I and K_II, of each disc:
    !>
-   !>    J = (1/B) sum_p V { P_iJ u_i,1 q,J - (W + rho v**2/2) q,1 + (rho d_i u_i,1 - rho v_i v_i,1) q },
-   !>    K = E'/(2 B) sum_p V { (P_iJ a_i,1 + s_iJ u_i,1) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q },
+   !>    J = (1/B) sum_p V { P_iJ w_i q,J - (W + rho v**2/2) q,1 + (rho d_i w_i - rho v_i v_i,1) q },   w = u,1 - c,
+   !>    K = E'/(2 B) sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q },
    !>
    !> in the reference configuration, with rho d = div P and the displacement a and stress s of a unit K of the mode. J holds for
-   !> any elastic law (Nakamura, Shih & Freund 1985), K for linear elasticity (Yau, Wang & Corten 1980).
+   !> any elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in
+   !> the integrals, but takes the rotation of the disc out of the errors of the sums.
    pure subroutine domain_integrals(domain, grid, p, materials, state, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -54,31 +57,26 @@ contains
       type(nodal_state_t), intent(in) :: state   !! of these particles
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
+      real(dp), allocatable :: q(:, :)
+      integer, allocatable :: elements(:)
+      real(dp) :: at_corner(size(domain%radius), corners), c(ndim)
       type(sample_t) :: s
-      real(dp) :: axes(ndim, ndim), h_aux(ndim, ndim, modes), stress_aux(ndim, ndim, modes), q, dq(ndim), largest, smallest
-      integer :: i, n, mode
-      axes = crack_axes(domain%direction)
-      largest = maxval(domain%radius)
-      smallest = singular*minval(domain%radius)
+      integer :: n, i
+      call weight_nodes(domain, grid, q)
+      call find_elements(grid, p, q, elements)
+      c = mean_slope(domain, grid, p, q, elements)
       j = 0
       k = 0
-      do i = 1, p%n
-         s%x = matmul(p%reference(:, i) - domain%tip, axes)
-         s%r = norm2(s%x)
-         if (s%r >= largest .or. s%r < smallest) cycle
-         call take_sample(grid, p, i, materials(p%material(i)), state, axes, s)
-         do mode = 1, modes
-            h_aux(:, :, mode) = tip_gradient(domain%material, mode, s%x)
-            stress_aux(:, :, mode) = tip_stress(domain%material, h_aux(:, :, mode))
-         end do
-         do n = 1, size(domain%radius)
-            if (s%r >= domain%radius(n)) cycle
-            call weight_function(s, domain%radius(n), q, dq)
-            j(n) = j(n) + p%volume(i)*j_density(s, q, dq)
-            do mode = 1, modes
-               k(mode, n) = k(mode, n) + p%volume(i)*interaction_density(s, h_aux(:, :, mode), stress_aux(:, :, mode), q, dq)
+      do n = 1, size(elements)
+         associate (e => elements(n))
+            at_corner = q(:, grid%element_nodes(:, e))
+            do i = p%cell_start(e), p%cell_start(e + 1) - 1
+               call take_sample(domain, grid, p, i, materials(p%material(i)), state, c, s)
+               call add_to_j(s, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), j)
+               if (norm2(s%x) < singular*grid%element_size(e)) cycle
+               call add_to_interaction(s, domain%material, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), k)
             end do
-         end do
+         end associate
       end do
       j = j/domain%thickness
       k = k*effective_modulus(domain%material)/(2*domain%thickness)
@@ -89,80 +87,132 @@ contains
       end if
    end subroutine domain_integrals
 
-   !> The axes of a crack: the first along its direction, the second to the left of it.
-   pure function crack_axes(direction) result(axes)
-      real(dp), intent(in) :: direction(ndim)
-      real(dp) :: axes(ndim, ndim)               !! one a column
-      axes(:, 1) = direction
-      axes(:, 2) = [-direction(2), direction(1)]
-   end function crack_axes
+   !> G_I and G_II [J/m2]: J shared in proportion to the squares of K_I and K_II, each signed like its K. Their sizes add up to J,
+   !> which converges faster than K does.
+   pure function shares_of_modes(j, k) result(g)
+      real(dp), intent(in) :: j                  !! [J/m2]
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp) :: g(modes)
+      g = 0
+      if (any(abs(k) > 0)) g = sign(j*(k/norm2(k))**2, k)
+   end function shares_of_modes
+
+   !> q at the points of the grid: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
+   !>
+   !> Between them q has the shape functions of the grid. That makes J nearly independent of the disc: the equilibrium of the nodes
+   !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces.
+   pure subroutine weight_nodes(domain, grid, q)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
+      real(dp) :: t(size(domain%radius))
+      integer :: i
+      allocate (q(size(domain%radius), grid%n_points))
+      do i = 1, grid%n_nodes
+         t = (norm2(grid%node_position(:, i) - domain%tip)/domain%radius - plateau)/(1 - plateau)
+         t = min(max(t, 0.0_dp), 1.0_dp)
+         q(:, i) = 1 - t**2*(3 - 2*t)
+      end do
+      call grid%dependents%expand([(i, i=grid%n_nodes + 1, grid%n_points)], size(t), q)
+   end subroutine weight_nodes
+
+   !> The elements with particles in which q of some disc is above 0, ascending.
+   pure subroutine find_elements(grid, p, q, elements)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: q(:, :)
+      integer, allocatable, intent(out) :: elements(:)
+      integer :: n
+      associate (occupied => p%occupied(:p%n_occupied))
+         elements = pack(occupied, [(any(q(:, grid%element_nodes(:, occupied(n))) > 0), n=1, size(occupied))])
+      end associate
+   end subroutine find_elements
+
+   !> Mean of u,1 over the discs, in the axes of the crack [-]. On a symmetry plane there is a stress normal to it, so that only the
+   !> component along it may be subtracted.
+   pure function mean_slope(domain, grid, p, q, elements) result(c)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: q(:, :)
+      integer, intent(in) :: elements(:)
+      real(dp) :: c(ndim)
+      real(dp) :: weight, total
+      integer :: n, i
+      c = 0
+      total = 0
+      do n = 1, size(elements)
+         do i = p%cell_start(elements(n)), p%cell_start(elements(n) + 1) - 1
+            weight = p%volume(i)*sum(q(:, grid%element_nodes(:, elements(n))))
+            c = c + weight*matmul(p%gradient(:, :, i), domain%direction)
+            total = total + weight
+         end do
+      end do
+      if (total > 0) c = matmul(c/total, crack_axes(domain%direction))
+      if (domain%half) c(2) = 0
+   end function mean_slope
 
    !> Fields of particle `i`.
-   pure subroutine take_sample(grid, p, i, material, state, axes, s)
+   pure subroutine take_sample(domain, grid, p, i, material, state, c, s)
+      type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       type(material_t), intent(in) :: material
       type(nodal_state_t), intent(in) :: state
-      real(dp), intent(in) :: axes(ndim, ndim)
-      type(sample_t), intent(inout) :: s
-      real(dp) :: xi(ndim), velocity_slope(ndim)
-      associate (e => p%cell(i), h => p%gradient(:, :, i))
+      real(dp), intent(in) :: c(ndim)
+      type(sample_t), intent(out) :: s
+      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), velocity_gradient(ndim, ndim)
+      axes = crack_axes(domain%direction)
+      to_reference = axes
+      associate (e => p%cell(i), h => p%gradient(:, :, i), v => p%velocity(:, i))
+         if (.not. p%total_frame) to_reference = matmul(identity + h, axes)
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         s%h = turn(h, axes)
-         s%stress = turn(material%conjugate_stress(h), axes)
-         s%energy = material%energy_density(h) + 0.5_dp*material%density*sum(p%velocity(:, i)**2)
-         s%divergence = material%density*matmul(interpolate(xi, state%divergence(:, grid%element_nodes(:, e))), axes)
-         velocity_slope = material_gradient(interpolate_gradient(xi, state%velocity(:, grid%element_nodes(:, e))) &
-                                            /grid%element_size(e), h, axes(:, 1), p%total_frame)
-         s%energy_slope = material%density*dot_product(p%velocity(:, i), velocity_slope)
+         s%shape = shape_functions(xi)
+         s%gradient = matmul(shape_gradients(xi, 1/grid%element_size(e)), to_reference)
+         velocity_gradient = matmul(state%velocity(:, grid%element_nodes(:, e)), s%gradient)
+         s%volume = p%volume(i)
+         s%x = matmul(p%place_in_grid(i) - domain%tip, axes)
+         s%slope = matmul(matmul(h, domain%direction), axes) - c
+         s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h), axes))
+         s%energy = material%energy_density(h) + 0.5_dp*material%density*sum(v**2)
+         s%energy_slope = material%density*dot_product(v, velocity_gradient(:, 1))
+         s%divergence = material%density*matmul(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape), axes)
       end associate
    end subroutine take_sample
 
-   !> Derivative of a field with respect to the reference position in a direction, from its gradient in the grid.
-   pure function material_gradient(gradient, h, direction, total_frame) result(slope)
-      real(dp), intent(in) :: gradient(ndim, ndim), h(ndim, ndim), direction(ndim)
-      logical, intent(in) :: total_frame         !! whether the grid is that of the reference positions
-      real(dp) :: slope(ndim)
-      if (total_frame) then
-         slope = matmul(gradient, direction)
-      else
-         slope = matmul(gradient, matmul(identity + h, direction))
-      end if
-   end function material_gradient
+   !> The axes of a crack, one a column: the first along its direction, the second to the left of it.
+   pure function crack_axes(direction) result(axes)
+      real(dp), intent(in) :: direction(ndim)
+      real(dp) :: axes(ndim, ndim)
+      axes(:, 1) = direction
+      axes(:, 2) = [-direction(2), direction(1)]
+   end function crack_axes
 
-   !> A tensor in the axes of the crack.
-   pure function turn(tensor, axes) result(turned)
-      real(dp), intent(in) :: tensor(ndim, ndim), axes(ndim, ndim)
-      real(dp) :: turned(ndim, ndim)
-      turned = matmul(matmul(transpose(axes), tensor), axes)
-   end function turn
-
-   !> q and its gradient at a particle: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
-   pure subroutine weight_function(s, radius, q, dq)
+   !> Add the share of a particle in B J of each disc.
+   pure subroutine add_to_j(s, q, dq, j)
       type(sample_t), intent(in) :: s
-      real(dp), intent(in) :: radius             !! [m]
-      real(dp), intent(out) :: q                 !! [-]
-      real(dp), intent(out) :: dq(ndim)          !! [1/m]
-      real(dp) :: t
-      t = max(0.0_dp, (s%r/radius - plateau)/(1 - plateau))
-      q = 1 - t**2*(3 - 2*t)
-      dq = -6*t*(1 - t)/((1 - plateau)*radius)*s%x/s%r
-   end subroutine weight_function
+      real(dp), intent(in) :: q(:)               !! at the particle, by radius
+      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (radii, ndim)
+      real(dp), intent(inout) :: j(:)
+      j = j + s%volume*(matmul(dq, matmul(s%slope, s%stress)) - s%energy*dq(:, 1) &
+                        + (dot_product(s%divergence, s%slope) - s%energy_slope)*q)
+   end subroutine add_to_j
 
-   !> Integrand of J [N/m2].
-   pure real(dp) function j_density(s, q, dq) result(density)
+   !> Add the share of a particle in the interaction with the tip fields of unit K: 2 B/E' K of each disc.
+   pure subroutine add_to_interaction(s, material, q, dq, k)
       type(sample_t), intent(in) :: s
-      real(dp), intent(in) :: q, dq(ndim)
-      density = dot_product(matmul(s%stress, dq), s%h(:, 1)) - s%energy*dq(1) &
-                + (dot_product(s%divergence, s%h(:, 1)) - s%energy_slope)*q
-   end function j_density
-
-   !> Integrand of the interaction with an auxiliary field [sqrt(m)/m2].
-   pure real(dp) function interaction_density(s, h_aux, stress_aux, q, dq) result(density)
-      type(sample_t), intent(in) :: s
-      real(dp), intent(in) :: h_aux(ndim, ndim), stress_aux(ndim, ndim), q, dq(ndim)
-      density = dot_product(matmul(s%stress, dq), h_aux(:, 1)) + dot_product(matmul(stress_aux, dq), s%h(:, 1)) &
-                - sum(s%stress*h_aux)*dq(1) + dot_product(s%divergence, h_aux(:, 1))*q
-   end function interaction_density
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: q(:)               !! at the particle, by radius
+      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (radii, ndim)
+      real(dp), intent(inout) :: k(:, :)
+      real(dp) :: a(ndim, ndim), flux(ndim)
+      integer :: mode
+      do mode = 1, modes
+         a = tip_gradient(material, mode, s%x)
+         flux = matmul(a(:, 1), s%stress) + matmul(s%slope, tip_stress(material, a))
+         k(mode, :) = k(mode, :) + s%volume*(matmul(dq, flux) - sum(s%stress*a)*dq(:, 1) &
+                                             + dot_product(s%divergence, a(:, 1))*q)
+      end do
+   end subroutine add_to_interaction
 end module hampm_domain_integral

@@ -3,7 +3,7 @@
 program test_domain_integral
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress
-   use hampm_domain_integral, only: tip_domain_t, domain_integrals
+   use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
@@ -45,6 +45,9 @@ program test_domain_integral
    call factors_by_radius()
    call factors_in_a_refined_mesh()
    call rigid_motion()
+   call turned_crack(.false.)
+   call turned_crack(.true.)
+   call shares()
    call finish()
 
 contains
@@ -156,10 +159,9 @@ contains
       end do
       write (*, '(a,2f5.1,2l2,a,*(3es10.2,:," |"))') 'direction', direction, half, material%plane_stress, &
          ': errors of J, K_I, K_II in discs of 4, 8, 15 and 31 cells', error
-      call check(all(abs(error(:, 1)) < 0.03_dp), 'J and K are found by discs of few cells')
-      call check(all(abs(error(:, 3)) < 2.0e-3_dp), 'and better by discs of more')
-      call check(all(abs(error(:, 4)) < 5.0e-4_dp), 'and better still')
-      call check(maxval(abs(found(:, 2)/found(:, 1) - 1), abs(expected) > 0) < 1.0e-3_dp, 'from any disc the same')
+      call check(all(abs(error(:, 1)) < 1.0e-3_dp), 'J and K are found by discs of few cells')
+      call check(all(abs(error(:, 2:)) < 1.0e-4_dp), 'and better by discs of more')
+      call check(maxval(abs(found(:, 2)/found(:, 1) - 1), abs(expected) > 0) < 1.0e-4_dp, 'from any disc the same')
    end subroutine known_factors
 
    !> Discs of few cells: printed, with a bound.
@@ -177,8 +179,8 @@ contains
          write (*, '(a,f4.1,a,3es10.2)') 'disc of', cells*radius(n)/edge, ' cells: errors of J, K_I, K_II', &
             found(:, n)/expected - 1
       end do
-      call check(maxval(abs(found(1, :)/expected(1) - 1)) < 0.06_dp, 'J is found from discs of two cells on')
-      call check(maxval(abs(found(1, 2:)/expected(1) - 1)) < 0.01_dp, 'and well from discs of more')
+      call check(maxval(abs(found(1, :)/expected(1) - 1)) < 0.02_dp, 'J is found from discs of two cells on')
+      call check(maxval(abs(found(1, 2:)/expected(1) - 1)) < 1.0e-3_dp, 'and well from discs of more')
    end subroutine factors_by_radius
 
    !> In a mesh with cells of three sizes around the tip it is the particles in the disc that count.
@@ -200,7 +202,7 @@ contains
       found = integrals(m, directions(:, 1), .false., radius, rest(m))
       do n = 1, size(radius)
          write (*, '(a,3es10.2)') 'refined mesh: errors of J, K_I, K_II', found(:, n)/expected - 1
-         call check(maxval(abs(found(:, n)/expected - 1)) < 0.015_dp, 'J and K are found in a refined mesh')
+         call check(maxval(abs(found(:, n)/expected - 1)) < 5.0e-3_dp, 'J and K are found in a refined mesh')
       end do
    end subroutine factors_in_a_refined_mesh
 
@@ -297,6 +299,42 @@ contains
       call check(.not. failure%failed(), 'the waves stay in the grid')
       m%mapped = .false.
    end subroutine set_waves
+
+   !> A cracked body that has turned by a large angle has the J of one that has not, in either frame.
+   subroutine turned_crack(total_frame)
+      logical, intent(in) :: total_frame
+      real(dp), parameter :: angle = 0.4_dp, radius(2) = [0.3_dp, 0.45_dp]
+      real(dp) :: rotation(ndim, ndim), found(1 + modes, size(radius)), expected
+      type(motion_t) :: m
+      type(failure_t) :: failure
+      integer :: i
+      rotation = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim])
+      call place_bodies(forest_t([-0.5_dp, -0.5_dp], 0.05_dp, [40, 40]), rubber, &
+                        [rectangle_t([0.0_dp, 0.0_dp], [edge, edge], [40, 40])], m)
+      call open_crack(m, directions(:, 1), k_known)
+      associate (p => m%particles)
+         do i = 1, p%n
+            p%gradient(:, :, i) = matmul(rotation, identity + p%gradient(:, :, i)) - identity
+            p%displacement(:, i) = matmul(rotation - identity, p%reference(:, i) - tip)
+         end do
+         p%total_frame = total_frame
+         call sort_into_cells(p, m%grid, failure)
+      end associate
+      call check(.not. failure%failed(), 'the turned body is in the grid')
+      found = integrals(m, directions(:, 1), .false., radius, rest(m))
+      expected = sum(k_known**2)/effective_modulus(rubber)
+      write (*, '(a,l2,a,*(es10.2))') 'turned crack, total frame', total_frame, ': errors of J', found(1, :)/expected - 1
+      call check(maxval(abs(found(1, :)/expected - 1)) < 1.0e-2_dp, 'a turned crack has the J of one that has not turned')
+   end subroutine turned_crack
+
+   !> The modes share J as the squares of K do, with the signs of K.
+   subroutine shares()
+      real(dp) :: g(modes)
+      g = shares_of_modes(10.0_dp, [-3.0_dp, 1.0_dp])
+      call check_close(g(1), -9.0_dp, 1.0e-14_dp, 'a mode has its share of J, signed like its K')
+      call check_close(sum(abs(g)), 10.0_dp, 1.0e-14_dp, 'and the shares add up to J')
+      call check_close(maxval(abs(shares_of_modes(0.0_dp, [0.0_dp, 0.0_dp]))), 0.0_dp, 0.0_dp, 'nothing is shared at rest')
+   end subroutine shares
 
    !> A body that has turned by a large angle, and turns and drifts: its J is next to nothing beside its kinetic energy.
    subroutine rigid_motion()
