@@ -161,6 +161,7 @@ contains
       real(dp) :: unused(ndim)
       integer :: j
       associate (region => matrix%coupled)
+         call divide(size(matrix%apart), matrix%apart, matrix%lumped, b, x)
          call divide(region%n_nodes, region%nodes, matrix%lumped, b, x)
          call hold(s%constraints, x)
          if (s%order > 1) call combine(region, one, x, zero, s%d)
