@@ -12,10 +12,11 @@
 !> which there is no node are dependent points (`hampm_dependents`). Elements stand between points: the nodes and, numbered on from
 !> them, the dependent points. A kernel that visits elements need not know which is which.
 !>
-!> Along a cut (`hampm_cuts`) there are points on either side, at one position.
+!> Along a cut (`hampm_cuts`) there are points on either side, at one position. Where its sides are matched, a leaf across from
+!> finer ones is a transition element too.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
-   use hampm_cuts, only: cut_t, place_seen
+   use hampm_cuts, only: cut_t, place_seen, place_across
    use hampm_dependents, only: dependents_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
@@ -73,6 +74,7 @@ contains
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
             call number_nodes(grid, points)
+            if (any(grid%cuts%matched) .and. .not. forest%is_uniform()) call match_sides(grid, points)
             grid%n_nodes = points%n
             grid%leaf_element(1) = 1
             do leaf = 1, n_leaves
@@ -114,6 +116,20 @@ contains
          end do
       end do
    end subroutine number_nodes
+
+   !> Number on nodes in the middle of sides of leaves that have a node opposite to them, across a cut whose sides are matched.
+   subroutine match_sides(grid, points)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(inout) :: points
+      integer(long) :: middle(ndim)
+      integer :: leaf, side, number
+      do leaf = 1, grid%forest%leaf_count()
+         do side = 1, sides
+            middle = middle_of_side(grid, leaf, side)
+            if (points%number_of(place_across(grid%cuts, middle)) > 0) call points%enter(middle, number)
+         end do
+      end do
+   end subroutine match_sides
 
    !> Place of a corner of a leaf, as the leaf sees it.
    pure function corner_of_leaf(grid, leaf, corner) result(place)
@@ -375,7 +391,7 @@ contains
    end subroutine element_matrix
 
    !> Element of an entry of `node_slot`.
-   pure integer function element_of_slot(slot) result(e)
+   elemental integer function element_of_slot(slot) result(e)
       integer, intent(in) :: slot
       e = (slot + corners - 1)/corners
    end function element_of_slot

@@ -16,6 +16,7 @@ program test_cuts
    call nodes_of_a_cut()
    do levels = 0, 3
       call sides_are_apart(levels)
+      call sides_match(levels)
    end do
    call ways_across()
    call finish()
@@ -103,6 +104,31 @@ contains
                                  'cells across the cut from finer ones need not be transition elements')
       call check(all([(grid%element_nodes(:, e) > 0, e=1, grid%n_elements)]), 'every corner has its point')
    end subroutine sides_are_apart
+
+   !> Where the sides of a cut are matched, each has a node wherever the other has one, still apart from it; on cells of one size
+   !> nothing changes.
+   subroutine sides_match(levels)
+      integer, intent(in) :: levels
+      type(grid_t) :: grid, unmatched
+      type(failure_t) :: failure
+      type(forest_t) :: forest
+      real(dp), parameter :: up(ndim) = [0.0_dp, 1.0_dp]
+      integer :: node, above, below, mixed
+      call build(levels, .false., unmatched)
+      forest = refined(levels)
+      call build_grid(forest, grid, failure, [cut_of(forest, 2, tip, end, matched=.true.)])
+      above = 0
+      below = 0
+      mixed = 0
+      do node = 1, grid%n_nodes
+         if (.not. is_within(grid, node)) cycle
+         if (grid%node_at(grid%node_position(:, node), up) == node) above = above + 1
+         if (grid%node_at(grid%node_position(:, node), -up) == node) below = below + 1
+         if (grid%has_element_toward(node, up) .and. grid%has_element_toward(node, -up)) mixed = mixed + 1
+      end do
+      call check(above == below .and. mixed == 0, 'matched sides have the same nodes, apart from each other')
+      call check((grid%n_nodes > unmatched%n_nodes) .eqv. levels > 0, 'of which the larger cells get theirs')
+   end subroutine sides_match
 
    !> Whether a point is within the cut.
    logical function is_within(grid, point)
