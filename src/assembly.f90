@@ -49,6 +49,7 @@ contains
       call place_loads(scene, motion%grid, motion%particles, motion%loads, failure)
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
+      motion%contact%wanted = scene%crack%contact
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
          call start_motion(motion, method%scheme, failure, new_mass_choice(method%mass, method%solver, method%order, &
@@ -104,7 +105,8 @@ contains
          else
             length = spec%length
             if (.not. has_two_tips(scene)) length = 2*maxval(scene%grid%cells)*scene%grid%cell
-            cuts = [cut_of(forest, minloc(abs(spec%direction), dim=1), spec%tip, spec%tip - length*spec%direction)]
+            cuts = [cut_of(forest, minloc(abs(spec%direction), dim=1), spec%tip, spec%tip - length*spec%direction, &
+                           matched=spec%contact)]
          end if
       end associate
    end function cuts_of

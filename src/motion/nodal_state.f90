@@ -1,6 +1,7 @@
 !> The motion of the nodes at an instant between steps, for what is measured there.
 module hampm_nodal_state
    use hampm_kinds, only: dp, ndim
+   use hampm_contact, only: share_normal
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_loads
    use hampm_mass_solver, only: solve_aside
@@ -27,7 +28,9 @@ contains
    !>    M v = p,   M d = f_internal + f_surface,   reaction = -sum over held components of (f_internal + f_loads).
    !>
    !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
-   !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
+   !> equal to a + alpha v - b. Where the faces of a cut are pressed together, each has its own normal components of v and d only
+   !> as a mean over its own side, and without the pressure of the other: both have the common ones. The run goes on with the same
+   !> bytes. Fails where the nodal equations cannot be solved.
    subroutine find_nodal_state(m, state, failure)
       type(motion_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
@@ -40,6 +43,10 @@ contains
       call gather_loads(m, by_mass=.false.)
       state%divergence = m%fields%acceleration
       call solve(m, m%fields%force, state%divergence, failure)
+      if (m%contact%n > 0) then
+         call share_normal(m%contact, m%grid, m%fields%mass_matrix, state%velocity)
+         call share_normal(m%contact, m%grid, m%fields%mass_matrix, state%divergence)
+      end if
       call gather_loads(m, by_mass=.true.)
       state%reaction = -force_on_held(m)
    end subroutine find_nodal_state

@@ -2,6 +2,7 @@
 module hampm_step
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constraints_t, fit_constraints
+   use hampm_contact, only: contact_t, fit_contact, lump_at_pairs, share_velocity, keep_apart
    use hampm_cuts, only: crosses
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
@@ -33,6 +34,7 @@ module hampm_step
       type(mass_choice_t) :: mass                !! which mass matrix
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
+      type(contact_t) :: contact                 !! of the faces of cuts
       logical :: mapped = .false.                !! whether the cells hold the sums for the next step
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       real(dp) :: time = 0                       !! [s]
@@ -57,16 +59,18 @@ contains
       call fit_to_grid(m, failure)
    end subroutine start_motion
 
-   !> Make constraints, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the memory does
+   !> Make constraints, contact, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the memory does
    !> not suffice.
    subroutine fit_to_grid(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
       call fit_constraints(m%constraints, m%grid)
+      call fit_contact(m%contact, m%grid)
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
+      call lump_at_pairs(m%contact, m%grid, m%fields%mass_matrix)
       call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%particles, m%fields)
@@ -148,6 +152,7 @@ contains
       type(failure_t) :: unsolved
       call gather_mass_and_momentum(m%grid, m%fields)
       call find_velocity(m%grid, m%solver, m%fields, which, latest, unsolved)
+      if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
    end subroutine gather_velocity
 
@@ -164,6 +169,7 @@ contains
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
       end associate
       call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, unsolved)
+      if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power

@@ -1,0 +1,247 @@
+!> Frictionless contact of the faces of cuts: they press on each other and slide, but do not go through each other.
+!>
+!> The two nodes at one place on both sides of a cut are a pair. Its gap g is how far the upper one has moved from the lower one in
+!> the direction normal to the cut. It begins with zero and follows the velocities w that move the particles,
+!>
+!>    g <- g + dt (w+ - w-).
+!>
+!> Where that would be negative, the velocities are changed by equal and opposite impulses, so that the faces just meet:
+!> w+ - w- = -g/dt. With the lumped masses, their mean by mass stays. The particles are kicked by the change over dt; as
+!> sum_p m_p N_i is the lumped mass whatever the mass matrix, momentum is exact with each. Gaps are never negative, and those of
+!> pressed pairs are zero and not nearly so: such a pair stays for as long as the forces press, and parts as soon as they pull.
+!>
+!> In the total frame g is the distance of the faces of the particles' displacement field, but for rounding; in the updated one but
+!> for what the sideways motion of the particles through the grid carries along.
+!>
+!> In a smooth field the mapped velocities of a pair differ, as each is a mean over its own side. Those of a pressed pair are one
+!> velocity: two pressed sides then move as one piece does. Whatever the mass matrix of the run, the cells at pairs are lumped: a
+!> force between the nodes of a pair moves only these, so that it can be found without solving for those of all pairs together.
+!>
+!> A node that has no partner, as beside cells of another size where the cut is not `matched`, is free.
+module hampm_contact
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_cuts, only: is_within
+   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_nodal_fields, only: nodal_fields_t, at_start, new
+   use hampm_place_table, only: place_table_t
+   implicit none
+   private
+   public :: contact_t, fit_contact, lump_at_pairs, share_velocity, share_normal, keep_apart
+
+   integer, parameter :: sides = 2               !! of a cut: upper, lower
+
+   type :: contact_t
+      logical :: wanted = .false.                !! whether the faces of cuts touch; without, there are no pairs
+      integer :: n = 0                           !! number of pairs
+      integer, allocatable :: node(:, :)         !! the upper and the lower node of each pair, (sides, n)
+      integer, allocatable :: cut(:)             !! on which cut it is, (n)
+      integer, allocatable :: normal(:)          !! the direction normal to that, (n)
+      integer(long), allocatable :: along(:)     !! place along that, in integer coordinates of the forest, (n)
+      real(dp), allocatable :: gap(:)            !! g [m], (n)
+      logical, allocatable :: touches(:)         !! whether it was pressed together in the last step, (n)
+      real(dp), allocatable :: shared(:, :)      !! what sharing has changed of the velocities `at_start` [m/s], (sides, n)
+   end type contact_t
+
+contains
+
+   !> Find the pairs of a new grid. Their gaps are those of the last grid, linear between its pairs and zero at tips.
+   subroutine fit_contact(c, grid)
+      type(contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      type(contact_t) :: old
+      integer :: k
+      if (.not. c%wanted) return
+      old = c
+      call find_pairs(c, grid)
+      do k = 1, c%n
+         call take_over(old, grid, c%cut(k), c%normal(k), c%along(k), c%gap(k), c%touches(k))
+      end do
+   end subroutine fit_contact
+
+   !> List the pairs of nodes of a grid, by their places.
+   subroutine find_pairs(c, grid)
+      type(contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      type(place_table_t) :: places
+      integer, allocatable :: node(:, :)
+      integer(long) :: place(ndim)
+      real(dp) :: up(ndim)
+      integer :: cut, i, k, status
+      call places%reserve(16, status)
+      allocate (node(sides, grid%n_nodes), source=0)
+      c%cut = [integer ::]
+      c%n = 0
+      do cut = 1, size(grid%cuts)
+         up = 0
+         up(grid%cuts(cut)%normal) = 1
+         do i = 1, grid%n_nodes
+            place = grid%forest%nearest_place(grid%node_position(:, i))
+            if (.not. is_within(grid%cuts(cut), place)) cycle
+            call places%enter(place, k)
+            node(merge(1, 2, grid%has_element_toward(i, up)), k) = i
+         end do
+         c%cut = [c%cut, [(cut, k=size(c%cut) + 1, places%n)]]
+      end do
+      associate (paired => [(all(node(:, k) > 0), k=1, places%n)])
+         c%n = count(paired)
+         c%cut = pack(c%cut, paired)
+         c%node = reshape(pack(node(:, :places%n), spread(paired, 1, sides)), [sides, c%n])
+      end associate
+      c%normal = grid%cuts(c%cut)%normal
+      if (allocated(c%along)) deallocate (c%along)
+      allocate (c%along(c%n))
+      do k = 1, c%n
+         place = grid%forest%nearest_place(grid%node_position(:, c%node(1, k)))
+         c%along(k) = place(mod(c%normal(k), ndim) + 1)
+      end do
+      c%gap = [(0.0_dp, k=1, c%n)]
+      c%touches = [(.false., k=1, c%n)]
+      c%shared = reshape([(0.0_dp, k=1, sides*c%n)], [sides, c%n])
+   end subroutine find_pairs
+
+   !> Gap at a place along a cut from the pairs at and around it. It touches where these do.
+   pure subroutine take_over(old, grid, cut, normal, along, gap, touches)
+      type(contact_t), intent(in) :: old
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: cut, normal
+      integer(long), intent(in) :: along
+      real(dp), intent(out) :: gap               !! [m]
+      logical, intent(out) :: touches
+      real(dp) :: gap_from, gap_to
+      integer(long) :: from, to
+      logical :: touches_from, touches_to
+      integer :: k
+      gap = 0
+      touches = .false.
+      if (old%n == 0) return
+      from = grid%cuts(cut)%lower(mod(normal, ndim) + 1)
+      to = grid%cuts(cut)%upper(mod(normal, ndim) + 1)
+      gap_from = 0
+      gap_to = 0
+      touches_from = .true.
+      touches_to = .true.
+      do k = 1, old%n
+         if (old%cut(k) /= cut) cycle
+         if (old%along(k) <= along .and. old%along(k) > from) then
+            from = old%along(k)
+            gap_from = old%gap(k)
+            touches_from = old%touches(k)
+         end if
+         if (old%along(k) >= along .and. old%along(k) < to) then
+            to = old%along(k)
+            gap_to = old%gap(k)
+            touches_to = old%touches(k)
+         end if
+      end do
+      gap = gap_from
+      if (to > from) gap = gap_from + real(along - from, dp)/(to - from)*(gap_to - gap_from)
+      touches = touches_from .and. touches_to
+   end subroutine take_over
+
+   !> Lump the cells at pairs.
+   subroutine lump_at_pairs(c, grid, matrix)
+      type(contact_t), intent(in) :: c
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      integer :: k, side
+      if (.not. allocated(matrix%blend)) return
+      do k = 1, c%n
+         do side = 1, sides
+            associate (slots => grid%node_slot(:, c%node(side, k)))
+               matrix%blend(element_of_slot(pack(slots, slots > 0))) = 1
+            end associate
+         end do
+      end do
+   end subroutine lump_at_pairs
+
+   !> Let the sides of pressed pairs have one normal velocity at the start of a step, or mapped anew.
+   subroutine share_velocity(c, grid, f, which)
+      type(contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: which               !! which velocity
+      integer :: k
+      if (which == at_start) then
+         do k = 1, c%n
+            c%shared(:, k) = -f%velocity(c%normal(k), c%node(:, k), which)
+         end do
+      end if
+      call share_normal(c, grid, f%mass_matrix, f%velocity(:, :, which))
+      if (which == at_start) then
+         do k = 1, c%n
+            c%shared(:, k) = c%shared(:, k) + f%velocity(c%normal(k), c%node(:, k), which)
+         end do
+      end if
+   end subroutine share_velocity
+
+   !> Set the normal components of a nodal field at pressed pairs to their mean by lumped mass.
+   subroutine share_normal(c, grid, matrix, field)
+      type(contact_t), intent(in) :: c
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_points)
+      integer :: k
+      do k = 1, c%n
+         if (.not. c%touches(k)) cycle
+         associate (i => c%node(:, k), d => c%normal(k))
+            if (all(matrix%lumped(i) > 0)) field(d, i) = sum(matrix%lumped(i)*field(d, i))/sum(matrix%lumped(i))
+         end associate
+      end do
+      if (any(c%touches)) call expand(grid, matrix, field)
+   end subroutine share_normal
+
+   !> Keep the faces from going through each other: follow the gaps over a step, change accelerations and new velocities of the
+   !> pairs that would overlap, and correct the powers of `accelerate` by what that takes. With p the mapped momentum, a step
+   !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is. So the mapping power that closes the audit is
+   !>
+   !>    -sum p . a - sum alpha p . w,   and not   dt sum F . a - sum f . w = -sum (f - alpha p) . v - sum alpha p . w.
+   !>
+   !> They are the same where M v = p and M a = f - alpha M v. A change s of v by sharing makes the first larger by sum f . s, and
+   !> one c of w by contact by -sum p . (c/dt + alpha c).
+   subroutine keep_apart(c, grid, damping_rate, dt, f, damping_power, mapping_power)
+      type(contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
+      real(dp), intent(in) :: dt                 !! [s]
+      type(nodal_fields_t), intent(inout) :: f
+      real(dp), intent(inout) :: damping_power   !! [W]
+      real(dp), intent(inout) :: mapping_power   !! [W]
+      real(dp), dimension(sides) :: w, change
+      real(dp) :: gap
+      integer :: k
+      do k = 1, c%n
+         associate (i => c%node(:, k), d => c%normal(k))
+            c%touches(k) = .false.
+            associate (m => f%mass_matrix%lumped(i), p => f%momentum(d, i))
+               mapping_power = mapping_power + sum(f%force(d, i)*c%shared(:, k))
+               if (.not. all(m > 0)) cycle
+               w = f%velocity(d, i, new)
+               gap = c%gap(k) + dt*(w(1) - w(2))
+               if (gap < 0) then
+                  change = (sum(m*w) - [m(2), -m(1)]*(c%gap(k)/dt))/sum(m) - w
+                  c%touches(k) = .true.
+                  f%velocity(d, i, new) = w + change
+                  f%acceleration(d, i) = f%acceleration(d, i) + change/dt
+                  damping_power = damping_power + damping_rate*sum(p*change)
+                  mapping_power = mapping_power - sum(p*change)/dt - damping_rate*sum(p*change)
+               end if
+               c%gap(k) = max(gap, 0.0_dp)
+            end associate
+         end associate
+      end do
+      if (.not. any(c%touches)) return
+      call expand(grid, f%mass_matrix, f%acceleration)
+      call expand(grid, f%mass_matrix, f%velocity(:, :, new))
+   end subroutine keep_apart
+
+   !> Find the values at the dependent points.
+   subroutine expand(grid, matrix, x)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
+      associate (all => matrix%all)
+         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), ndim, x)
+      end associate
+   end subroutine expand
+end module hampm_contact
