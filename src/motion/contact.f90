@@ -20,10 +20,11 @@
 !> A node that has no partner, as beside cells of another size where the cut is not `matched`, is free.
 module hampm_contact
    use hampm_kinds, only: dp, ndim, long
-   use hampm_cuts, only: is_within
+   use hampm_cuts, only: cut_t, is_within
    use hampm_grid, only: grid_t, element_of_slot
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new
+   use hampm_nodal_motion, only: expand
    use hampm_place_table, only: place_table_t
    implicit none
    private
@@ -54,8 +55,9 @@ contains
       if (.not. c%wanted) return
       old = c
       call find_pairs(c, grid)
+      if (old%n == 0) return
       do k = 1, c%n
-         call take_over(old, grid, c%cut(k), c%normal(k), c%along(k), c%gap(k), c%touches(k))
+         call take_over(old, grid%cuts(c%cut(k)), c%cut(k), c%along(k), c%gap(k), c%touches(k))
       end do
    end subroutine fit_contact
 
@@ -101,42 +103,29 @@ contains
    end subroutine find_pairs
 
    !> Gap at a place along a cut from the pairs at and around it. It touches where these do.
-   pure subroutine take_over(old, grid, cut, normal, along, gap, touches)
+   pure subroutine take_over(old, cut, number, along, gap, touches)
       type(contact_t), intent(in) :: old
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: cut, normal
+      type(cut_t), intent(in) :: cut
+      integer, intent(in) :: number              !! of the cut
       integer(long), intent(in) :: along
       real(dp), intent(out) :: gap               !! [m]
       logical, intent(out) :: touches
-      real(dp) :: gap_from, gap_to
-      integer(long) :: from, to
-      logical :: touches_from, touches_to
-      integer :: k
-      gap = 0
-      touches = .false.
-      if (old%n == 0) return
-      from = grid%cuts(cut)%lower(mod(normal, ndim) + 1)
-      to = grid%cuts(cut)%upper(mod(normal, ndim) + 1)
-      gap_from = 0
-      gap_to = 0
-      touches_from = .true.
-      touches_to = .true.
-      do k = 1, old%n
-         if (old%cut(k) /= cut) cycle
-         if (old%along(k) <= along .and. old%along(k) > from) then
-            from = old%along(k)
-            gap_from = old%gap(k)
-            touches_from = old%touches(k)
-         end if
-         if (old%along(k) >= along .and. old%along(k) < to) then
-            to = old%along(k)
-            gap_to = old%gap(k)
-            touches_to = old%touches(k)
-         end if
+      integer(long) :: place(2)
+      real(dp) :: gaps(2)
+      integer :: k, neighbour(2)
+      neighbour = [maxloc(old%along, dim=1, mask=old%cut == number .and. old%along <= along), &
+                   minloc(old%along, dim=1, mask=old%cut == number .and. old%along >= along)]
+      place = [cut%lower(mod(cut%normal, ndim) + 1), cut%upper(mod(cut%normal, ndim) + 1)]
+      gaps = 0
+      touches = .true.
+      do k = 1, 2
+         if (neighbour(k) == 0) cycle            ! between the last pair and a tip
+         place(k) = old%along(neighbour(k))
+         gaps(k) = old%gap(neighbour(k))
+         touches = touches .and. old%touches(neighbour(k))
       end do
-      gap = gap_from
-      if (to > from) gap = gap_from + real(along - from, dp)/(to - from)*(gap_to - gap_from)
-      touches = touches_from .and. touches_to
+      gap = gaps(1)
+      if (place(2) > place(1)) gap = gaps(1) + real(along - place(1), dp)/(place(2) - place(1))*(gaps(2) - gaps(1))
    end subroutine take_over
 
    !> Lump the cells at pairs.
@@ -155,24 +144,21 @@ contains
       end do
    end subroutine lump_at_pairs
 
-   !> Let the sides of pressed pairs have one normal velocity at the start of a step, or mapped anew.
+   !> Let the sides of pressed pairs have one normal velocity, `at_start` or `mapped`.
    subroutine share_velocity(c, grid, f, which)
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: which               !! which velocity
+      integer, intent(in) :: which
       integer :: k
       if (which == at_start) then
          do k = 1, c%n
-            c%shared(:, k) = -f%velocity(c%normal(k), c%node(:, k), which)
+            associate (v => f%velocity(c%normal(k), c%node(:, k), which))
+               c%shared(:, k) = shared_values(c, k, f%mass_matrix, v) - v
+            end associate
          end do
       end if
       call share_normal(c, grid, f%mass_matrix, f%velocity(:, :, which))
-      if (which == at_start) then
-         do k = 1, c%n
-            c%shared(:, k) = c%shared(:, k) + f%velocity(c%normal(k), c%node(:, k), which)
-         end do
-      end if
    end subroutine share_velocity
 
    !> Set the normal components of a nodal field at pressed pairs to their mean by lumped mass.
@@ -183,13 +169,25 @@ contains
       real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_points)
       integer :: k
       do k = 1, c%n
-         if (.not. c%touches(k)) cycle
          associate (i => c%node(:, k), d => c%normal(k))
-            if (all(matrix%lumped(i) > 0)) field(d, i) = sum(matrix%lumped(i)*field(d, i))/sum(matrix%lumped(i))
+            field(d, i) = shared_values(c, k, matrix, field(d, i))
          end associate
       end do
-      if (any(c%touches)) call expand(grid, matrix, field)
+      if (any(c%touches)) call expand(grid, matrix%all, field)
    end subroutine share_normal
+
+   !> The values at a pair; where it is pressed, their mean by lumped mass.
+   pure function shared_values(c, k, matrix, values) result(shared)
+      type(contact_t), intent(in) :: c
+      integer, intent(in) :: k                   !! the pair
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: values(sides)
+      real(dp) :: shared(sides)
+      shared = values
+      associate (m => matrix%lumped(c%node(:, k)))
+         if (c%touches(k) .and. all(m > 0)) shared = sum(m*values)/sum(m)
+      end associate
+   end function shared_values
 
    !> Keep the faces from going through each other: follow the gaps over a step, change accelerations and new velocities of the
    !> pairs that would overlap, and correct the powers of `accelerate` by what that takes. With p the mapped momentum, a step
@@ -231,17 +229,7 @@ contains
          end associate
       end do
       if (.not. any(c%touches)) return
-      call expand(grid, f%mass_matrix, f%acceleration)
-      call expand(grid, f%mass_matrix, f%velocity(:, :, new))
+      call expand(grid, f%mass_matrix%all, f%acceleration)
+      call expand(grid, f%mass_matrix%all, f%velocity(:, :, new))
    end subroutine keep_apart
-
-   !> Find the values at the dependent points.
-   subroutine expand(grid, matrix, x)
-      type(grid_t), intent(in) :: grid
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
-      associate (all => matrix%all)
-         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), ndim, x)
-      end associate
-   end subroutine expand
 end module hampm_contact

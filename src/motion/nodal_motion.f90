@@ -8,7 +8,7 @@ module hampm_nodal_motion
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new
    implicit none
    private
-   public :: find_velocity, accelerate
+   public :: find_velocity, accelerate, expand
 
 contains
 

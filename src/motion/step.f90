@@ -59,8 +59,8 @@ contains
       call fit_to_grid(m, failure)
    end subroutine start_motion
 
-   !> Make constraints, contact, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the memory does
-   !> not suffice.
+   !> Make constraints, contact, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the
+   !> memory does not suffice.
    subroutine fit_to_grid(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure

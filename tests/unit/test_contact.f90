@@ -12,10 +12,11 @@ program test_contact
    use hampm_loads, only: load_on_particles, load_on_points
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
+   use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_particles, only: fit_workspace
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_refined, only: refine_box
-   use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual
+   use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual, thickness
    use hampm_step, only: motion_t, fit_to_grid, sort_particles
    implicit none
 
@@ -108,6 +109,7 @@ contains
          call put_pulse(cut, -amplitude)
          call start(whole, scheme, choice_of(mass))
          call start(cut, scheme, choice_of(mass))
+         call check(whole%contact%n == 0 .and. .not. allocated(whole%contact%gap), 'without contact there is nothing of it')
          call run_steps(whole, 0.5_dp/steps, steps)
          call run_steps(cut, 0.5_dp/steps, steps)
          back(n) = difference(cut, whole)
@@ -229,7 +231,26 @@ contains
       call check_close(energy_residual(cut, initial)/work, 0.0_dp, 1.0e-13_dp, 'the audit of pressed halves closes')
       call check(gap_error(cut) < merge(1.0e-11_dp, 1.0e-2_dp, total_frame)*cell*maxval(abs(strain)), &
                  'the particles do not drift through the faces')
+      call check_state(cut)
    end subroutine pressed_halves
+
+   !> The nodal state has one normal velocity and divergence at pressed pairs, where each side alone has the force of the other.
+   subroutine check_state(m)
+      type(motion_t), intent(inout) :: m
+      type(nodal_state_t) :: state
+      type(failure_t) :: failure
+      integer :: k, apart
+      call find_nodal_state(m, state, failure)
+      apart = 0
+      do k = 1, m%contact%n
+         associate (v => state%velocity(2, m%contact%node(:, k)), d => state%divergence(2, m%contact%node(:, k)))
+            if (m%contact%touches(k) .and. max(abs(v(1) - v(2)), abs(d(1) - d(2))) > 0) apart = apart + 1
+         end associate
+      end do
+      call check(apart == 0, 'the nodal state has one normal motion of pressed faces')
+      call check(maxval(abs(state%divergence(2, m%contact%node(1, :)))) < 1.0e-2_dp*1.0e-3_dp/(thickness*cell), &
+                 'which is none at rest, though each side presses on the other')
+   end subroutine check_state
 
    !> How many pairs are pressed together.
    integer function pressed(m)
