@@ -25,9 +25,7 @@ program test_contact
    integer :: k, j, n
 
    do k = 1, size(schemes)
-      do j = 1, 2
-         call pulses(trim(schemes(k)), trim(masses(j)))
-      end do
+      call pulses(trim(schemes(k)), 'lumped')
       call impact(trim(schemes(k)))
       do j = 1, size(masses)
          call sliding(trim(schemes(k)), trim(masses(j)), total_frame=.true.)
@@ -35,6 +33,7 @@ program test_contact
          if (schemes(k) /= 'usl') call sliding(trim(schemes(k)), trim(masses(j)), total_frame=.false.)
       end do
    end do
+   call pulses('musl', 'full')
    do n = 1, 2
       call pressed_halves(total_frame=n == 2)
    end do
@@ -210,9 +209,9 @@ contains
       call build_pressed(.false., total_frame, forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), whole)
       call build_pressed(.true., total_frame, forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), cut)
       initial = total_energy(cut)
-      call run_steps(whole, 0.02_dp, 2000)
+      call run_steps(whole, 0.02_dp, 1200)
       parted = 0
-      do i = 1, 2000
+      do i = 1, 1200
          call run_steps(cut, 0.02_dp, 1)
          if (i > 200 .and. pressed(cut) < 11) parted = parted + 1
       end do
@@ -268,7 +267,7 @@ contains
       real(dp) :: strain, kinetic, spread, near
       integer :: i, parted, n
       call build_pressed(.true., .false., forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), m)
-      call run_steps(m, 0.02_dp, 2000)
+      call run_steps(m, 0.02_dp, 1000)
       strain = maxval(abs(m%particles%gradient))
       kinetic = kinetic_energy(m%particles)
       forest = m%grid%forest
@@ -285,7 +284,7 @@ contains
       n = pressed(m)
       call check(n == 11 + merge(5, 0, matched), 'pairs are pressed where they were, and between')
       parted = 0
-      do i = 1, 4000
+      do i = 1, 1200
          call run_steps(m, 0.01_dp, 1)
          if (pressed(m) < n) parted = parted + 1
       end do
@@ -296,7 +295,7 @@ contains
       write (*, '(a,i5,a,2f8.4,a,es9.1)') 'finer on one side: steps parted', parted, &
          ' spread of strain, beyond a cell from the line', spread, near, ' kinetic energy', kinetic_energy(m%particles)/kinetic
       call check(parted == 0, 'pairs stay pressed where one side is finer')
-      call check(near < 0.1_dp .and. (spread < 0.1_dp .or. .not. matched), 'and the strain stays even')
+      call check(merge(spread < 0.05_dp, near < 0.15_dp, matched), 'and the strain stays even, at the line where they match')
    end subroutine pressed_unlike_cells
 
    !> Gaps are taken over by a new grid: they are the same where they were, linear between, and zero at the tips.
