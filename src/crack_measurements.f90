@@ -131,6 +131,7 @@ contains
       integer :: i
       domain%tip = crack%line%tip
       domain%direction = crack%line%axis(:, 1)
+      domain%cell = crack%step
       domain%half = crack%line%is_half()
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(scene%bodies(body_at(scene, crack%line%tip))%material_index)
