@@ -8,7 +8,7 @@
     [[expect]]  what      the quantity, in words
                 measured  an expression
                 asked     a number or an expression
-                rtol      of `asked`, and/or
+                rtol      of `asked`, and/or; a number or an expression
                 atol      absolute; a number or an expression
                 source    where `asked` and the tolerance come from
                 runs      optional: only the runs whose names match this pattern (* and ? as in a shell)
@@ -121,7 +121,7 @@ def test_run_ends_well(run_of, case, name):
 def test_value(run_of, case, name, expectation):
     run = run_of(case, name)
     measured, asked = run.value(expectation["measured"]), run.value(expectation["asked"])
-    tolerance = run.value(expectation.get("atol", 0.0)) + expectation.get("rtol", 0.0) * abs(asked)
+    tolerance = run.value(expectation.get("atol", 0.0)) + run.value(expectation.get("rtol", 0.0)) * abs(asked)
     report = (f"{case.name} {name}: {expectation['what']}: asked {asked:.6g} +- {tolerance:.2g}, "
               f"measured {measured:.6g} ({expectation['source']})")
     print(f"\n{report}", end=" ")
