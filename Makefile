@@ -23,7 +23,7 @@ LIBRARY := $(patsubst %.f90,$(O)/%.o,$(notdir $(filter-out src/main.f90,$(SOURCE
 UNIT_PROGRAMS := $(patsubst tests/unit/%.f90,$(O)/%,$(UNIT_TESTS))
 UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 
-# Files compiled at a time
+# Files compiled, and tests run, at a time
 JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
@@ -55,7 +55,7 @@ figures: setup  ## draw the mesh around the tip for R_crit = 0.24, 0.12, 0.03, a
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
-	$(PYTHON) -m pytest -q tests
+	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup tests
 
 bench: setup  ## measure the time per particle and step beside the memory's speed
 	@$(MAKE) --no-print-directory $(O)/bench_step

@@ -102,8 +102,9 @@ def run_of(run_hampm, tmp_path_factory):
 
 
 def parameters(items):
-    """Test parameters from tuples that begin with case and run; the ids are made of their words."""
-    return [pytest.param(*item, id="-".join([item[0].name, *filter(None, [item[1]]), *words]))
+    """Test parameters from tuples that begin with case and run; the ids are made of their words. Tests of one run stay together."""
+    return [pytest.param(*item, id="-".join([item[0].name, *filter(None, [item[1]]), *words]),
+                         marks=pytest.mark.xdist_group(f"{item[0].name} {item[1]}"))
             for *item, words in items]
 
 
