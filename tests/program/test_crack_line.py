@@ -1,0 +1,122 @@
+"""A crack inside a body has no handedness: turned, mirrored, or halved by its plane of symmetry, a scene gives the same numbers."""
+
+import numpy as np
+import pytest
+
+from history import History
+
+TIP = {"uniform": "none", "refined": "tip"}
+EVERY_ESTIMATOR = "'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance'"
+
+BEAM = """\
+&run thickness = 0.01 end_time = 3e-5 /
+&material name = 'aluminium' young = 70e9 poisson = 0.3 density = 2700 /
+&damping rate = 1e4 /
+&method {method} /
+&refine indicator = '{refine}' rings = 3 max_level = 2 /
+&energy_release estimators = {estimators} radii = 5e-3, 7e-3 /
+&output file = 'beam.h5' history_interval = 1e-6 /
+"""
+
+
+def quarter_turns(point, times, mirrored):
+    """A point turned about the origin, after mirroring the second axis if asked for."""
+    x, y = point
+    y = -y if mirrored else y
+    for _ in range(times):
+        x, y = -y, x
+    return x + 0.0, y + 0.0  # no -0.0
+
+
+def split_beam(refine, times=0, mirrored=False, method=""):
+    """A split beam held at its end, its upper arm pulled up and along, in any orientation: every mode, and waves."""
+    def point(*xy):
+        return "{!r}, {!r}".format(*quarter_turns(xy, times, mirrored))
+
+    def box(lower, upper):
+        corners = np.array([quarter_turns(lower, times, mirrored), quarter_turns(upper, times, mirrored)])
+        low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        return "lower = {!r}, {!r} upper = {!r}, {!r}".format(*low, *high)
+
+    cells = (24, 12) if times % 2 == 0 else (12, 24)
+    corner = np.min([quarter_turns((-5e-3, -15e-3), times, mirrored), quarter_turns((55e-3, 15e-3), times, mirrored)], axis=0).tolist()
+    return BEAM.format(method=method, refine=refine, estimators=EVERY_ESTIMATOR) + f"""\
+&grid lower = {corner[0]!r}, {corner[1]!r} cell = 2.5e-3 cells = {cells[0]}, {cells[1]} /
+&body material = 'aluminium' {box((0.0, -10e-3), (50e-3, 10e-3))} /
+&constraint {box((50e-3, -10e-3), (50e-3, 10e-3))} fix = 'xy' /
+&load kind = 'traction' {box((0.0, 0.0), (0.0, 10e-3))} force = {point(0.3, 1.0)} /
+&crack kind = 'line' tip = {point(25e-3, 0.0)} direction = {point(1.0, 0.0)} /
+"""
+
+
+def cantilever(refine, whole, method=""):
+    """A double cantilever beam, whole with its crack inside, or its upper half."""
+    scene = BEAM.format(method=method, refine=refine, estimators=EVERY_ESTIMATOR) + """\
+&load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 0.0, 1.0 /
+"""
+    if not whole:
+        return scene + """\
+&grid cell = 2.5e-3 cells = 20, 5 /
+&body material = 'aluminium' lower = 0.0, 0.0 upper = 0.05, 0.01 /
+&constraint lower = 0.025, 0.0 upper = 0.05, 0.0 fix = 'y' /
+&crack kind = 'symmetry' tip = 0.025, 0.0 /
+"""
+    return scene + """\
+&grid lower = 0.0, -0.0125 cell = 2.5e-3 cells = 20, 10 /
+&body material = 'aluminium' lower = 0.0, -0.01 upper = 0.05, 0.01 /
+&load kind = 'traction' lower = 0.0, -0.01 upper = 0.0, 0.0 force = 0.0, -1.0 /
+&crack kind = 'line' tip = 0.025, 0.0 /
+"""
+
+
+@pytest.fixture
+def columns_of(hampm, tmp_path):
+    """`columns_of(scene)`: the history of a run of it."""
+    def run(scene):
+        (tmp_path / "beam.nml").write_text(scene)
+        result = hampm("beam.nml", "--quiet")
+        assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+        return History(tmp_path / "beam.h5").columns
+    return run
+
+
+def assert_equal(one, other, names, factors=None, rtol=1e-10):
+    """Columns agree to `rtol` of their largest value, those in `factors` after multiplication."""
+    assert names
+    for name in names:
+        expected = one[name] * (factors or {}).get(name, 1)
+        np.testing.assert_allclose(other[name], expected, rtol=0, atol=rtol * np.max(np.abs(expected)), err_msg=name)
+
+
+def odd(name):
+    """Whether a column changes its sign with the handedness of the scene."""
+    return name.endswith("_II") or name in ("mode_mixity", "crack_sliding", "mouth_sliding")
+
+
+@pytest.mark.parametrize("refine", TIP.values(), ids=TIP)
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_a_turned_scene_gives_the_same(columns_of, refine, times):
+    one, other = columns_of(split_beam(refine)), columns_of(split_beam(refine, times))
+    assert np.max(np.abs(one["K_II"])) > 0.1 * np.max(np.abs(one["K_I"])) > 0
+    assert_equal(one, other, [name for name in one if name not in ("reaction_x", "reaction_y", "numerical_loss")])
+
+
+@pytest.mark.parametrize("refine", TIP.values(), ids=TIP)
+@pytest.mark.parametrize("times", [0, 1])
+def test_a_mirrored_scene_gives_mode_ii_of_the_other_sign(columns_of, refine, times):
+    one, other = columns_of(split_beam(refine)), columns_of(split_beam(refine, times, mirrored=True))
+    assert_equal(one, other, [name for name in one if name not in ("reaction_x", "reaction_y", "numerical_loss")],
+                 {name: -1 for name in one if odd(name)})
+
+
+@pytest.mark.parametrize("refine", TIP.values(), ids=TIP)
+@pytest.mark.parametrize("method", ["", "frame = 'total'", "scheme = 'usl'", "mass = 'full'", "mass = 'fmpm'"])
+def test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives(columns_of, refine, method):
+    """The stress closure is left out where the matrix is not lumped: extrapolation then knows of the other half or does not."""
+    half, whole = (columns_of(cantilever(refine, whole, method)) for whole in (False, True))
+    doubled = {"particles", "cells", "kinetic_energy", "strain_energy", "external_work", "damping_loss"}
+    left_out = {"reaction_x", "reaction_y", "numerical_loss"} | ({"G_stress_closure_I"} if "mass" in method else set())
+    doubled &= half.keys() & whole.keys()
+    assert_equal(half, whole, [name for name in half if name not in left_out], {name: 2 for name in doubled})
+    for mode_ii, mode_i in [("K_II", "K_I"), ("G_nodal_force_II", "G_nodal_force_I"), ("G_domain_II", "J")]:
+        assert np.max(np.abs(whole[mode_ii])) < 1e-10 * np.max(np.abs(whole[mode_i]))
