@@ -130,8 +130,11 @@ contains
          r%interval = spec%interval
          r%max_particles = spec%max_particles
       end associate
-      r%has_tip = scene%crack%present
-      r%tip = scene%crack%tip
+      if (scene%crack%present) r%n_tips = merge(2, 1, has_two_tips(scene))
+      associate (crack => scene%crack)
+         r%tips(:, 1) = crack%tip
+         r%tips(:, 2) = crack%tip - crack%length*crack%direction
+      end associate
    end function refinement_of
 
    !> Fill the bodies with particles and sort these into the cells.

@@ -30,8 +30,8 @@ module hampm_refinement
       real(dp) :: start = 0                      !! time of the first look, where it follows the motion [s]
       integer :: interval = 1                    !! steps between two looks
       integer :: max_particles = huge(1)
-      logical :: has_tip = .false.
-      real(dp) :: tip(ndim) = 0                  !! crack tip [m]
+      integer :: n_tips = 0
+      real(dp) :: tips(ndim, 2) = 0              !! crack tips, of which there are `n_tips` [m]
       logical :: reached_max_level = .false.     !! whether a leaf would have been refined further
       logical :: reached_max_particles = .false. !! whether refinement has ended
       real(dp) :: largest_r = 0                  !! largest mean R of a leaf in the box at the last look
@@ -107,7 +107,7 @@ contains
       call forest%adapt(change)
       if (forest%same_leaves(m%grid%forest)) return
       call forest%balance()
-      if (r%has_tip) call even_out_tip(r%tip, forest)
+      call even_out_tips(r%tips(:, :r%n_tips), forest)
       if (forest%same_leaves(m%grid%forest)) return
       if (would_exceed(r, m, forest)) return
       call adopt_forest(m, forest, failure)
@@ -149,9 +149,9 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(inout) :: change(:)
       real(dp) :: distance, edge
-      integer :: leaf
+      integer :: leaf, k
       do leaf = 1, size(change)
-         distance = maxval(abs(middle_of(m%grid%forest, leaf) - r%tip))
+         distance = minval([(maxval(abs(middle_of(m%grid%forest, leaf) - r%tips(:, k))), k=1, r%n_tips)])
          edge = m%grid%forest%size_of(leaf)
          if (distance >= r%rings*edge .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
          if (may_refine(r, m, leaf)) change(leaf) = 1
@@ -223,31 +223,42 @@ contains
       end do
    end subroutine mark_by_error
 
-   !> Refine until the cells at the tip and those around them are of one size, so that the nodes behind and ahead of it are at the
+   !> Refine until the cells at each tip and those around them are of one size, so that the nodes behind and ahead of it are at the
    !> same distance.
-   subroutine even_out_tip(tip, forest)
-      real(dp), intent(in) :: tip(ndim)          !! [m]
+   subroutine even_out_tips(tips, forest)
+      real(dp), intent(in) :: tips(:, :)         !! (ndim, number) [m]
       type(forest_t), intent(inout) :: forest
       integer, allocatable :: change(:)
-      integer :: leaf, finest
-      real(dp) :: reach
+      integer :: k
       do
-         reach = 0
-         finest = 0
-         do leaf = 1, forest%leaf_count()        ! the coarsest cell at the tip, and the finest at the cells at the tip
-            if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf)) reach = max(reach, forest%size_of(leaf))
-         end do
-         do leaf = 1, forest%leaf_count()
-            if (distance_to(leaf) < 1.000001_dp*reach) finest = max(finest, forest%level_of(leaf))
-         end do
          allocate (change(forest%leaf_count()), source=0)
-         do leaf = 1, size(change)
-            if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf) .and. forest%level_of(leaf) < finest) change(leaf) = 1
+         do k = 1, size(tips, 2)
+            call mark_coarse_at_tip(tips(:, k), forest, change)
          end do
          if (all(change == 0)) return
          call forest%adapt(change)
          call forest%balance()
          deallocate (change)
+      end do
+   end subroutine even_out_tips
+
+   !> Mark the leaves at a tip that are coarser than the finest at the cells at the tip.
+   subroutine mark_coarse_at_tip(tip, forest, change)
+      real(dp), intent(in) :: tip(ndim)          !! [m]
+      type(forest_t), intent(in) :: forest
+      integer, intent(inout) :: change(:)        !! by leaf: 1 where it is to be refined
+      integer :: leaf, finest
+      real(dp) :: reach
+      reach = 0
+      finest = 0
+      do leaf = 1, forest%leaf_count()           ! the coarsest cell at the tip, and the finest at the cells at the tip
+         if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf)) reach = max(reach, forest%size_of(leaf))
+      end do
+      do leaf = 1, forest%leaf_count()
+         if (distance_to(leaf) < 1.000001_dp*reach) finest = max(finest, forest%level_of(leaf))
+      end do
+      do leaf = 1, size(change)
+         if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf) .and. forest%level_of(leaf) < finest) change(leaf) = 1
       end do
    contains
       !> Distance of the tip from a leaf [m].
@@ -255,7 +266,7 @@ contains
          integer, intent(in) :: leaf
          distance = maxval(abs(middle_of(forest, leaf) - tip)) - 0.5_dp*forest%size_of(leaf)
       end function distance_to
-   end subroutine even_out_tip
+   end subroutine mark_coarse_at_tip
 
    !> Whether a forest would need more particles than allowed; refinement then ends.
    logical function would_exceed(r, m, forest) result(exceeds)

@@ -157,7 +157,7 @@ module hampm_keys
       key_t('refine', 'tolerance', kind_real, 1, 1, may, '0.02', '', '', &
             '(0, 1)', 'of ''zz'': relative error in the energy norm that is aimed at'), &
       key_t('refine', 'rings', kind_integer, 1, 1, may, '4', '', '', &
-            '[1, 1000]', 'of ''tip'': cells within so many cells of the crack tip refine, level by level'), &
+            '[1, 1000]', 'of ''tip'': cells within so many cells of a crack tip refine, level by level'), &
       key_t('refine', 'max_level', kind_integer, 1, 1, may, '4', '2', '', &
             '[0, 20]', 'how often a root cell may be divided; its size is halved each time'), &
       key_t('refine', 'energy_floor', kind_real, 1, 1, may, '1e-3', '', '', &
