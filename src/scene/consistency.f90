@@ -36,8 +36,9 @@ contains
       call check_refine(scene, settings, has_bodies, mistakes)
       call check_constraints(scene, settings, has_grid, mistakes)
       call check_loads(scene, settings, has_grid, mistakes)
+      before = mistakes%count
       call check_crack(scene, settings, has_grid, mistakes)
-      call check_energy_release(scene, settings, has_bodies, mistakes)
+      call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency

@@ -22,7 +22,7 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       integer :: b, before
       b = settings%find('crack', 1)
-      if (.not. (settings%good(b, 'tip') .and. settings%good(b, 'direction'))) return
+      if (.not. (settings%good(b, 'kind') .and. settings%good(b, 'tip') .and. settings%good(b, 'direction'))) return
       before = mistakes%count
       if (count(abs(scene%crack%direction) > 0) /= 1) &
          call settings%complain(mistakes, b, 'direction', 'must be along a grid line: one component not 0, all others 0')
@@ -144,10 +144,10 @@ contains
    end function is_held
 
    !> What is asked about the energy release rate needs a crack, and a reference needs its scene.
-   pure subroutine check_energy_release(scene, settings, has_bodies, mistakes)
+   pure subroutine check_energy_release(scene, settings, has_places, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
+      logical, intent(in) :: has_places          !! whether grid, bodies and crack are without mistakes
       type(mistakes_t), intent(inout) :: mistakes
       integer :: e
       e = settings%find('energy_release', 1)
@@ -157,7 +157,7 @@ contains
                 scene%energy_release%domain_integral) &
                call settings%complain(mistakes, e, 'estimators', '''nodal_force'', ''stress_closure'' and ''domain_integral'' '// &
                                       'need a group &crack')
-         else if (scene%energy_release%domain_integral .and. has_bodies .and. settings%good(e, 'radii')) then
+         else if (scene%energy_release%domain_integral .and. has_places .and. settings%good(e, 'radii')) then
             call check_radii(scene, settings, e, mistakes)
          end if
       end if
@@ -179,15 +179,22 @@ contains
       real(dp) :: most, least
       integer :: c, i
       c = settings%find('crack', 1)
-      if (.not. all([settings%good(c, 'tip'), settings%good(c, 'direction'), settings%good(c, 'length')])) return
+      if (.not. all([settings%good(c, 'kind'), settings%good(c, 'tip'), settings%good(c, 'direction'), &
+                     settings%good(c, 'length')])) return
       if (body_at(scene, scene%crack%tip) == 0) return
       allocate (radii, source=domain_radii(scene))
       most = largest_radius(scene)
       least = least_cells*finest_cell(scene)
+      if (most < least - tolerance(scene%grid)) then
+         call settings%complain(mistakes, e, 'radii', 'there is no place for a radius: around the tip there are only material '// &
+                                'and this crack up to '//rounded(most)//' m, and two of the finest cells, '//to_text(least)// &
+                                ' m, are the least; use smaller cells or move the tip')
+         return
+      end if
       if (any(radii(2:) <= radii(:size(radii) - 1))) &
          call settings%complain(mistakes, e, 'radii', 'must increase from one to the next')
       if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
-         call settings%complain(mistakes, e, 'radii', 'must be in ['//to_text(least)//', '//to_text(most)//'] [m]: two of the '// &
+         call settings%complain(mistakes, e, 'radii', 'must be in ['//to_text(least)//', '//rounded(most)//'] [m]: two of the '// &
                                 'finest cells at least, and around the tip nothing within them but material and this crack')
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
@@ -200,6 +207,15 @@ contains
          end associate
       end do
    end subroutine check_radii
+
+   !> A length that is a difference of others, in text, without the rounding of these.
+   pure function rounded(length) result(text)
+      real(dp), intent(in) :: length             !! above 0 [m]
+      character(:), allocatable :: text
+      real(dp) :: unit
+      unit = 10.0_dp**(9 - floor(log10(max(length, tiny(length)))))
+      text = to_text(anint(length*unit)/unit)
+   end function rounded
 
    !> The double cantilever beam's reference needs a crack, one body, and a load that opens the crack.
    pure subroutine check_dcb(scene, settings, e, mistakes)

@@ -93,3 +93,13 @@ def changed(*replacements, scene=GOOD):
 def line_of(text, fragment):
     """Number of the first line that holds a fragment."""
     return text[: text.index(fragment)].count("\n") + 1
+
+
+# The good scene as a whole beam, with the crack inside it.
+LINE = changed(
+    ("upper = 0.1, 0.01\n  points", "upper = 0.1, 0.02\n  points"),
+    ("cells = 80, 9", "cells = 80, 17"),
+    ("&constraint\n  lower = 0.05, 0.0\n  upper = 0.1, 0.0\n  fix = 'y'\n/\n", ""),
+    ("kind = 'symmetry'\n  tip = 0.05, 0.0\n", "kind = 'line'\n  tip = 0.05, 0.01\n  length = 0.0\n  contact = 'none'\n"),
+    ("'stress_closure'\n  reference = 'dcb'", "'domain_integral'\n  radii = 4e-3, 6e-3, 8e-3"),
+)

@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from base_case import GOOD, REFINE, changed, line_of
+from base_case import GOOD, LINE, REFINE, changed, line_of
 
 BODY = "  lower = 0.0, 0.0\n  upper = 0.1, 0.01\n"
 TRACTION = "  kind = 'traction'\n  lower = 0.0, 0.0\n  upper = 0.0, 0.01\n"
@@ -60,8 +60,8 @@ VALUES = [
     ("'musl'", "7", "scheme", "scheme = 7: must be in quotes"),
     ("fix = 'y'", "fix = 'z'", "fix", "&constraint fix = 'z': must be 'x', 'y' or 'xy'"),
     ("plane = 'stress'", "plane = 'strian'", "plane", "did you mean 'strain'?"),
-    ("'nodal_force',", "'nodal_forces',", "estimators", "value 1 must be 'nodal_force', 'stress_closure' or"),
-    ("'nodal_force',", "4*'nodal_force',", "estimators", "may have at most 3 values"),
+    ("'nodal_force',", "'nodal_forces',", "estimators", "value 1 must be 'nodal_force', 'stress_closure', 'domain_integral' or"),
+    ("'nodal_force',", "5*'nodal_force',", "estimators", "may have at most 4 values"),
     ("title = 'beam'", "title = '" + "x" * 1100 + "'", "title", "must not be longer than 1024 characters"),
     ("title = 'beam'", "title = 'a\x07b'", "title", "title = 'a?b': must not contain control characters"),
     ("name = 'aluminium'", "name = '" + "x" * 70 + "'", "name", "must not be longer than 64 characters"),
@@ -185,6 +185,33 @@ REFINEMENT = [
 ]
 
 
+# The same in a scene whose crack is inside a body.
+RADII, TIP = "radii = 4e-3, 6e-3, 8e-3", "tip = 0.05, 0.01"
+WITHIN = "must be in [0.0025, 0.01] [m]: two of the finest cells at least, and around the tip nothing within them but material"
+CRACK_LINE = [
+    ("'line'", "'lines'", "kind = 'lines'", "kind = 'lines': must be 'symmetry' or 'line'; did you mean 'line'?"),
+    (TIP, "tip = 0.0501, 0.01", "tip", "must be a node of the grid: lower + i*cell with lower = (0.0, 0.0), cell = 0.00125"),
+    (TIP, "tip = 0.05, 0.0103", "tip", "must be a node of the grid: lower + i*cell with lower = (0.0, 0.0), cell = 0.00125"),
+    (TIP, "tip = 0.05, 0.02", "tip", "must be inside the material, at least a cell from its edges, for kind = 'line'"),
+    (TIP, "tip = 0.05, 0.0", "tip", "must be inside the material, at least a cell from its edges, for kind = 'line'"),
+    (TIP, "tip = 0.1, 0.01", "tip", "the nodes one cell behind and one cell ahead must be in the grid"),
+    (TIP, "tip = 0.09875, 0.01", "radii", "there is no place for a radius: around the tip there are only material and this crack up to "
+     "0.00125 m, and two of the finest cells, 0.0025 m, are the least; use smaller cells or move the tip"),
+    ("direction = 1.0, 0.0", "direction = 1.0, 1.0", "direction", "must be along a grid line: one component not 0, all others 0"),
+    ("length = 0.0", "length = -0.01", "length", "&crack length = -0.01: must be in [0, inf) [m]"),
+    ("length = 0.0", "length = 0.0101", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells at least"),
+    ("length = 0.0", "length = 1.25e-3", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells"),
+    ("length = 0.0", "length = 0.005", "radii", "radii = 4e-3, 6e-3, 8e-3: must be in [0.0025, 0.005] [m]"),
+    ("contact = 'none'", "contact = 'frictionles'", "contact", "must be 'none' or 'frictionless'; did you mean 'frictionless'?"),
+    (RADII, "radii = 4e-3, 12e-3", "radii", "radii = 4e-3, 12e-3: " + WITHIN),
+    (RADII, "radii = 2e-3, 8e-3", "radii", "radii = 2e-3, 8e-3: " + WITHIN),
+    (RADII, "radii = 8e-3, 6e-3", "radii", "radii = 8e-3, 6e-3: must increase from one to the next"),
+    (RADII, "radii = 6e-3, 6e-3", "radii", "radii = 6e-3, 6e-3: must increase from one to the next"),
+    (RADII, "radii = 0.0, 6e-3", "radii", "value 1 must be in (0, inf) [m]"),
+    (RADII, "radii = 11*6e-3", "radii", "may have at most 10 values"),
+]
+
+
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), VALUES + SYNTAX + CONSISTENCY)
 def test_one_mistake_is_refused_with_its_line(hampm, tmp_path, old, new, fragment, phrase):
     text = changed((old, new))
@@ -202,6 +229,39 @@ def test_one_mistake_of_refinement_is_refused_alone_with_its_line(hampm, tmp_pat
     result = hampm("case.nml")
     assert_refused(result, 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
     assert len(result.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("old", "new", "fragment", "phrase"), CRACK_LINE)
+def test_one_mistake_of_a_crack_inside_a_body_is_refused_alone_with_its_line(hampm, tmp_path, old, new, fragment, phrase):
+    text = changed((old, new), scene=LINE)
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_what_only_a_crack_inside_a_body_has(hampm, tmp_path):
+    new = "direction = 1.0, 0.0\n  length = 0.01\n  contact = 'frictionless'"
+    (tmp_path / "case.nml").write_text(changed(("direction = 1.0, 0.0", new)))
+    result = hampm("case.nml")
+    assert_refused(result, 2, "&crack length = 0.01: only a crack of kind = 'line' has a length",
+                   "&crack contact = 'frictionless': only a crack of kind = 'line' has two faces")
+    assert len(result.stderr.splitlines()) == 2
+
+
+def test_one_material_within_the_domain_integral(hampm, tmp_path):
+    steel = "&material name = 'steel' young = 210e9 density = 7800 /\n"
+    other = "&body material = 'steel' lower = 0.055, 0.0 upper = 0.1, 0.02 /\n"
+    text = changed(("upper = 0.1, 0.02\n", "upper = 0.055, 0.02\n"), scene=LINE) + steel + other
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line_of(text, RADII)}: &energy_release {RADII}: there must be one material "
+                   "within them; body 2 is of another one than the tip's")
+
+
+def test_a_radius_has_two_of_the_finest_cells(hampm, tmp_path):
+    refine = "&refine indicator = 'tip' max_level = 3 /\n"
+    (tmp_path / "case.nml").write_text(changed((RADII, "radii = 3e-4, 8e-3"), scene=LINE) + refine)
+    assert_refused(hampm("case.nml"), 2, "&energy_release radii = 3e-4, 8e-3: must be in [3.125e-4, 0.01] [m]")
 
 
 def test_a_single_mistake_gives_a_single_line(hampm, tmp_path):
@@ -257,7 +317,7 @@ def test_too_many_particles(hampm, tmp_path):
 def test_estimators_and_the_dcb_need_a_crack(hampm, tmp_path):
     start = GOOD.index("&crack")
     (tmp_path / "case.nml").write_text(GOOD[:start] + GOOD[GOOD.index("&energy_release") :])
-    assert_refused(hampm("case.nml"), 2, "'nodal_force' and 'stress_closure' need a group &crack", "'dcb' needs a group &crack")
+    assert_refused(hampm("case.nml"), 2, "'stress_closure' and 'domain_integral' need a group &crack", "'dcb' needs a group &crack")
 
 
 def test_refinement_by_the_distance_to_the_tip_needs_a_crack(hampm, tmp_path):
