@@ -89,7 +89,7 @@ contains
             call add_g(g)
          end if
          if (chosen%domain_integral) call measure_domain(scene, motion, crack, state, recorded, row, g)
-         if (chosen%domain_integral .and. .not. allocated(first_g)) first_g = sum(g)
+         if (chosen%domain_integral .and. .not. allocated(first_g)) first_g = of_both_modes(g)
          call add_all(crack_opening(crack, crack%behind, grid, p))
          call add_all(crack_opening(crack, crack%mouth, grid, p))
          call row%add(crack%step)
@@ -103,7 +103,7 @@ contains
       subroutine add_g(value)
          real(dp), intent(in) :: value(modes)
          call add_all(value)
-         if (.not. allocated(first_g)) first_g = sum(value)
+         if (.not. allocated(first_g)) first_g = of_both_modes(value)
       end subroutine add_g
 
       !> Append the value of each mode that is recorded.
@@ -115,6 +115,12 @@ contains
          end do
       end subroutine add_all
    end subroutine measure_crack
+
+   !> The energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
+   pure real(dp) function of_both_modes(g)
+      real(dp), intent(in) :: g(modes)
+      of_both_modes = g(1) + abs(g(2))
+   end function of_both_modes
 
    !> Append what the domain integrals give: means over the domains, and J of each.
    subroutine measure_domain(scene, motion, crack, state, recorded, row, g)

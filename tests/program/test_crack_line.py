@@ -1,5 +1,7 @@
 """A crack inside a body has no handedness: turned, mirrored, or halved by its plane of symmetry, a scene gives the same numbers."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -120,3 +122,14 @@ def test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives(columns_of
     assert_equal(half, whole, [name for name in half if name not in left_out], {name: 2 for name in doubled})
     for mode_ii, mode_i in [("K_II", "K_I"), ("G_nodal_force_II", "G_nodal_force_I"), ("G_domain_II", "J")]:
         assert np.max(np.abs(whole[mode_ii])) < 1e-10 * np.max(np.abs(whole[mode_i]))
+
+
+def test_the_progress_line_tells_g_of_both_modes_whatever_way_the_faces_slide(hampm, tmp_path):
+    (tmp_path / "beam.nml").write_text(split_beam("none"))
+    reference = "--set", "energy_release.reference='value'", "--set", "energy_release.reference_value=1e-6"
+    result = hampm("beam.nml", *reference)
+    columns = History(tmp_path / "beam.h5").columns
+    g_i, g_ii = columns["G_nodal_force_I"][-1], columns["G_nodal_force_II"][-1]
+    assert abs(g_ii) > 1e-8
+    shown = float(re.findall(r"G/Gref +(-?\d+\.\d+)", result.stdout)[-1])
+    assert shown == pytest.approx((g_i + abs(g_ii)) / 1e-6, abs=1e-4)
