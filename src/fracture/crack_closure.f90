@@ -11,7 +11,7 @@ module hampm_crack_closure
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force, patch_mass
+   use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
    implicit none
    private
    public :: crack_opening, stress_closure, nodal_force_closure
@@ -31,7 +31,7 @@ contains
       u = 0
       do k = 1, 2
          if (face(k) == 0) cycle
-         call patch_around(grid, p, face(k), patch)
+         call patch_of_face(grid, p, face(k), patch)
          u(:, k) = fitted_displacement(patch, p)
       end do
       opening = parted(crack, u)

@@ -7,7 +7,7 @@ module hampm_patch
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: patch_t, patch_around, fitted_displacement, internal_force, patch_mass
+   public :: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
 
    !> The particles in the cells around a node, each with its shape functions.
    type :: patch_t
@@ -28,34 +28,110 @@ contains
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp), intent(in), optional :: toward(ndim)
-      real(dp) :: xi(ndim), dn(corners, ndim)
       integer :: k, i, c, e, local(corners), room
       logical :: wanted(corners)
       wanted = grid%node_slot(:, node) > 0
       if (present(toward)) wanted = wanted .and. [(is_toward(grid%node_slot(c, node), toward), c=1, corners)]
       associate (slots => pack(grid%node_slot(:, node), wanted))
          room = sum([(p%cell_start(element_of_slot(slots(k)) + 1) - p%cell_start(element_of_slot(slots(k))), k=1, size(slots))])
-         allocate (patch%particle(room), patch%gradient(ndim, room))
-         allocate (patch%shape(most_neighbours, room), source=0.0_dp)
-         patch%n_nodes = 1
-         patch%node(1) = node
+         call new_patch(node, room, patch)
          do k = 1, size(slots)
             e = element_of_slot(slots(k))
             if (p%cell_start(e + 1) == p%cell_start(e)) cycle
-            do c = 1, corners
-               call local_number(patch, grid%element_nodes(c, e), local(c))
-            end do
+            call number_nodes(grid, e, patch, local)
             do i = p%cell_start(e), p%cell_start(e + 1) - 1
-               xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-               dn = shape_gradients(xi, 1/grid%element_size(e))
-               patch%n = patch%n + 1
-               patch%particle(patch%n) = i
-               patch%shape(local, patch%n) = shape_functions(xi)
-               patch%gradient(:, patch%n) = dn(corner_of_slot(slots(k)), :)
+               call add_particle(grid, e, corner_of_slot(slots(k)), local, i, p%place_in_grid(i), patch)
             end do
          end do
       end associate
    end subroutine patch_around
+
+   !> The patch by which the displacement of a node of the crack's faces is found: that around it or, where its material has moved
+   !> by more than a small part of a cell, the particles that were in the cells around it at the beginning.
+   pure subroutine patch_of_face(grid, p, node, patch)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: node
+      type(patch_t), intent(out) :: patch
+      real(dp), parameter :: small = 0.1_dp      !! part of a cell
+      real(dp) :: cell
+      call patch_around(grid, p, node, patch)
+      if (p%total_frame) return
+      cell = grid%smallest_leaf_at(node)
+      if (patch%n > 0) then
+         if (all(abs(p%displacement(:, patch%particle(:patch%n))) < small*cell)) return
+      end if
+      call patch_of_material(grid, p, node, patch)
+   end subroutine patch_of_face
+
+   !> Collect the particles whose reference positions are in the cells around a node, with the shape functions there.
+   pure subroutine patch_of_material(grid, p, node, patch)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: node
+      type(patch_t), intent(out) :: patch
+      integer :: k, i, e, local(corners), room
+      associate (slots => pack(grid%node_slot(:, node), grid%node_slot(:, node) > 0))
+         room = 0
+         do k = 1, size(slots)
+            room = room + count([(began_in(element_of_slot(slots(k)), i), i=1, p%n)])
+         end do
+         call new_patch(node, room, patch)
+         do k = 1, size(slots)
+            e = element_of_slot(slots(k))
+            if (.not. any([(began_in(e, i), i=1, p%n)])) cycle
+            call number_nodes(grid, e, patch, local)
+            do i = 1, p%n
+               if (began_in(e, i)) call add_particle(grid, e, corner_of_slot(slots(k)), local, i, p%reference(:, i), patch)
+            end do
+         end do
+      end associate
+   contains
+      !> Whether a particle's reference position is in an element.
+      pure logical function began_in(e, i)
+         integer, intent(in) :: e, i
+         began_in = all(abs(grid%local_coordinate(e, p%reference(:, i)) - 0.5_dp) < 0.5_dp)
+      end function began_in
+   end subroutine patch_of_material
+
+   !> A patch around a node, with room for particles.
+   pure subroutine new_patch(node, room, patch)
+      integer, intent(in) :: node, room
+      type(patch_t), intent(out) :: patch
+      allocate (patch%particle(room), patch%gradient(ndim, room))
+      allocate (patch%shape(most_neighbours, room), source=0.0_dp)
+      patch%n_nodes = 1
+      patch%node(1) = node
+   end subroutine new_patch
+
+   !> Numbers of the nodes of an element within the patch.
+   pure subroutine number_nodes(grid, e, patch, local)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: e
+      type(patch_t), intent(inout) :: patch
+      integer, intent(out) :: local(corners)
+      integer :: c
+      do c = 1, corners
+         call local_number(patch, grid%element_nodes(c, e), local(c))
+      end do
+   end subroutine number_nodes
+
+   !> Add a particle at a place in an element, one corner of which is the middle node.
+   pure subroutine add_particle(grid, e, corner, local, i, place, patch)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: e, corner
+      integer, intent(in) :: local(corners)      !! numbers of the corners within the patch
+      integer, intent(in) :: i                   !! the particle
+      real(dp), intent(in) :: place(ndim)        !! [m]
+      type(patch_t), intent(inout) :: patch
+      real(dp) :: xi(ndim), dn(corners, ndim)
+      xi = inside_cell(grid%local_coordinate(e, place))
+      dn = shape_gradients(xi, 1/grid%element_size(e))
+      patch%n = patch%n + 1
+      patch%particle(patch%n) = i
+      patch%shape(local, patch%n) = shape_functions(xi)
+      patch%gradient(:, patch%n) = dn(corner, :)
+   end subroutine add_particle
 
    !> Number of a node within the patch; a new node gets the next number.
    pure subroutine local_number(patch, node, number)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from history import History
+from snapshots import field, points, read_steps
 
 TIP = {"uniform": "none", "refined": "tip"}
 EVERY_ESTIMATOR = "'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance'"
@@ -133,3 +134,40 @@ def test_the_progress_line_tells_g_of_both_modes_whatever_way_the_faces_slide(ha
     assert abs(g_ii) > 1e-8
     shown = float(re.findall(r"G/Gref +(-?\d+\.\d+)", result.stdout)[-1])
     assert shown == pytest.approx((g_i + abs(g_ii)) / 1e-6, abs=1e-4)
+
+
+OPENED = """\
+&run thickness = 0.01 end_time = 2e-4 /
+&grid lower = -5e-3, -15e-3 cell = 2.5e-3 cells = 22, 20 /
+&material name = 'aluminium' law = 'neo_hookean' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'aluminium' lower = 0.0, 0.0 upper = 0.05, 0.02 /
+&constraint lower = 0.05, 0.0 upper = 0.05, 0.02 fix = 'xy' /
+&load kind = 'traction' lower = 0.0, 0.01 upper = 0.0, 0.02 force = 0.0, {force} history = 'ramp' rise_time = 1e-4 /
+&load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 0.0, -{force} history = 'ramp' rise_time = 1e-4 /
+&damping rate = 6e4 /
+&method courant = 0.5 /
+&crack kind = 'line' tip = 0.025, 0.01 /
+&energy_release estimators = 'nodal_force' /
+&output file = 'beam.h5' history_interval = 1e-5 snapshot_interval = 2e-4 /
+"""
+
+
+def test_faces_that_part_by_more_than_a_cell_keep_their_opening(hampm, tmp_path):
+    """In the updated frame nothing is left at the nodes of the mouth; the particles that began there tell how far it is open."""
+    (tmp_path / "beam.nml").write_text(OPENED.format(force=1.5e4))
+    result = hampm("beam.nml", "--quiet")
+    assert result.returncode == 0, result.stderr
+    mouth = History(tmp_path / "beam.h5").columns["mouth_opening"][-1]
+    data = read_steps(tmp_path / "beam.h5")[1][-1][0]
+    displacement = field(data.GetPointData(), "displacement")
+    start = points(data) - displacement
+    pair = [displacement[np.argmin(np.abs(start - (0.0, y, 0.0)).sum(axis=1)), 1] for y in (0.0106, 0.0094)]
+    assert mouth > 2.5e-3
+    assert mouth == pytest.approx(pair[0] - pair[1], rel=0.05)
+
+
+def test_faces_pressed_on_each_other_end_the_run(hampm, tmp_path):
+    (tmp_path / "beam.nml").write_text(OPENED.format(force=-1.5e4).replace("--", ""))
+    result = hampm("beam.nml", "--quiet")
+    assert result.returncode == 3
+    assert "has crossed the line of the crack, and would stick to the other face" in result.stderr
