@@ -1,7 +1,8 @@
-"""The history of a run, G(t) and the rest, as its result file holds it, and the two analyses the scripts share.
+"""The history of a run, G(t) and the rest, as its result file holds it, and the analyses the scripts share.
 
-`History` reads `/history` of a result file; `lowpass` removes what is above a frequency without moving the rest in
-time; `first_frequency` finds the first natural frequency of an oscillation of which only a few periods are known.
+`History` reads `/history` of a result file, `read_curve` a reference curve over time; `lowpass` removes what is above a
+frequency without moving the rest in time; `moving_mean` averages over a window; `first_frequency` finds the first natural
+frequency of an oscillation of which only a few periods are known.
 """
 
 import sys
@@ -133,6 +134,30 @@ def _scalar(value):
     value = value.item() if isinstance(value, np.generic) else value
     value = value.decode() if isinstance(value, bytes) else value
     return value.rstrip("\0 ") if isinstance(value, str) else value
+
+
+def read_curve(path, column=1):
+    """Times [s] and values: the first and another column of a CSV file with # comments, perhaps with names above them."""
+    try:
+        with open(path) as file:
+            return np.loadtxt((line for line in file if not line[0].isalpha()), delimiter=",", usecols=(0, column),
+                              unpack=True, ndmin=2)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror or error})", UNREADABLE) from error
+    except ValueError as error:
+        raise ResultError(f"{path}: not rows of time and values ({error})", UNREADABLE) from error
+
+
+def moving_mean(t, y, width):
+    """Mean of y(t), linear between the samples, over a window of this width around each t; near the ends over what there is
+    of the window."""
+    t, y = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
+    ends = np.clip([t - width / 2, t + width / 2], t[0], t[-1])
+    knots = np.unique(np.concatenate([t, *ends]))
+    values = np.interp(knots, t, y)
+    total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(knots))])
+    first, last = np.interp(ends, knots, total)
+    return (last - first) / (ends[1] - ends[0])
 
 
 def lowpass(t, y, cutoff, order=4):

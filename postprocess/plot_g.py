@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-from history import UNREADABLE, History, ResultError, lowpass, run  # noqa: E402
+from history import UNREADABLE, History, ResultError, lowpass, read_curve, run  # noqa: E402
 
 TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs")}
 # Okabe and Ito's palette, told apart with any colour vision; the dashes keep it legible in grey.
@@ -78,7 +78,7 @@ def draw(histories, options):
         axes.plot(t * scale, lowpass(t, g, options.lowpass) if options.lowpass else g, **style)
 
     if options.reference:
-        curve(*read_reference(options.reference), color="0.15", linewidth=0.9,
+        curve(*read_curve(options.reference), color="0.15", linewidth=0.9,
               label=f"reference: {Path(options.reference).stem}")
     styles = cycle(zip(COLOURS, DASHES))
     for history, name in zip(histories, names(histories)):
@@ -130,16 +130,6 @@ def names(histories):
 def words(estimator):
     """G_nodal_force_I -> nodal force I."""
     return estimator.removeprefix("G_").replace("_", " ")
-
-
-def read_reference(path):
-    """Times [s] and G/G_ref, the first two columns of a CSV file with # comments."""
-    try:
-        return np.loadtxt(path, delimiter=",", usecols=(0, 1), unpack=True, ndmin=2)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read ({error.strerror or error})", UNREADABLE) from error
-    except ValueError as error:
-        raise ResultError(f"{path}: not rows of time, G/G_ref ({error})", UNREADABLE) from error
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""Reading a history, the low-pass filter and the first natural frequency."""
+"""Reading a history and a curve, the low-pass filter, the moving mean and the first natural frequency."""
 
 import h5py
 import numpy as np
 import pytest
 
-from history import History, ResultError, fit_modes, first_frequency, lowpass
+from history import History, ResultError, fit_modes, first_frequency, lowpass, moving_mean, read_curve
 from synthetic import BEAM, G_REF, dcb, write_result
 
 TIMES = np.linspace(0, 1.2e-3, 1201)
@@ -77,6 +77,30 @@ def test_lowpass_on_unequal_steps():
 def test_lowpass_has_half_the_amplitude_at_the_cutoff():
     filtered = lowpass(TIMES, tone(30e3), 30e3)
     assert interior(filtered, 30e3) == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3])
+def test_moving_mean_of_a_line_is_the_line_up_to_half_a_window_from_the_ends(shift):
+    t = np.arange(11) + shift * np.sin(np.arange(11))
+    inside = (t > t[0] + 1.1) & (t < t[-1] - 1.1)
+    np.testing.assert_allclose(moving_mean(t, 3 - 2 * t, 2.2)[inside], (3 - 2 * t)[inside], rtol=1e-13)
+
+
+def test_moving_mean_integrates_straight_lines_between_samples():
+    mean = moving_mean([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], 1.0)
+    np.testing.assert_allclose(mean, [0.25, 0.75, 0.25])  # at the ends over half of the window
+
+
+def test_moving_mean_of_a_wave_of_the_width_of_the_window_is_nothing():
+    t = np.linspace(0, 1, 1001)
+    assert np.max(np.abs(moving_mean(t, np.cos(20 * np.pi * t), 0.1)[50:-50])) < 1e-12
+
+
+def test_a_curve_may_have_comments_and_names_above_it(tmp_path):
+    path = tmp_path / "curve.csv"
+    path.write_text("# made by hand\nt_s,K,K_mean\n0,1,2\n1e-6,3,4\n")
+    np.testing.assert_array_equal(read_curve(path), [[0, 1e-6], [1, 3]])
+    np.testing.assert_array_equal(read_curve(path, 2), [[0, 1e-6], [2, 4]])
 
 
 def test_first_frequency_below_higher_modes():

@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from history import History, first_frequency, lowpass
+from history import History, first_frequency, lowpass, moving_mean, read_curve
 from paths import REFERENCE
 from snapshots import field, points, read_steps
 
@@ -45,13 +45,15 @@ class Run:
     """One run of a case and what its expressions may use."""
 
     def __init__(self, run_hampm, folder, case, name, expected):
+        self.folder = case
         overrides = [word for item in expected.get("runs", {}).get(name, []) for word in ("--set", item)]
         self.process = run_hampm(case / "case.nml", "--quiet", "--threads", 1, "--set", "output.file=result.h5",
                                  *overrides, cwd=folder)
         self.path = folder / "result.h5"
         self.history = History(self.path)
-        self.names = {"np": np, "rms": rms, "lowpass": lowpass, "first_frequency": first_frequency,
-                      "reference": self.reference, "energy_error": self.energy_error, "snapshot": self.snapshot, "run": name,
+        self.names = {"np": np, "rms": rms, "lowpass": lowpass, "moving_mean": moving_mean,
+                      "first_frequency": first_frequency, "reference": self.reference, "energy_error": self.energy_error,
+                      "snapshot": self.snapshot, "run": name,
                       **self.history.attributes, **self.history.columns}
         for key, value in expected.get("let", {}).items():
             self.names[key] = self.value(value)
@@ -61,9 +63,9 @@ class Run:
         return eval(expression, dict(self.names)) if isinstance(expression, str) else expression
 
     def reference(self, file, column):
-        """A column of a file of reference values over time, at the times of the history."""
-        table = np.loadtxt(REFERENCE / file, delimiter=",")
-        return np.interp(self.history.times, table[:, 0], table[:, column])
+        """A column of a file of reference values over time, of the case or of all, at the times of the history."""
+        path = self.folder / file if (self.folder / file).exists() else REFERENCE / file
+        return np.interp(self.history.times, *read_curve(path, column))
 
     def energy_error(self):
         """Largest error of the energy balance of all samples over the largest energy that was brought in."""
