@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Picture of the dynamic energy release rate G(t)/G_ref of one or more hampm results."""
+"""Picture of the dynamic energy release rate G(t)/G_ref, or of other columns over time, of one or more hampm results."""
 
 import argparse
 from collections import Counter
@@ -44,16 +44,27 @@ def parse(arguments):
     parser.add_argument("--estimator", action="append", metavar="NAME",
                         help="column of G to draw, such as G_nodal_force_I or nodal_force_I, * and ? allowed; "
                              "may be repeated (default: every G_* column)")
+    parser.add_argument("--column", action="append", metavar="NAME",
+                        help="draw columns such as K_I instead, in their own unit, * and ? allowed; may be repeated")
+    parser.add_argument("--scale", type=positive, metavar="VALUE",
+                        help="with --column: what the columns and the reference curve are divided by (default: 1)")
+    parser.add_argument("--label", metavar="TEXT", help="with --column: of the vertical axis (default: what they are)")
     parser.add_argument("--converged", type=float, metavar="VALUE",
                         help="converged static G/G_ref, drawn as a horizontal line")
-    parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of time [s], G/G_ref")
+    parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of time [s], G/G_ref; with --column not divided yet")
+    parser.add_argument("--reference-name", metavar="TEXT", help="of that curve in the legend (default: of its file)")
     parser.add_argument("--lowpass", type=positive, metavar="HZ",
                         help="remove what is above this frequency from every curve, without delay")
     parser.add_argument("--time-unit", choices=TIME_UNITS, default="ms", help="unit of the time axis (default: ms)")
     parser.add_argument("--output", type=picture, metavar="FILE",
                         help="picture to write, .png, .pdf or .svg (default: <first file>_G.png beside it)")
     parser.add_argument("--title", help="title of the picture")
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if options.column and (options.estimator or options.converged is not None):
+        parser.error("--column draws other columns than --estimator and --converged are about")
+    if not options.column and (options.scale or options.label):
+        parser.error("--scale and --label need --column")
+    return options
 
 
 def positive(text):
@@ -78,27 +89,29 @@ def draw(histories, options):
         axes.plot(t * scale, lowpass(t, g, options.lowpass) if options.lowpass else g, **style)
 
     if options.reference:
-        curve(*read_curve(options.reference), color="0.15", linewidth=0.9,
-              label=f"reference: {Path(options.reference).stem}")
+        t, value = read_curve(options.reference)
+        curve(t, value / (options.scale or 1), color="0.15", linewidth=0.9,
+              label=options.reference_name or f"reference: {Path(options.reference).stem}")
     styles = cycle(zip(COLOURS, DASHES))
     for history, name in zip(histories, names(histories)):
-        for estimator in estimators(history, options.estimator):
+        for column in columns(history, options):
             colour, dash = next(styles)
-            curve(history.times, history.g_ratio(estimator), color=colour, linestyle=dash,
-                  label=f"{name}: {words(estimator)}")
-    draw_static_values(axes, histories, options.converged)
+            value = history.columns[column] / (options.scale or 1) if options.column else history.g_ratio(column)
+            curve(history.times, value, color=colour, linestyle=dash, label=f"{name}: {words(column)}")
+    if not options.column:
+        draw_static_values(axes, histories, options.converged)
 
     axes.set_xlim(0, max(history.times[-1] for history in histories) * scale or None)
     axes.set_xlabel(f"time $t$ [{unit}]")
-    axes.set_ylabel(r"energy release rate $G/G_\mathrm{ref}$ [–]")
+    axes.set_ylabel(vertical_label(histories[0], options))
     filtered = f"below {options.lowpass / 1e3:g} kHz" if options.lowpass else None
     title = ", ".join(filter(None, [options.title, filtered]))
     if title:
         figure.suptitle(title)
     labels = axes.get_legend_handles_labels()[1]
-    columns = 2 if max(map(len, labels)) < 42 else 1
-    figure.set_figheight(3.7 + 0.2 * -(-len(labels) // columns))
-    figure.legend(loc="outside lower center", ncols=columns, frameon=False, handlelength=3.2)
+    across = 2 if max(map(len, labels)) < 42 else 1
+    figure.set_figheight(3.7 + 0.2 * -(-len(labels) // across))
+    figure.legend(loc="outside lower center", ncols=across, frameon=False, handlelength=3.2)
     return figure
 
 
@@ -112,12 +125,23 @@ def draw_static_values(axes, histories, converged):
                      label=f"beam on elastic foundation: {ratio:.4g}")
 
 
-def estimators(history, patterns):
-    """Columns of G to draw; a pattern may leave out the leading G_."""
+def columns(history, options):
+    """Columns to draw; the pattern of an estimator may leave out the leading G_."""
     if history.times.size == 0:
         raise ResultError(f"{history.path}: /history holds no samples yet", UNREADABLE)
+    if options.column:
+        return history.select(options.column)
     history.g_ref()
-    return history.select([pattern if pattern.startswith("G_") else f"G_{pattern}" for pattern in patterns or ["G_*"]])
+    return history.select([pattern if pattern.startswith("G_") else f"G_{pattern}" for pattern in options.estimator or ["G_*"]])
+
+
+def vertical_label(history, options):
+    """What the curves are."""
+    if not options.column:
+        return r"energy release rate $G/G_\mathrm{ref}$ [–]"
+    first = columns(history, options)[0]
+    scale = f"{options.scale:g} " if options.scale else ""
+    return options.label or f"{history.long_names[first]} [{scale}{history.units[first]}]"
 
 
 def names(histories):

@@ -1,4 +1,4 @@
-"""Pictures of G(t)/G_ref: written, non-trivial, in every format; mistakes named."""
+"""Pictures of G(t)/G_ref and of other columns: written, non-trivial, in every format; mistakes named."""
 
 import h5py
 import matplotlib.colors
@@ -58,6 +58,25 @@ def test_curves_are_g_over_g_ref_in_the_unit_of_time(dcb_file):
     np.testing.assert_allclose(g, dcb()["G_nodal_force_I"] / G_REF)
 
 
+def test_another_column_and_its_reference_are_over_the_scale(dcb_file, tmp_path):
+    curve = tmp_path / "curve.csv"
+    curve.write_text("# made by hand\nt_s,opening\n0,0\n1e-3,4e-8\n")
+    options = plot_g.parse([str(dcb_file), "--column", "crack_*", "--scale", "2e-8", "--reference", str(curve),
+                            "--reference-name", "by hand", "--time-unit", "us"])
+    axes = plot_g.draw([History(dcb_file)], options).axes[0]
+    reference, opening = axes.lines
+    np.testing.assert_allclose(reference.get_data(), [[0, 1000], [0, 2]])
+    np.testing.assert_allclose(opening.get_ydata(), dcb()["crack_opening"] / 2e-8)
+    assert [line.get_label() for line in axes.lines] == ["by hand", "dcb: crack opening"]
+    assert axes.get_ylabel() == "crack opening [2e-08 m]"
+
+
+def test_other_columns_need_no_reference_value(script, tmp_path):
+    path = write_result(tmp_path / "bar.h5", g_ref=None)
+    result = script("plot_g.py", path, "--column", "crack_opening", "--label", "opening / m", "--output", tmp_path / "a.svg")
+    assert result.returncode == 0 and "opening / m" in (tmp_path / "a.svg").read_text()
+
+
 def test_six_curves_have_six_colours(tmp_path):
     files = [str(write_result(tmp_path / f"{name}.h5")) for name in "abc"]
     axes = plot_g.draw([History(file) for file in files], plot_g.parse(files)).axes[0]
@@ -92,6 +111,8 @@ def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
 @pytest.mark.parametrize("arguments, code, words", [
     (["--estimator", "nodal"], 2, "it has G_nodal_force_I"), (["--lowpass", "-1"], 2, "not a positive number"),
     (["--output", "g.doc"], 2, "does not end in .png"), (["--output", "/nowhere/at/all.png"], 4, "cannot be written"),
+    (["--column", "K_I"], 2, "no column 'K_I'"), (["--scale", "2"], 2, "need --column"),
+    (["--column", "G_*", "--converged", "1.3"], 2, "--column draws other columns"),
     (["--reference", "/nowhere.csv"], 4, "/nowhere.csv"), (["--reference", __file__], 4, "not rows of time")])
 def test_requests_that_cannot_be_met(script, dcb_file, arguments, code, words):
     result = script("plot_g.py", dcb_file, *arguments)
