@@ -21,7 +21,7 @@ DASHES = ["-", (0, (6, 1.5)), (0, (3, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 
 STYLE = {
     "font.size": 10, "axes.titlesize": 11, "legend.fontsize": 9, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6, "axes.axisbelow": True, "lines.linewidth": 1.4,
-    "savefig.dpi": 200, "svg.fonttype": "none", "pdf.fonttype": 42,
+    "svg.fonttype": "none", "pdf.fonttype": 42,
 }
 
 
@@ -32,7 +32,7 @@ def main(arguments=None):
     with plt.rc_context(STYLE):
         figure = draw(histories, options)
         try:
-            figure.savefig(output)
+            figure.savefig(output, dpi=options.dpi)
         except OSError as error:
             raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
     print(output)
@@ -58,6 +58,7 @@ def parse(arguments):
     parser.add_argument("--time-unit", choices=TIME_UNITS, default="ms", help="unit of the time axis (default: ms)")
     parser.add_argument("--output", type=picture, metavar="FILE",
                         help="picture to write, .png, .pdf or .svg (default: <first file>_G.png beside it)")
+    parser.add_argument("--dpi", type=positive, default=200, help="points per inch of a .png (default: 200)")
     parser.add_argument("--title", help="title of the picture")
     options = parser.parse_args(arguments)
     if options.column and (options.estimator or options.converged is not None):
@@ -90,7 +91,7 @@ def draw(histories, options):
 
     if options.reference:
         t, value = read_curve(options.reference)
-        curve(t, value / (options.scale or 1), color="0.15", linewidth=0.9,
+        curve(t, value / (options.scale or 1), color="0.15", linewidth=0.9, zorder=3,
               label=options.reference_name or f"reference: {Path(options.reference).stem}")
     styles = cycle(zip(COLOURS, DASHES))
     for history, name in zip(histories, names(histories)):

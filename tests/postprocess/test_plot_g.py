@@ -27,6 +27,11 @@ def share(pixels, colour):
     return np.mean(np.all(np.abs(pixels - matplotlib.colors.to_rgb(colour)) < 0.02, axis=2))
 
 
+def test_a_picture_may_have_fewer_points(script, dcb_file):
+    assert script("plot_g.py", dcb_file, "--dpi", 50).returncode == 0
+    assert matplotlib.image.imread(dcb_file.with_name("dcb_G.png")).shape[1] == 315
+
+
 @pytest.mark.parametrize("suffix, start", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
 def test_format_follows_the_suffix(script, dcb_file, suffix, start):
     picture = dcb_file.with_name(f"g.{suffix}")
@@ -111,7 +116,7 @@ def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
 @pytest.mark.parametrize("arguments, code, words", [
     (["--estimator", "nodal"], 2, "it has G_nodal_force_I"), (["--lowpass", "-1"], 2, "not a positive number"),
     (["--output", "g.doc"], 2, "does not end in .png"), (["--output", "/nowhere/at/all.png"], 4, "cannot be written"),
-    (["--column", "K_I"], 2, "no column 'K_I'"), (["--scale", "2"], 2, "need --column"),
+    (["--dpi", "0"], 2, "not a positive number"), (["--column", "K_I"], 2, "no column 'K_I'"), (["--scale", "2"], 2, "need --column"),
     (["--column", "G_*", "--converged", "1.3"], 2, "--column draws other columns"),
     (["--reference", "/nowhere.csv"], 4, "/nowhere.csv"), (["--reference", __file__], 4, "not rows of time")])
 def test_requests_that_cannot_be_met(script, dcb_file, arguments, code, words):
