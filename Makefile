@@ -41,7 +41,7 @@ run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_re
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
 
-# K_I(t) of an input file, also on cells of 0.2 mm refined once at the tip: its name, cells, scale of K_I, axis, what the reference is
+# K_I(t) of an input file, and on cells of 0.2 mm refined at the tip: its name, these cells, scale of K_I, axis, what the reference is
 comma := ,
 refined_once := --set refine.indicator=tip --set refine.rings=12 --set refine.max_level=1 --set grid.cell=0.2e-3
 draw_k = $(O)/hampm input/$(1).nml --output results/figures && \
