@@ -3,7 +3,6 @@
 
 import argparse
 from collections import Counter
-from itertools import cycle
 from pathlib import Path
 
 import matplotlib
@@ -93,12 +92,11 @@ def draw(histories, options):
         t, value = read_curve(options.reference)
         curve(t, value / (options.scale or 1), color="0.15", linewidth=0.9, zorder=3,
               label=options.reference_name or f"reference: {Path(options.reference).stem}")
-    styles = cycle(zip(COLOURS, DASHES))
-    for history, name in zip(histories, names(histories)):
-        for column in columns(history, options):
-            colour, dash = next(styles)
-            value = history.columns[column] / (options.scale or 1) if options.column else history.g_ratio(column)
-            curve(history.times, value, color=colour, linestyle=dash, label=f"{name}: {words(column)}")
+    shown = [(history, name, column) for history, name in zip(histories, names(histories))
+             for column in columns(history, options)]
+    for (history, name, column), (colour, dash) in zip(shown, styles(shown)):
+        value = history.columns[column] / (options.scale or 1) if options.column else history.g_ratio(column)
+        curve(history.times, value, color=colour, linestyle=dash, label=f"{name}: {words(column)}")
     if not options.column:
         draw_static_values(axes, histories, options.converged)
 
@@ -143,6 +141,15 @@ def vertical_label(history, options):
     first = columns(history, options)[0]
     scale = f"{options.scale:g} " if options.scale else ""
     return options.label or f"{history.long_names[first]} [{scale}{history.units[first]}]"
+
+
+def styles(shown):
+    """Colour and dash of each curve: its own of both as long as they last, then a colour for each file, a dash for each column."""
+    if len(shown) <= len(COLOURS):
+        return list(zip(COLOURS, DASHES))
+    files = list(dict.fromkeys(name for _, name, _ in shown))
+    kinds = list(dict.fromkeys(column for _, _, column in shown))
+    return [(COLOURS[files.index(name) % len(COLOURS)], DASHES[kinds.index(column) % len(DASHES)]) for _, name, column in shown]
 
 
 def names(histories):
