@@ -41,26 +41,9 @@ run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_re
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
 
-# K_I(t) of an input file, and on cells of 0.2 mm refined at the tip: its name, these cells, scale of K_I, axis, what the reference is
-comma := ,
-refined_once := --set refine.indicator=tip --set refine.rings=12 --set refine.max_level=1 --set grid.cell=0.2e-3
-draw_k = $(O)/hampm input/$(1).nml --output results/figures && \
-   $(O)/hampm input/$(1).nml --output results/figures $(refined_once) --set grid.cells=$(2) --set output.file=$(1)_refined.h5 && \
-   $(PYTHON) postprocess/plot_g.py results/figures/$(1).h5 results/figures/$(1)_refined.h5 --column K_I --scale $(3) --label '$(4)' \
-   --reference tests/regression/$(1)/reference.csv --reference-name '$(5)' --time-unit us --dpi 150 --output results/figures/$(1)_K.png
-
-figures: setup  ## draw the mesh around the tip for three R_crit, animate a run, and draw K_I(t) of the verification cases
+figures: setup  ## draw the pictures of the docs: meshes, the paper's Fig. 10, and the verification cases
 	@$(MAKE) --no-print-directory program
-	$(O)/hampm input/dcb_mesh.nml --output results/figures --set refine.r_crit=0.24 --set output.file=mesh_r024.h5
-	$(O)/hampm input/dcb_mesh.nml --output results/figures --set refine.r_crit=0.12 --set refine.max_level=1 \
-	   --set output.file=mesh_r012.h5
-	$(O)/hampm input/dcb_mesh.nml --output results/figures --set output.file=mesh_r003.h5
-	for r in 024 012 003; do \
-	   $(PYTHON) postprocess/plot_mesh.py results/figures/mesh_r$$r.h5 -o results/figures/mesh_r$$r.png || exit; done
-	$(PYTHON) postprocess/plot_mesh.py $(patsubst %,results/figures/mesh_r%.h5,024 012 003) -o results/figures/mesh.png
-	$(PYTHON) postprocess/animate.py results/figures/mesh_r003.h5 --window 12
-	$(call draw_k,chen,51$(comma)101,86832,$$K_I / \sigma_0 \sqrt{\pi a}$$,finite elements)
-	$(call draw_k,freund,100$(comma)51,128958,$$K_I(t) / K_I(2.6\,H/c_d)$$,closed form)
+	tools/figures.sh $(O)/hampm $(PYTHON)
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit

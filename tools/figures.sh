@@ -1,0 +1,101 @@
+#!/bin/sh
+# Draw the pictures of the docs in results/figures: all, or those named.
+#
+#     tools/figures.sh PROGRAM PYTHON [mesh] [fig10] [dcb_static] [dcb_dynamic] [chen] [freund] [mixed_mode]
+set -eu
+
+cd "$(dirname "$0")/.."
+program=$1
+python=$2
+shift 2
+out=results/figures
+
+main() {
+    for figure in ${*:-mesh fig10 dcb_static dcb_dynamic chen freund mixed_mode}; do
+        "draw_$figure"
+    done
+}
+
+# run CASE RESULT [OVERRIDE...]
+run() {
+    case=$1
+    result=$2
+    shift 2
+    for override; do
+        shift
+        set -- "$@" --set "$override"
+    done
+    "$program" "$case" --output $out --set "output.file=$result.h5" "$@"
+}
+
+plot() { "$python" postprocess/plot_g.py --dpi 150 "$@"; }
+
+# The mesh around the tip for three R_crit, and how one of them comes about
+draw_mesh() {
+    run input/dcb_mesh.nml mesh_r024 refine.r_crit=0.24
+    run input/dcb_mesh.nml mesh_r012 refine.r_crit=0.12 refine.max_level=1
+    run input/dcb_mesh.nml mesh_r003
+    for r in 024 012 003; do
+        "$python" postprocess/plot_mesh.py $out/mesh_r$r.h5 -o $out/mesh_r$r.png
+    done
+    "$python" postprocess/plot_mesh.py $out/mesh_r024.h5 $out/mesh_r012.h5 $out/mesh_r003.h5 -o $out/mesh.png
+    "$python" postprocess/animate.py $out/mesh_r003.h5 --window 12
+}
+
+# The paper's Fig. 10: four methods, by the paper's estimator and by J
+draw_fig10() {
+    for method in unmodified unlumped adaptive adaptive_unlumped; do
+        run input/fig10_$method.nml $method
+    done
+    set -- $out/unmodified.h5 $out/unlumped.h5 $out/adaptive.h5 $out/adaptive_unlumped.h5
+    plot "$@" --estimator stress_closure_I --estimator domain_I --converged 1.28737 --output $out/fig10.png \
+        --title 'Fig. 10 of Tan & Nairn, by (14) and by J'
+    "$python" postprocess/tabulate.py "$@" --converged 1.28737
+}
+
+# The double cantilever beam comes to rest: estimators that converge, on uniform and refined cells, both plane conditions
+draw_dcb_static() {
+    for plane in stress strain; do
+        run tests/regression/dcb_static/case.nml uniform_$plane run.plane=$plane
+        run tests/regression/dcb_static/case.nml refined_$plane run.plane=$plane refine.indicator=tip
+    done
+    plot $out/uniform_stress.h5 $out/refined_stress.h5 --estimator nodal_force_I --estimator domain_I --converged 1.28737 \
+        --output $out/dcb_static_stress.png --title 'Plane stress, critically damped'
+    plot $out/uniform_strain.h5 $out/refined_strain.h5 --estimator nodal_force_I --estimator domain_I --converged 1.17150 \
+        --output $out/dcb_static_strain.png --title 'Plane strain, critically damped'
+    "$python" postprocess/tabulate.py $out/uniform_stress.h5 $out/refined_stress.h5 --converged 1.28737
+    "$python" postprocess/tabulate.py $out/uniform_strain.h5 $out/refined_strain.h5 --converged 1.17150
+}
+
+# Its vibration, undamped and damped, against finite elements
+draw_dcb_dynamic() {
+    for rate in 0 1e4; do
+        name=$([ $rate = 0 ] && echo undamped || echo alpha10000)
+        run tests/regression/dcb_dynamic/case.nml dcb_$name damping.rate=$rate
+        run tests/regression/dcb_dynamic/case.nml dcb_${name}_refined damping.rate=$rate refine.indicator=tip method.courant=0.8
+        plot $out/dcb_$name.h5 $out/dcb_${name}_refined.h5 --estimator domain_I --lowpass 5e4 \
+            --reference tests/reference/dcb_dynamic_$name.csv --reference-name 'finite elements' --output $out/dcb_dynamic_$name.png
+    done
+}
+
+# K_I(t) of an input file and on cells of 0.2 mm refined at the tip: its name, these cells, scale, axis, what the reference is
+draw_intensity() {
+    run input/$1.nml $1
+    run input/$1.nml $1_refined grid.cell=0.2e-3 grid.cells=$2 refine.indicator=tip refine.rings=12 refine.max_level=1
+    plot $out/$1.h5 $out/$1_refined.h5 --column K_I --scale $3 --label "$4" --reference tests/regression/$1/reference.csv \
+        --reference-name "$5" --time-unit us --output $out/$1_K.png
+}
+
+# shellcheck disable=SC2016 # not shell, but mathematics
+draw_chen() { draw_intensity chen 51,101 86832 '$K_I / \sigma_0 \sqrt{\pi a}$' 'finite elements'; }
+
+# shellcheck disable=SC2016
+draw_freund() { draw_intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'closed form'; }
+
+# Both modes of a split beam under a moment on one arm come to rest
+draw_mixed_mode() {
+    run input/mixed_mode.nml mixed_mode
+    plot $out/mixed_mode.h5 --estimator 'G_nodal_force_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
+}
+
+main "$@"
