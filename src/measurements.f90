@@ -5,6 +5,7 @@ module hampm_measurements
    use hampm_crack, only: crack_t, crack_line_t
    use hampm_crack_measurements, only: declare_crack_columns, measure_crack
    use hampm_crack_placement, only: distance_in_material
+   use hampm_crack_tip_field, only: effective_modulus
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
@@ -25,7 +26,7 @@ module hampm_measurements
       real(dp) :: kinetic_energy = 0             !! [J]
       real(dp) :: strain_energy = 0              !! [J]
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
-      real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3, 0 where it does not apply [J/m2]
+      real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without held components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
@@ -49,7 +50,7 @@ contains
          call dcb_dimensions(scene, crack%line, force, length, depth)
          m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness, scene%materials(1)%young, 0.0_dp)
          m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness, &
-                                                          scene%materials(1)%young, chi_foundation)
+                                                          effective_modulus(motion%materials(1)), chi_foundation)
       end select
    end subroutine new_measurements
 
