@@ -28,7 +28,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run figures test bench masses adaptivity program unit setup clean
+.PHONY: help run figures test bench masses adaptivity tip program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -63,6 +63,10 @@ adaptivity: setup  ## measure what refinement reaches on the double cantilever b
 	$(PYTHON) bench/adaptivity.py --output results/adaptivity
 	$(PYTHON) bench/refined_meshes.py --output results/adaptivity
 
+tip: setup  ## measure how far from its node the discrete crack tip acts
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/effective_tip.py --output results/effective_tip
+
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
 
@@ -95,6 +99,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test bench masses adaptivity,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test bench masses adaptivity tip,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif

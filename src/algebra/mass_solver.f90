@@ -55,7 +55,8 @@ module hampm_mass_solver
 
 contains
 
-   !> A solver for a grid, new or in the place of that for another grid, whose counts go on. Fails where the memory does not suffice.
+   !> A solver for a grid, new or in the place of that for another grid, whose counts go on. Fails where the memory does not
+   !> suffice.
    subroutine new_mass_solver(by, order, grid, constraints, s, failure)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
@@ -120,8 +121,8 @@ contains
       end select
    end subroutine solve_mass
 
-   !> Solve M x = b between steps, as `solve_mass` does, and leave it to the steps to find that the matrix has to be factorised anew:
-   !> so what they do does not depend on what is solved between them.
+   !> Solve M x = b between steps, as `solve_mass` does, and leave it to the steps to find that the matrix has to be factorised
+   !> anew: so what they do does not depend on what is solved between them.
    subroutine solve_aside(s, grid, matrix, b, x, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid

@@ -5,8 +5,8 @@
 !> bilinear displacement field of the coarse cell, its mixed second derivative: with it the children's strains are those of
 !> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
 !> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
-!> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the mean
-!> position and the volume-weighted H.
+!> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the
+!> mean position and the volume-weighted H.
 !>
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
 !> find each other wherever they have moved.
