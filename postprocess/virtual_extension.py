@@ -241,12 +241,12 @@ def release_rate(samples, extension, scene):
 
 
 def estimates(history):
-    """What the estimators of a run have at its end, modes summed where there is more than one."""
+    """What the estimators of a run have at its end; modes, whose signs only tell which way the faces part, are summed."""
     columns = history.columns
     for name in columns:
-        if name == "G_domain" or name.startswith("G_") and name.endswith("_I"):
+        if name.startswith("G_") and name.endswith("_I"):
             second = columns.get(f"{name}I")
-            g = columns[name] if second is None else columns[name] + second
+            g = columns[name] if second is None else columns[name] + np.abs(second)
             yield Rate(name if second is None else f"{name}+II", g[-1], np.ptp(g[last_part(history)]))
 
 

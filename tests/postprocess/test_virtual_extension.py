@@ -144,5 +144,5 @@ def test_modes_are_summed():
     class Mixed:
         times = np.array([0, 0.95, 1.0])
         columns = {name: np.array(values) for name, values in
-                   [("G_domain_I", [0, 2.5, 2]), ("G_domain_II", [0, 1.0, 1]), ("G_nodal_force_I", [0, 3.0, 3])]}
+                   [("G_domain_I", [0, 2.5, 2]), ("G_domain_II", [0, -1.0, -1]), ("G_nodal_force_I", [0, 3.0, 3])]}
     assert list(virtual_extension.estimates(Mixed)) == [("G_domain_I+II", 3.0, 0.5), ("G_nodal_force_I", 3.0, 0.0)]
