@@ -1,0 +1,46 @@
+"""The table of last values."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from history import USAGE
+from synthetic import G_REF, dcb, write_result
+
+
+def settled(value, samples=101):
+    """Columns that end at a value of G after a tenth of the run."""
+    g = np.full(samples, value * G_REF)
+    g[:80] = 0
+    return {"time": np.linspace(0, 1, samples), "G_nodal_force_I": g, "K_I": np.full(samples, 7.0)}
+
+
+def test_values_are_means_over_the_end_of_the_run_over_g_ref(script, tmp_path):
+    files = [write_result(tmp_path / f"{name}.h5", settled(value)) for name, value in [("a", 1.25), ("b", 1.30)]]
+    result = script("tabulate.py", *files, "--converged", 1.25, "--csv")
+    assert list(csv.reader(result.stdout.splitlines())) == [
+        ["file", "G_nodal_force_I", "[%]"], ["a", "1.25", "+0.00"], ["b", "1.3", "+4.00"]]
+
+
+def test_other_columns_are_given_as_they_are(script, tmp_path):
+    result = script("tabulate.py", write_result(tmp_path / "a.h5", settled(1.0)), "--column", "K_*", "--csv")
+    assert result.stdout.splitlines() == ["file,K_I", "a,7"]
+
+
+def test_a_column_that_a_file_lacks_is_a_dash(script, tmp_path, dcb_file):
+    result = script("tabulate.py", write_result(tmp_path / "a.h5", settled(1.0)), dcb_file, "--column", "K_I", "--csv")
+    assert result.stdout.splitlines() == ["file,K_I", "a,7", "dcb,-"]
+
+
+@pytest.mark.parametrize("arguments", [["--column", "missing"], ["--part", "0"]])
+def test_mistakes_are_named(script, dcb_file, arguments):
+    result = script("tabulate.py", dcb_file, *arguments)
+    assert result.returncode == USAGE
+    assert "missing" in result.stderr or "(0, 1]" in result.stderr
+
+
+def test_the_part_to_average(script, tmp_path):
+    file = write_result(tmp_path / "a.h5", dcb())
+    whole, end = (script("tabulate.py", file, "--part", part, "--csv").stdout for part in (1, 0.01))
+    assert whole != end
