@@ -6,7 +6,7 @@ module hampm_crack_tip_field
    use hampm_material, only: material_t
    implicit none
    private
-   public :: modes, effective_modulus, tip_gradient, tip_stress
+   public :: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
 
    integer, parameter :: modes = 2               !! opening (I) and in-plane shear (II)
    real(dp), parameter :: pi = acos(-1.0_dp)
@@ -58,6 +58,13 @@ contains
       kappa = kolosov(material)
       stress = linear_stress(material%mu*(3 - kappa)/(kappa - 1), material%mu, gradient)
    end function tip_stress
+
+   !> Opening behind the tip for a unit K_I [sqrt(m)/Pa]: 8/E' sqrt(r/(2 pi)). K_II opens nothing.
+   pure real(dp) function tip_opening(material, r)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: r                  !! distance from the tip [m]
+      tip_opening = 8/effective_modulus(material)*sqrt(r/(2*pi))
+   end function tip_opening
 
    !> Kolosov's constant kappa of the plane condition [-].
    pure real(dp) function kolosov(material)

@@ -3,7 +3,7 @@
 module hampm_domain_integral
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
-   use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress
+   use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
@@ -21,7 +21,7 @@ module hampm_domain_integral
    !> measurements, `bench/effective_tip.py` makes them.
    real(dp), parameter :: setback(modes) = [0.20_dp, 0.31_dp]
 
-   !> The tip of a straight crack with traction-free faces, and the discs around it.
+   !> The tip of a straight crack whose faces carry nothing but the pressure on each other, and the discs around it.
    type :: tip_domain_t
       real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
       real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body
@@ -51,11 +51,12 @@ contains
    !> J, and K_I and K_II, of each disc:
    !>
    !>    J = (1/B) sum_p V { P_iJ w_i q,J - (W + rho v**2/2) q,1 + (rho d_i w_i - rho v_i v_i,1) q },   w = u,1 - c,
-   !>    K = E'/(2 B) sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q },
+   !>    K = E'/(2 B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_pairs F [a_2],1 q ],
    !>
-   !> in the reference configuration, with rho d = div P and the displacement a and stress s of a unit K of the mode. J holds for
-   !> any elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in
-   !> the integrals, but takes the rotation of the disc out of the errors of the sums.
+   !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode, [a_2] its opening
+   !> and F the force with which the faces press on each other. J holds for any elastic law (Nakamura, Shih & Freund 1985), K for
+   !> small strain (Yau, Wang & Corten 1980). The constant c has no part in the integrals, but takes the rotation of the disc out
+   !> of the errors of the sums.
    pure subroutine domain_integrals(domain, grid, p, materials, state, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -84,6 +85,7 @@ contains
             end do
          end associate
       end do
+      if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
       j = j/domain%thickness
       k = k*effective_modulus(domain%material)/(2*domain%thickness)
       if (domain%half) then
@@ -224,4 +226,45 @@ contains
                                              + dot_product(s%divergence, a(:, 1))*q)
       end do
    end subroutine add_to_interaction
+
+   !> Add the share of the pressed faces in the interaction: the force F at each pair times the mean of the slope -[a_2],1 of the
+   !> opening of unit K_I, weighted as the node gathers the pressure; K_II does not open. At the tip is one node, at which the
+   !> forces of the faces cancel: the one there is continued from the first two pairs, as long as it presses.
+   pure subroutine add_pressed_faces(domain, grid, q, state, k)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
+      type(nodal_state_t), intent(in) :: state
+      real(dp), intent(inout) :: k(:, :)
+      real(dp), parameter :: to_tip(2) = [2.0_dp, -1.0_dp]  ! a line through the forces of the first and the second pair
+      real(dp) :: r, cell, at_tip
+      integer :: n, place
+      at_tip = 0
+      do n = 1, size(state%face_node)
+         associate (node => state%face_node(n), f => state%pressing(n))
+            r = dot_product(domain%tip - grid%node_position(:, node), domain%direction)
+            cell = grid%smallest_leaf_at(node)
+            k(1, :) = k(1, :) + f*mean_slope_of_opening(domain, r, cell)*q(:, node)
+            place = nint(r/cell)
+            if (any(place == [1, 2])) at_tip = at_tip + to_tip(place)*f*mean_slope_of_opening(domain, 0.0_dp, cell)
+         end associate
+      end do
+      k(1, :) = k(1, :) + max(at_tip, 0.0_dp)
+   end subroutine add_pressed_faces
+
+   !> Mean of the slope of the opening of unit K_I around a place at the distance r behind the tip, weighted by the shape function
+   !> of a node there: the second difference of the integral of the opening, 2/3 x opening(x), over cell**2 [1/(Pa sqrt(m))].
+   pure real(dp) function mean_slope_of_opening(domain, r, cell) result(mean)
+      type(tip_domain_t), intent(in) :: domain
+      real(dp), intent(in) :: r                  !! [m]
+      real(dp), intent(in) :: cell               !! [m]
+      real(dp), parameter :: difference(3) = [1.0_dp, -2.0_dp, 1.0_dp]
+      real(dp) :: x
+      integer :: i
+      mean = 0
+      do i = 1, 3
+         x = max(r + (i - 2)*cell - setback(1)*domain%cell, 0.0_dp)
+         mean = mean + difference(i)*2*x/3*tip_opening(domain%material, x)/cell**2
+      end do
+   end function mean_slope_of_opening
 end module hampm_domain_integral

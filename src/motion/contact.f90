@@ -28,7 +28,7 @@ module hampm_contact
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: contact_t, fit_contact, lump_at_pairs, share_velocity, share_normal, keep_apart
+   public :: contact_t, fit_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
 
@@ -160,6 +160,23 @@ contains
       end if
       call share_normal(c, grid, f%mass_matrix, f%velocity(:, :, which))
    end subroutine share_velocity
+
+   !> The forces with which the faces have to press on each other at each pair, for accelerations that they have without to become
+   !> one where they touch [N]; 0 at the other pairs.
+   pure function pressing_forces(c, matrix, acceleration) result(forces)
+      type(contact_t), intent(in) :: c
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      real(dp) :: forces(c%n)
+      real(dp), dimension(sides) :: force
+      integer :: k
+      do k = 1, c%n
+         associate (i => c%node(:, k), a => acceleration(c%normal(k), c%node(:, k)))
+            force = matrix%lumped(i)*(shared_values(c, k, matrix, a) - a)
+         end associate
+         forces(k) = force(1)
+      end do
+   end function pressing_forces
 
    !> Set the normal components of a nodal field at pressed pairs to their mean by lumped mass.
    subroutine share_normal(c, grid, matrix, field)

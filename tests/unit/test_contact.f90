@@ -249,6 +249,7 @@ contains
       call check(apart == 0, 'the nodal state has one normal motion of pressed faces')
       call check(maxval(abs(state%divergence(2, m%contact%node(1, :)))) < 1.0e-2_dp*1.0e-3_dp/(thickness*cell), &
                  'which is none at rest, though each side presses on the other')
+      call check_close(sum(state%pressing), -m%loads(1)%force(2), 1.0e-4_dp*1.0e-3_dp, 'with the force that presses them together')
    end subroutine check_state
 
    !> How many pairs are pressed together.

@@ -37,6 +37,7 @@ program test_domain_integral
       call known_factors(strain, directions(:, d), .false.)
       call known_factors(strain, directions(:, d), .true.)
       call waves(strain, directions(:, d), 0.0_dp)
+      call pressed_faces(directions(:, d))
    end do
    call waves(stress, directions(:, 1), 0.0_dp)
    call waves(rubber, directions(:, 1), 0.0_dp)
@@ -243,6 +244,44 @@ contains
       if (damping_rate > 0) call check(abs(damped(1, 1)/still(1, 1)) > 10*maxval(error(:, 3)), &
                                        'the acceleration of a damped motion would not do')
    end subroutine waves
+
+   !> A plate that is bent across the line of a crack while pressed together, so that the crack is not felt: it has no K_I, if the
+   !> integral knows how the faces press on each other.
+   subroutine pressed_faces(direction)
+      real(dp), intent(in) :: direction(ndim)
+      integer, parameter :: cells(3) = [10, 20, 40]
+      real(dp), parameter :: radius(2) = [0.45_dp, 0.3_dp], pressure = 1.0e5_dp ! [Pa]
+      real(dp) :: found(1 + modes, size(radius)), error(size(radius), size(cells)), unaware
+      real(dp) :: axes(ndim, ndim), x(ndim), h(ndim, ndim)
+      type(motion_t) :: m
+      type(nodal_state_t) :: state
+      integer :: n, i
+      axes = reshape([direction, -direction(2), direction(1)], [ndim, ndim])
+      do n = 1, size(cells)
+         call place_square(stress, cells(n), direction, .false., m)
+         associate (p => m%particles, strain_0 => -pressure/stress%young)
+            do i = 1, p%n
+               x = matmul(p%reference(:, i) - tip, axes)
+               h(:, 1) = strain_0*[-stress%poisson*(1 - x(1)), -x(2)]
+               h(:, 2) = strain_0*[x(2), 1 - x(1)]
+               p%gradient(:, :, i) = matmul(matmul(axes, h), transpose(axes))
+            end do
+         end associate
+         state = rest(m)
+         found = integrals(m, direction, .false., radius, state)
+         unaware = minval(abs(found(2, :)))
+         state%face_node = [(m%grid%node_at(tip - (i*edge/cells(n))*direction), i=1, cells(n)/2)]
+         state%pressing = [(pressure*(1 + i*edge/cells(n))*thickness*edge/cells(n), i=1, cells(n)/2)]
+         found = integrals(m, direction, .false., radius, state)
+         error(:, n) = abs(found(2, :))/(pressure*sqrt(pi*radius))
+         call check(maxval(abs(found(3, :))) < 1.0e-10_dp*unaware, 'pressed faces have no K_II')
+         call check(maxval(abs(found(1, :))) < 1.0e-4_dp*unaware**2/stress%young, 'and no J')
+      end do
+      write (*, '(a,*(2es9.1,:," |"))') 'K_I of pressed faces over that of the pressure', error
+      call check(unaware > 0.3_dp*pressure*sqrt(pi*minval(radius)), 'K_I is one of the pressure where it is not known')
+      call check(maxval(error(:, 3)) < 3.0e-4_dp, 'pressed faces have no K_I')
+      call check(maxval(error(:, 3)) < maxval(error(:, 2))/3, 'to the second order of the cell')
+   end subroutine pressed_faces
 
    !> A wave along the crack in a material without Poisson's ratio leaves its faces free of traction: it has no K. (Other waves
    !> do not know of a crack and have tractions on its faces.)
