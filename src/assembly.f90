@@ -4,7 +4,7 @@ module hampm_assembly
    use hampm_bodies, only: points_along, fill_rectangle
    use hampm_constraints, only: constrain_box
    use hampm_crack, only: crack_t, crack_line_t, find_crack
-   use hampm_crack_placement, only: has_two_tips, distance_in_material, body_at
+   use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_next_body, body_at
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
@@ -98,18 +98,31 @@ contains
       type(scene_t), intent(in) :: scene
       type(forest_t), intent(in) :: forest
       type(cut_t), allocatable :: cuts(:)
-      real(dp) :: length
       associate (spec => scene%crack)
          if (.not. spec%present .or. spec%kind /= 'line') then
             allocate (cuts(0))
          else
-            length = spec%length
-            if (.not. has_two_tips(scene)) length = 2*maxval(scene%grid%cells)*scene%grid%cell
-            cuts = [cut_of(forest, minloc(abs(spec%direction), dim=1), spec%tip, spec%tip - length*spec%direction, &
+            cuts = [cut_of(forest, minloc(abs(spec%direction), dim=1), spec%tip, spec%tip - cut_length(scene)*spec%direction, &
                            matched=spec%contact)]
          end if
       end associate
    end function cuts_of
+
+   !> How far the cut of a crack reaches [m]: to the other tip or, where the crack reaches the edge of the material, as far beyond
+   !> it as material may move: up to the nodes of the next body on its line, if there is one, else out of the lattice.
+   pure real(dp) function cut_length(scene) result(length)
+      type(scene_t), intent(in) :: scene
+      real(dp) :: edge, next, cells
+      associate (spec => scene%crack, cell => scene%grid%cell)
+         length = spec%length
+         if (has_two_tips(scene)) return
+         edge = distance_in_material(scene, spec%tip, -spec%direction)
+         next = min(distance_to_next_body(scene, spec%tip, -spec%direction, beyond=edge), &
+                    2*maxval(scene%grid%cells)*cell)
+         cells = max(floor((next + tolerance(scene%grid))/cell), floor((edge + tolerance(scene%grid))/cell) + 1)
+         length = cells*cell
+      end associate
+   end function cut_length
 
    !> How the cells of a scene refine.
    pure function refinement_of(scene) result(r)

@@ -5,7 +5,8 @@ module hampm_crack_placement
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: has_two_tips, distance_in_material, body_at, largest_radius, domain_radii, is_covered, finest_cell
+   public :: has_two_tips, distance_in_material, distance_to_next_body, body_at, largest_radius, domain_radii, is_covered, &
+             finest_cell
 
 contains
 
@@ -37,6 +38,26 @@ contains
          end do
       end do
    end function distance_in_material
+
+   !> How far it is from a point, in a direction along the grid lines, to the first body that begins further away than `beyond`
+   !> [m]; huge where there is none.
+   pure real(dp) function distance_to_next_body(scene, start, direction, beyond) result(distance)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: start(ndim)
+      real(dp), intent(in) :: direction(ndim)      !! unit vector
+      real(dp), intent(in) :: beyond               !! [m]
+      real(dp) :: x(ndim), begins
+      integer :: i
+      distance = huge(distance)
+      do i = 1, size(scene%bodies)
+         associate (body => scene%bodies(i))
+            begins = min(dot_product(body%lower - start, direction), dot_product(body%upper - start, direction))
+            x = start + begins*direction
+            if (begins > beyond + tolerance(scene%grid) .and. within(x, x, body%lower, body%upper, tolerance(scene%grid))) &
+               distance = min(distance, begins)
+         end associate
+      end do
+   end function distance_to_next_body
 
    !> The first body that a point is in or at the edge of, 0 where there is none.
    pure integer function body_at(scene, point) result(body)

@@ -171,3 +171,24 @@ def test_faces_pressed_on_each_other_end_the_run(hampm, tmp_path):
     result = hampm("beam.nml", "--quiet")
     assert result.returncode == 3
     assert "has crossed the line of the crack, and would stick to the other face" in result.stderr
+
+
+BEHIND = """\
+&run thickness = 0.01 end_time = 5e-5 /
+&grid lower = -0.04, -0.0125 cell = 2.5e-3 cells = 36, 10 /
+&material name = 'aluminium' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'aluminium' lower = 0.0, -0.01 upper = 0.05, 0.01 /
+&body material = 'aluminium' lower = -0.03, -0.005 upper = {edge}, 0.005 /
+&load kind = 'traction' lower = -0.03, 0.0 upper = -0.03, 0.005 force = 0.0, 1.0 /
+&load kind = 'traction' lower = -0.03, -0.005 upper = -0.03, 0.0 force = 0.0, -1.0 /
+&output file = 'beam.h5' history_interval = 1e-6 /
+"""
+
+
+@pytest.mark.parametrize("edge", [-0.01, -0.0116, -0.0025])
+def test_a_crack_ends_with_the_material_that_it_is_in(columns_of, edge):
+    """A body on the line of the crack, behind its mouth, is pulled apart at its end, and is as stiff as without the crack."""
+    scene = BEHIND.format(edge=edge)
+    whole, cracked = columns_of(scene), columns_of(scene + "&crack kind = 'line' tip = 0.025, 0.0 /\n")
+    assert np.max(whole["external_work"]) > 0
+    assert_equal(whole, cracked, ["external_work", "kinetic_energy", "strain_energy"], rtol=1e-12)
