@@ -1,9 +1,9 @@
 !> Whether the crack lies where a crack can be, and whether the energy release rate asked for is defined.
 module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, domain_radii, is_covered, finest_cell
+   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, within, overlap, on_node, on_face, point_text
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -29,7 +29,8 @@ contains
       if (.not. has_grid) return
       if (.not. on_node(scene%grid, scene%crack%tip)) &
          call settings%complain(mistakes, b, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
-                                point_text(scene%grid%lower)//', cell = '//to_text(scene%grid%cell))
+                                point_text(scene%grid%lower)//', cell = '//to_text(scene%grid%cell)//', up to '// &
+                                point_text(upper_corner(scene%grid)))
       if (mistakes%count > before) return
       if (.not. (on_node(scene%grid, node(scene, -1)) .and. on_node(scene%grid, node(scene, 1)))) then
          call settings%complain(mistakes, b, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
@@ -174,28 +175,29 @@ contains
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: e                   !! position of the group &energy_release, here and below
       type(mistakes_t), intent(inout) :: mistakes
-      real(dp), parameter :: least_cells = 2     !! fewest cells to a radius
       real(dp), allocatable :: radii(:)
       real(dp) :: most, least
       integer :: c, i
       c = settings%find('crack', 1)
       if (.not. all([settings%good(c, 'kind'), settings%good(c, 'tip'), settings%good(c, 'direction'), &
                      settings%good(c, 'length')])) return
+      if (.not. surroundings_good(scene, settings)) return
       if (body_at(scene, scene%crack%tip) == 0) return
       allocate (radii, source=domain_radii(scene))
       most = largest_radius(scene)
-      least = least_cells*finest_cell(scene)
+      least = least_radius(scene)
       if (most < least - tolerance(scene%grid)) then
          call settings%complain(mistakes, e, 'radii', 'there is no place for a radius: around the tip there are only material '// &
-                                'and this crack up to '//rounded(most)//' m, and two of the finest cells, '//to_text(least)// &
-                                ' m, are the least; use smaller cells or move the tip')
+                                'and this crack up to '//length_text(most)//' m, and two of the finest cells, '//to_text(least)// &
+                                ' m, are the least; use smaller cells or move the tip, or loads and constraints near it')
          return
       end if
       if (any(radii(2:) <= radii(:size(radii) - 1))) &
          call settings%complain(mistakes, e, 'radii', 'must increase from one to the next')
       if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
-         call settings%complain(mistakes, e, 'radii', 'must be in ['//to_text(least)//', '//rounded(most)//'] [m]: two of the '// &
-                                'finest cells at least, and around the tip nothing within them but material and this crack')
+         call settings%complain(mistakes, e, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two of '// &
+                                'the finest cells at least, and around the tip nothing within them but material and this crack,'// &
+                                ' neither point load nor traction, and no constraint but that of the symmetry plane')
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
             if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid)) .and. &
@@ -208,14 +210,21 @@ contains
       end do
    end subroutine check_radii
 
-   !> A length that is a difference of others, in text, without the rounding of these.
-   pure function rounded(length) result(text)
-      real(dp), intent(in) :: length             !! above 0 [m]
-      character(:), allocatable :: text
-      real(dp) :: unit
-      unit = 10.0_dp**(9 - floor(log10(max(length, tiny(length)))))
-      text = to_text(anint(length*unit)/unit)
-   end function rounded
+   !> Whether it is known where all loads and constraints are, and what these hold.
+   pure logical function surroundings_good(scene, settings) result(good)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer :: i, b
+      good = .true.
+      do i = 1, size(scene%loads)
+         b = settings%find('load', i)
+         good = good .and. settings%good(b, 'kind') .and. settings%good(b, 'lower') .and. settings%good(b, 'upper')
+      end do
+      do i = 1, size(scene%constraints)
+         b = settings%find('constraint', i)
+         good = good .and. settings%good(b, 'fix') .and. settings%good(b, 'lower') .and. settings%good(b, 'upper')
+      end do
+   end function surroundings_good
 
    !> The double cantilever beam's reference needs a crack, one body, and a load that opens the crack.
    pure subroutine check_dcb(scene, settings, e, mistakes)

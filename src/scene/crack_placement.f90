@@ -1,12 +1,14 @@
 !> Where the crack of a scene is in its bodies, and how far from the tip a domain integral may reach.
 module hampm_crack_placement
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
    use hampm_placement, only: tolerance, within
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: has_two_tips, distance_in_material, distance_to_next_body, body_at, largest_radius, domain_radii, is_covered, &
-             finest_cell
+   public :: has_two_tips, distance_in_material, distance_to_next_body, body_at, largest_radius, least_radius, domain_radii, &
+             is_covered
+
+   real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
 contains
 
@@ -87,7 +89,8 @@ contains
       covered = area >= wanted - 4*radius*tolerance(scene%grid)
    end function is_covered
 
-   !> The largest radius around the tip within which there are only material and the crack [m]; 0 where there is none.
+   !> The largest radius around the tip within which there are only material and the crack, and no load on a surface and no
+   !> constraint but those of the symmetry plane [m]; 0 where there is none.
    pure real(dp) function largest_radius(scene) result(radius)
       type(scene_t), intent(in) :: scene
       real(dp) :: direction(ndim), distance
@@ -103,15 +106,91 @@ contains
          end do
       end do
       if (has_two_tips(scene)) radius = min(radius, scene%crack%length)
-      if (.not. is_covered(scene, radius)) radius = 0
+      radius = min(covered_radius(scene, radius), distance_to_loads(scene), distance_to_constraints(scene))
    end function largest_radius
 
-   !> The radii of the domain integral: those of the scene or, where it names none, some that fit [m].
+   !> The largest radius, not above `most`, around the tip whose box is full of material [m]; 0 where there is none. That is `most`
+   !> or where an edge of a body is.
+   pure real(dp) function covered_radius(scene, most) result(radius)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: most               !! [m]
+      real(dp) :: edge(2*ndim)
+      integer :: i, k
+      radius = 0
+      if (is_covered(scene, most)) radius = most
+      do i = 1, size(scene%bodies)
+         edge = abs([scene%bodies(i)%lower - scene%crack%tip, scene%bodies(i)%upper - scene%crack%tip])
+         do k = 1, size(edge)
+            if (edge(k) > radius .and. edge(k) < most .and. is_covered(scene, edge(k))) radius = edge(k)
+         end do
+      end do
+   end function covered_radius
+
+   !> Distance of the tip from the nearest load on a surface or at a point [m]; huge where there is none.
+   pure real(dp) function distance_to_loads(scene) result(distance)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      distance = huge(distance)
+      do i = 1, size(scene%loads)
+         if (scene%loads(i)%kind == 'body') cycle
+         distance = min(distance, distance_to_box(scene%crack%tip, scene%loads(i)%lower, scene%loads(i)%upper))
+      end do
+   end function distance_to_loads
+
+   !> Distance of the tip from the nearest place of material where a constraint may hold a node [m], but for the symmetry plane
+   !> held in the direction normal to it; huge where there is none.
+   pure real(dp) function distance_to_constraints(scene) result(distance)
+      type(scene_t), intent(in) :: scene
+      real(dp), dimension(ndim) :: lower, upper  !! from the tip, in finest cells
+      logical :: normal(ndim)
+      integer :: i, j, d
+      normal = .not. abs(scene%crack%direction) > 0
+      distance = huge(distance)
+      do i = 1, size(scene%constraints)
+         associate (constraint => scene%constraints(i), tip => scene%crack%tip, cell => finest_cell(scene))
+            do j = 1, size(scene%bodies)
+               lower = (max(constraint%lower, scene%bodies(j)%lower) - tip - tolerance(scene%grid))/cell
+               upper = (min(constraint%upper, scene%bodies(j)%upper) - tip + tolerance(scene%grid))/cell
+               if (any(lower > upper)) cycle
+               lower = ceiling(lower, long)      ! nodes are whole cells from the tip
+               upper = floor(upper, long)
+               if (any(lower > upper)) cycle
+               if (scene%crack%kind == 'symmetry' .and. all(constraint%fixed .eqv. normal) .and. &
+                   all(max(abs(lower), abs(upper)) <= 0 .or. .not. normal)) cycle
+               distance = min(distance, cell*distance_to_box([(0.0_dp, d=1, ndim)], lower, upper))
+            end do
+         end associate
+      end do
+   end function distance_to_constraints
+
+   !> Distance of a point from a box, in the unit of both.
+   pure real(dp) function distance_to_box(point, lower, upper) result(distance)
+      real(dp), intent(in) :: point(ndim), lower(ndim), upper(ndim)
+      distance = norm2(max(lower - point, point - upper, 0.0_dp))
+   end function distance_to_box
+
+   !> The least radius of the domain integral [m].
+   pure real(dp) function least_radius(scene)
+      type(scene_t), intent(in) :: scene
+      least_radius = least_cells*finest_cell(scene)
+   end function least_radius
+
+   !> The radii of the domain integral: those of the scene or, where it names none, up to three that fit [m].
    pure function domain_radii(scene) result(radii)
       type(scene_t), intent(in) :: scene
       real(dp), allocatable :: radii(:)
+      real(dp) :: first, last
       radii = scene%energy_release%radii
-      if (size(radii) == 0) radii = [0.4_dp, 0.6_dp, 0.8_dp]*largest_radius(scene)
+      if (size(radii) > 0) return
+      associate (most => largest_radius(scene))
+         first = max(0.4_dp*most, least_radius(scene))
+         last = 0.8_dp*most
+         if (first < last) then
+            radii = [first, (first + last)/2, last]
+         else
+            radii = [most]
+         end if
+      end associate
    end function domain_radii
 
    !> Size of the finest cells that there may be [m].

@@ -186,7 +186,7 @@ module hampm_keys
             'nodal_force, stress_closure, domain_integral, energy_balance', '', &
             'nodal_force|stress_closure|domain_integral|energy_balance', 'columns of the history; none by default'), &
       key_t('energy_release', 'radii', kind_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
-            positive, 'of domain_integral; 0.4, 0.6 and 0.8 of what fits into the material by default'), &
+            positive, 'of domain_integral; by default 0.4, 0.6 and 0.8 of what fits, where that is two cells or more'), &
       key_t('energy_release', 'reference', kind_name, 1, 1, may, 'none', 'dcb', '', &
             'none|dcb|value', 'where the reference value G_ref comes from'), &
       key_t('energy_release', 'reference_value', kind_real, 1, 1, may, '0.0', '', 'J/m2', &

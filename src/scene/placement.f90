@@ -6,7 +6,7 @@ module hampm_placement
    use hampm_text, only: to_text
    implicit none
    private
-   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, length_text
 
 contains
 
@@ -84,4 +84,15 @@ contains
       end do
       text = text//')'
    end function point_text
+
+   !> A length that is a difference of others, in text, without the rounding of these.
+   pure function length_text(length) result(text)
+      real(dp), intent(in) :: length             !! not below 0 [m]
+      character(:), allocatable :: text
+      real(dp) :: unit
+      text = to_text(0.0_dp)
+      if (length <= 0) return
+      unit = 10.0_dp**(9 - floor(log10(length)))
+      text = to_text(anint(length*unit)/unit)
+   end function length_text
 end module hampm_placement

@@ -202,6 +202,7 @@ CRACK_LINE = [
     ("length = 0.0", "length = 0.0101", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells at least"),
     ("length = 0.0", "length = 1.25e-3", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells"),
     ("length = 0.0", "length = 0.005", "radii", "radii = 4e-3, 6e-3, 8e-3: must be in [0.0025, 0.005] [m]"),
+    (TIP, "tip = 0.05, 1.0", "tip", "must be a node of the grid: lower + i*cell with lower = (0.0, 0.0), cell = 0.00125, up to (0.1, 0.02125)"),
     ("contact = 'none'", "contact = 'frictionles'", "contact", "must be 'none' or 'frictionless'; did you mean 'frictionless'?"),
     (RADII, "radii = 4e-3, 12e-3", "radii", "radii = 4e-3, 12e-3: " + WITHIN),
     (RADII, "radii = 2e-3, 8e-3", "radii", "radii = 2e-3, 8e-3: " + WITHIN),
@@ -256,6 +257,31 @@ def test_one_material_within_the_domain_integral(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(text)
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line_of(text, RADII)}: &energy_release {RADII}: there must be one material "
                    "within them; body 2 is of another one than the tip's")
+
+
+POINT_LOAD = "&load kind = 'point' lower = {0}, {1} upper = {0}, {1} force = 0.0, 1.0 /\n"
+HOLDER = "&constraint lower = {}, 0.0 upper = {}, 0.02 fix = 'x' /\n"
+SURROUNDINGS = {"load": (POINT_LOAD.format(0.055, 0.014), 6.403124237e-3), "constraint": (HOLDER.format(0.0563, 0.06), 7.5e-3)}
+
+
+@pytest.mark.parametrize(("group", "most"), SURROUNDINGS.values(), ids=SURROUNDINGS)
+def test_loads_and_constraints_stay_out_of_the_domains(hampm, tmp_path, group, most):
+    (tmp_path / "case.nml").write_text(LINE + group)
+    result = hampm("case.nml")
+    assert_refused(result, 2, f"&energy_release {RADII}: must be in [0.0025, {most}] [m]",
+                   "neither point load nor traction, and no constraint but that of the symmetry plane")
+    assert len(result.stderr.splitlines()) == 1
+    (tmp_path / "case.nml").write_text(changed((RADII, f"radii = 4e-3, {most}"), scene=LINE) + group)
+    assert hampm("case.nml", "--check").returncode == 0
+
+
+def test_a_box_around_nothing_but_the_nodes_of_the_symmetry_plane_may_be_in_the_domains(hampm, tmp_path):
+    text = changed(("lower = 0.05, 0.0\n  upper = 0.1, 0.0\n", "lower = 0.0499, -1e-3\n  upper = 0.1, 1e-3\n"),
+                   ("'stress_closure'", "'domain_integral'"))
+    (tmp_path / "case.nml").write_text(text)
+    assert hampm("case.nml", "--check").returncode == 0
+    (tmp_path / "case.nml").write_text(changed(("fix = 'y'", "fix = 'xy'"), scene=text))
+    assert_refused(hampm("case.nml"), 2, "there is no place for a radius")
 
 
 def test_a_radius_has_two_of_the_finest_cells(hampm, tmp_path):
