@@ -4,11 +4,13 @@ module hampm_simulation
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, place_crack
    use hampm_crack, only: crack_t
+   use hampm_crack_placement, only: has_two_tips, domain_radii
    use hampm_failure, only: failure_t
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
    use hampm_particles, only: smallest_occupied_cell
+   use hampm_placement, only: point_text, length_text, decimal
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
    use hampm_results, only: results_t
@@ -225,6 +227,31 @@ contains
              to_text(s%motion%particles%n_occupied)//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
              'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl
+      if (s%scene%crack%present) text = text//crack_summary(s)
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
+
+   !> Where the crack of a scene is, and where its energy release rate is looked for.
+   function crack_summary(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      character(*), parameter :: nl = new_line('a')
+      integer :: i
+      associate (spec => s%scene%crack, cell => s%scene%grid%cell, radii => domain_radii(s%scene))
+         text = 'crack           '//trim(spec%kind)//', tip '//point_text(spec%tip)
+         if (has_two_tips(s%scene)) then
+            text = text//', other tip '//point_text(decimal(spec%tip - spec%length*spec%direction, cell))//' m'//nl
+         else
+            text = text//', mouth '//point_text(decimal(s%crack%line%mouth, cell))//' m'//nl
+         end if
+         text = text//'cells at tip    '//to_text(s%crack%step)//' m'//nl
+         if (.not. s%scene%energy_release%domain_integral) return
+         text = text//'domain radii    '
+         do i = 1, size(radii)
+            text = text//length_text(radii(i))
+            if (i < size(radii)) text = text//', '
+         end do
+         text = text//' m'//nl
+      end associate
+   end function crack_summary
 end module hampm_simulation

@@ -6,7 +6,8 @@ module hampm_placement
    use hampm_text, only: to_text
    implicit none
    private
-   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, length_text
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, &
+             length_text, decimal
 
 contains
 
@@ -89,10 +90,16 @@ contains
    pure function length_text(length) result(text)
       real(dp), intent(in) :: length             !! not below 0 [m]
       character(:), allocatable :: text
-      real(dp) :: unit
       text = to_text(0.0_dp)
-      if (length <= 0) return
-      unit = 10.0_dp**(9 - floor(log10(length)))
-      text = to_text(anint(length*unit)/unit)
+      if (length > 0) text = to_text(decimal(length, length))
    end function length_text
+
+   !> A number rounded to a decimal one, nine digits below the leading one of `scale`.
+   elemental real(dp) function decimal(x, scale)
+      real(dp), intent(in) :: x
+      real(dp), intent(in) :: scale              !! above 0, in the unit of x
+      real(dp) :: unit
+      unit = 10.0_dp**(9 - floor(log10(scale)))
+      decimal = anint(x*unit)/unit + 0.0_dp       ! no -0.0
+   end function decimal
 end module hampm_placement

@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from base_case import GOOD, REFINE, changed
+from base_case import GOOD, LINE, REFINE, changed
 
 
 @pytest.fixture
@@ -85,6 +85,29 @@ def test_check_tells_how_cells_refine_and_how_deep(check):
     (line,) = refinement(GOOD + REFINE.replace("gradient", "zz"))
     assert re.match(r"zz, at most 4 levels, to cells of (\S+) m", line)
     assert float(line.split()[-2]) == 1.25e-3 / 2**4
+
+
+def crack_facts(checked):
+    """What `--check` tells of a crack, by name."""
+    return dict(re.findall(r"^! (crack|cells at tip|domain radii) +(.*) m$", checked, re.MULTILINE))
+
+
+def test_check_tells_where_the_crack_is_and_where_its_energy_release_rate_is_looked_for(check):
+    assert crack_facts(check(GOOD[: GOOD.index("&crack")])) == {}
+    assert crack_facts(check(GOOD)) == {"crack": "symmetry, tip (0.05, 0.0), mouth (0.0, 0.0)", "cells at tip": "0.00125"}
+    assert crack_facts(check(LINE + REFINE.replace("gradient", "tip"))) == {
+        "crack": "line, tip (0.05, 0.01), mouth (0.0, 0.01)", "cells at tip": "7.8125e-5", "domain radii": "0.004, 0.006, 0.008"}
+    assert crack_facts(check(changed(("length = 0.0", "length = 0.02"), scene=LINE)))["crack"] == (
+        "line, tip (0.05, 0.01), other tip (0.03, 0.01)")
+
+
+@pytest.mark.parametrize(("grid", "expected"), [("cell = 1.25e-3 cells = 80, 17", "0.004, 0.006, 0.008"),
+                                                ("cell = 2.5e-3 cells = 40, 9", "0.005, 0.0065, 0.008"),
+                                                ("cell = 5e-3 cells = 20, 5", "0.01")])
+def test_default_radii_fit_where_there_are_few_cells(check, grid, expected):
+    """0.4, 0.6 and 0.8 of what fits, but no less than two of the finest cells; one radius where there is no room for more."""
+    scene = changed(("cell = 1.25e-3\n  cells = 80, 17", grid), ("radii = 4e-3, 6e-3, 8e-3", ""), scene=LINE)
+    assert crack_facts(check(scene))["domain radii"] == expected
 
 
 @pytest.mark.parametrize("indicator", ["none", "gradient", "zz", "tip"])
