@@ -1,15 +1,17 @@
 !> The look, at every sample, whether the numbers of a run still mean something.
 module hampm_guards
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack, only: crack_t
    use hampm_energy, only: largest_gradient, most_crushed_particle, liveliest_particle, determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_measurements, only: measurements_t
+   use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_step, only: motion_t, when, place
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_state
+   public :: check_state, check_tip
 
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
 
@@ -53,6 +55,24 @@ contains
             '). Use law = ''neo_hookean'''
       end if
    end subroutine check_state
+
+   !> Fail where the crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the material
+   !> moves through that.
+   subroutine check_tip(motion, crack, failure)
+      type(motion_t), intent(in) :: motion
+      type(crack_t), intent(in) :: crack
+      type(failure_t), intent(inout) :: failure
+      type(patch_t) :: patch
+      real(dp) :: moved(ndim)                    !! of the material at the tip [m]
+      if (motion%particles%total_frame) return
+      call patch_around(motion%grid, motion%particles, crack%tip, patch)
+      moved = fitted_displacement(patch, motion%particles)
+      if (patch%n > 0 .and. norm2(moved) <= crack%step) return
+      call failure%report(exit_computation, when(motion%steps, motion%time)//'the material at the tip of the crack has moved '// &
+                          'by more than a cell there, '//to_text(crack%step)//' m, and the crack, which is fixed in the grid, '// &
+                          'is elsewhere in the material now. Likely cause: the body moves as a whole or deforms much; use '// &
+                          '&method frame = ''total''')
+   end subroutine check_tip
 
    !> Where the particle with the most energy started, for messages.
    function liveliest(motion) result(text)

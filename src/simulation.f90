@@ -7,7 +7,7 @@ module hampm_simulation
    use hampm_crack_placement, only: has_two_tips, domain_radii
    use hampm_failure, only: failure_t
    use hampm_folders, only: ensure_folder
-   use hampm_guards, only: check_state
+   use hampm_guards, only: check_state, check_tip
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
    use hampm_particles, only: smallest_occupied_cell
    use hampm_placement, only: point_text, length_text, decimal
@@ -155,6 +155,7 @@ contains
       call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
       if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)
+      if (s%scene%crack%present .and. .not. failure%failed()) call check_tip(s%motion, s%crack, failure)
       if (failure%failed()) return
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
          call s%results%append(s%measurements%row%values(:s%measurements%row%n), failure)

@@ -192,14 +192,17 @@ contains
    subroutine look_for_crossing(m, failure)
       type(motion_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: advice
       integer :: i, k
       do i = 1, m%particles%n
          do k = 1, size(m%grid%cuts)
             if (.not. crosses(m%grid%cuts(k), m%grid%forest, m%particles%reference(:, i), m%particles%position(i))) cycle
+            advice = 'a face, or the body as a whole, moves by more than a fraction of a cell: use &method frame = ''total'''
+            if (.not. m%contact%wanted) advice = advice//'; or the faces press on each other: use &crack contact = '// &
+                                                 '''frictionless'''
             call failure%report(exit_computation, when(m%steps, m%time)//'the particle that started at '// &
                                 place(m%particles, i)//' has crossed the line of the crack, and would stick to the '// &
-                                'other face. Likely cause: a face moves by more than a fraction of a cell: use &method frame = '// &
-                                '''total''; or the faces press on each other: use &crack contact = ''frictionless''')
+                                'other face. Likely cause: '//advice)
             return
          end do
       end do

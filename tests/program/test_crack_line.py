@@ -192,3 +192,35 @@ def test_a_crack_ends_with_the_material_that_it_is_in(columns_of, edge):
     whole, cracked = columns_of(scene), columns_of(scene + "&crack kind = 'line' tip = 0.025, 0.0 /\n")
     assert np.max(whole["external_work"]) > 0
     assert_equal(whole, cracked, ["external_work", "kinetic_energy", "strain_energy"], rtol=1e-12)
+
+
+MOVING = """\
+&run thickness = 0.01 end_time = 2e-4 /
+&grid lower = -5e-3, -15e-3 cell = 2.5e-3 cells = 26, 20 /
+&material name = 'aluminium' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'aluminium' lower = 0.0, 0.0 upper = 0.05, 0.02 velocity = {velocity} /
+&method courant = 0.5 /
+&crack kind = 'line' tip = 0.025, 0.01 /
+&output file = 'beam.h5' history_interval = 1e-5 /
+"""
+
+
+@pytest.mark.parametrize(("contact", "advised"), [("none", True), ("frictionless", False)])
+def test_a_body_that_moves_across_its_crack_ends_the_run(hampm, tmp_path, contact, advised):
+    (tmp_path / "beam.nml").write_text(MOVING.format(velocity="0.0, 20.0"))
+    result = hampm("beam.nml", "--quiet", "--set", f"crack.contact='{contact}'")
+    assert result.returncode == 3
+    assert "has crossed the line of the crack" in result.stderr and "the body as a whole, moves" in result.stderr
+    assert ("use &crack contact = 'frictionless'" in result.stderr) == advised
+
+
+@pytest.mark.parametrize(("frame", "code"), [("updated", 3), ("total", 0)])
+def test_a_body_that_carries_its_crack_along_ends_the_run_in_the_updated_frame(hampm, tmp_path, frame, code):
+    """The crack is fixed in the grid, where it would go on as another crack; in the total frame the grid is that of the material."""
+    (tmp_path / "beam.nml").write_text(MOVING.format(velocity="20.0, 0.0"))
+    result = hampm("beam.nml", "--quiet", "--set", f"method.frame='{frame}'")
+    assert result.returncode == code, result.stderr
+    if code == 3:
+        assert re.search(r"t = 1\.3\S*e-4 s: the material at the tip of the crack has moved by more than a cell there, 0.0025 m",
+                         result.stderr)
+        assert "use &method frame = 'total'" in result.stderr
