@@ -4,7 +4,7 @@ module hampm_assembly
    use hampm_bodies, only: points_along, fill_rectangle
    use hampm_constraints, only: constrain_box
    use hampm_crack, only: crack_t, crack_line_t, find_crack
-   use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_next_body, body_at
+   use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
@@ -69,7 +69,8 @@ contains
    end subroutine place_crack
 
    !> Where the crack of a scene is: its faces are free from the tip backwards, to the edge of the material or, where it has a
-   !> length, to its other tip. Its mouth is the last root node that is in the material, or the one in the middle between the tips.
+   !> length, to its other tip. Its mouth is the last root node with material at each face, or the one in the middle between the
+   !> tips.
    pure function crack_line(scene) result(line)
       type(scene_t), intent(in) :: scene
       type(crack_line_t) :: line
@@ -87,7 +88,7 @@ contains
          if (has_two_tips(scene)) then
             cells_behind = anint(spec%length/cell)/2
          else
-            cells_behind = (distance_in_material(scene, spec%tip, -spec%direction) + tolerance(scene%grid))/cell
+            cells_behind = (distance_to_mouth(scene) + tolerance(scene%grid))/cell
          end if
          line%mouth = spec%tip - floor(cells_behind)*cell*spec%direction
       end associate

@@ -5,8 +5,8 @@ module hampm_crack_placement
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: has_two_tips, distance_in_material, distance_to_next_body, body_at, largest_radius, least_radius, domain_radii, &
-             is_covered
+   public :: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, largest_radius, &
+             least_radius, domain_radii, is_covered
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -17,7 +17,7 @@ contains
       type(scene_t), intent(in) :: scene
       associate (spec => scene%crack)
          has_two_tips = spec%length > 0 .and. &
-                        spec%length < distance_in_material(scene, spec%tip, -spec%direction) - tolerance(scene%grid)
+                        spec%length < distance_to_mouth(scene) - tolerance(scene%grid)
       end associate
    end function has_two_tips
 
@@ -40,6 +40,18 @@ contains
          end do
       end do
    end function distance_in_material
+
+   !> How far it is from the tip of a crack that has no other to its mouth: as far as there is material at each face [m].
+   pure real(dp) function distance_to_mouth(scene) result(distance)
+      type(scene_t), intent(in) :: scene
+      real(dp) :: aside(ndim)                    !! from the crack into the cells on one side [m]
+      associate (spec => scene%crack)
+         aside = 0
+         if (spec%kind == 'line') aside = 0.5_dp*scene%grid%cell*[-spec%direction(2), spec%direction(1)]
+         distance = min(distance_in_material(scene, spec%tip + aside, -spec%direction), &
+                        distance_in_material(scene, spec%tip - aside, -spec%direction))
+      end associate
+   end function distance_to_mouth
 
    !> How far it is from a point, in a direction along the grid lines, to the first body that begins further away than `beyond`
    !> [m]; huge where there is none.

@@ -224,3 +224,28 @@ def test_a_body_that_carries_its_crack_along_ends_the_run_in_the_updated_frame(h
         assert re.search(r"t = 1\.3\S*e-4 s: the material at the tip of the crack has moved by more than a cell there, 0.0025 m",
                          result.stderr)
         assert "use &method frame = 'total'" in result.stderr
+
+
+SHORT_ARM = """\
+&run thickness = 0.01 end_time = 3e-5 /
+&grid lower = -5e-3, -15e-3 cell = 2.5e-3 cells = 24, 12 /
+&material name = 'aluminium' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'aluminium' lower = {lower_end}, -10e-3 upper = 50e-3, 0.0 /
+&body material = 'aluminium' lower = {upper_end}, 0.0 upper = 50e-3, 10e-3 /
+&constraint lower = 50e-3, -10e-3 upper = 50e-3, 10e-3 fix = 'xy' /
+&load kind = 'traction' lower = {upper_end}, 0.0 upper = {upper_end}, 10e-3 force = 0.0, 1.0 /
+&load kind = 'traction' lower = {lower_end}, -10e-3 upper = {lower_end}, 0.0 force = 0.0, -1.0 /
+&crack kind = 'line' tip = 25e-3, 0.0 length = {length} /
+&energy_release estimators = 'nodal_force' /
+&output file = 'beam.h5' history_interval = 1e-6 /
+"""
+
+
+@pytest.mark.parametrize("length", [0.0, 20e-3])
+def test_the_mouth_is_where_the_shorter_arm_ends(hampm, columns_of, tmp_path, length):
+    """With a length beyond that, the crack reaches the edge of the material all the same."""
+    one = columns_of(SHORT_ARM.format(lower_end=10e-3, upper_end=0.0, length=length))
+    other = columns_of(SHORT_ARM.format(lower_end=0.0, upper_end=10e-3, length=length))
+    assert "mouth (0.01, 0.0) m" in hampm("beam.nml", "--check").stdout
+    assert_equal(one, other, ["mouth_opening", "G_nodal_force_I"], rtol=1e-9)
+    assert_equal(one, other, ["mouth_sliding", "G_nodal_force_II"], {"mouth_sliding": -1, "G_nodal_force_II": -1}, rtol=1e-9)
