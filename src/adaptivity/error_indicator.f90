@@ -4,7 +4,6 @@ module hampm_error_indicator
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
-   use hampm_material, only: material_t
    use hampm_recovery, only: recover
    use hampm_step, only: motion_t, refresh_grid
    implicit none

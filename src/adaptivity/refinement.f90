@@ -5,7 +5,7 @@ module hampm_refinement
    use hampm_cell_values, only: mean_of_nodes, is_occupied
    use hampm_error_indicator, only: estimate_errors
    use hampm_failure, only: failure_t
-   use hampm_forest, only: forest_t, level_width, outside
+   use hampm_forest, only: forest_t, outside
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_matching, only: adopt_forest, match_particles
    use hampm_step, only: motion_t
