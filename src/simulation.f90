@@ -3,6 +3,7 @@ module hampm_simulation
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, place_crack
+   use hampm_cell_values, only: is_occupied
    use hampm_crack, only: crack_t
    use hampm_crack_placement, only: has_two_tips, domain_radii
    use hampm_failure, only: failure_t
@@ -223,9 +224,11 @@ contains
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
+      integer :: leaf
       text = 'particles       '//to_text(s%motion%particles%n)//nl// &
              'cells           '//to_text(s%motion%grid%forest%leaf_count())//', of which occupied '// &
-             to_text(s%motion%particles%n_occupied)//nl// &
+             to_text(count([(is_occupied(s%motion%grid, s%motion%particles, leaf), &
+                             leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
              'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl
       if (s%scene%crack%present) text = text//crack_summary(s)

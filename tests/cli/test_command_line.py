@@ -87,6 +87,13 @@ def test_check_tells_how_cells_refine_and_how_deep(check):
     assert float(line.split()[-2]) == 1.25e-3 / 2**4
 
 
+def test_check_counts_a_cell_beside_finer_ones_once(check):
+    """The beam fills 8 rows of 9, and refinement at the tip stays away from the empty one."""
+    (cells, occupied), = re.findall(r"^! cells +(\d+), of which occupied (\d+)$",
+                                    check(GOOD + REFINE.replace("gradient", "tip").replace("rings = 4", "rings = 2")), re.MULTILINE)
+    assert int(cells) - int(occupied) == 80
+
+
 def crack_facts(checked):
     """What `--check` tells of a crack, by name."""
     return dict(re.findall(r"^! (crack|cells at tip|domain radii) +(.*) m$", checked, re.MULTILINE))
