@@ -9,6 +9,7 @@ module hampm_crack_measurements
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_placement, only: length_text
    use hampm_results, only: results_t
    use hampm_row, only: row_t
    use hampm_scene, only: scene_t
@@ -40,13 +41,13 @@ contains
             call results%add_column('J_spread', 'J/m2', 'largest less smallest J of the domains', failure)
             allocate (radii, source=domain_radii(scene))
             do i = 1, size(radii)
-               call results%add_column('J_'//to_text(i), 'J/m2', 'J integral, radius '//to_text(radii(i))//' m', failure)
+               call results%add_column('J_'//to_text(i), 'J/m2', 'J integral, radius '//length_text(radii(i))//' m', failure)
             end do
          end if
       end associate
       call results%add_column('crack_opening', 'm', 'opening one cell behind the tip', failure)
       if (both_modes) call results%add_column('crack_sliding', 'm', 'sliding one cell behind the tip', failure)
-      call results%add_column('mouth_opening', 'm', 'opening at the mouth, or half way between two tips', failure)
+      call results%add_column('mouth_opening', 'm', 'opening at the mouth; with two tips at the root node half way or next to it', failure)
       if (both_modes) call results%add_column('mouth_sliding', 'm', 'sliding there', failure)
       call results%add_column('tip_cell', 'm', 'size of the cells at the tip', failure)
       if (size(scene%constraints) > 0) then

@@ -7,7 +7,7 @@ module hampm_row
 
    type :: row_t
       integer :: n = 0                           !! values so far
-      real(dp) :: values(64) = 0                 !! (n)
+      real(dp) :: values(64) = 0                 !! (n); a scene has 30 columns and one for each radius at most
    contains
       procedure :: add
    end type row_t
