@@ -47,7 +47,8 @@ contains
       end associate
       call results%add_column('crack_opening', 'm', 'opening one cell behind the tip', failure)
       if (both_modes) call results%add_column('crack_sliding', 'm', 'sliding one cell behind the tip', failure)
-      call results%add_column('mouth_opening', 'm', 'opening at the mouth; with two tips at the root node half way or next to it', failure)
+      call results%add_column('mouth_opening', 'm', 'opening at the mouth; with two tips at a root node half way or next to it', &
+                              failure)
       if (both_modes) call results%add_column('mouth_sliding', 'm', 'sliding there', failure)
       call results%add_column('tip_cell', 'm', 'size of the cells at the tip', failure)
       if (size(scene%constraints) > 0) then
