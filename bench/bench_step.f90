@@ -5,9 +5,9 @@ program bench_step
    use, intrinsic :: iso_fortran_env, only: output_unit
    use hampm_kinds, only: dp, long, ndim
    use hampm_assembly, only: assemble
-   use hampm_crack, only: crack_t
    use hampm_failure, only: failure_t
    use hampm_particles, only: smallest_occupied_cell
+   use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
    use hampm_step, only: motion_t, advance, stable_time_step
    use hampm_threads, only: use_threads, processor_count
@@ -61,7 +61,7 @@ contains
       character(*), intent(in) :: scheme
       type(motion_t), intent(out) :: motion
       type(scene_t) :: scene
-      type(crack_t) :: crack
+      type(refinement_t) :: refinement
       type(failure_t) :: failure
       real(dp), parameter :: cell = 1.0e-3_dp
       scene%run%plane = 'stress'
@@ -77,7 +77,7 @@ contains
       scene%bodies(1)%material_index = 1
       scene%bodies(1)%upper = cells*cell
       scene%bodies(1)%points_per_cell = 2
-      call assemble(scene, motion, crack, failure)
+      call assemble(scene, motion, refinement, failure)
       if (failure%failed()) error stop 'the benchmark scene cannot be built'
       motion%particles%velocity = 1.0e-3_dp*sin(200*motion%particles%reference)
    end subroutine filled_box
