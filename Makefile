@@ -72,7 +72,7 @@ setup:  ## install what is missing: compiler, libraries, Python environment
 
 program: $(O)/hampm
 
-unit: $(UNIT_PROGRAMS) $(O)/results_driver
+unit: $(UNIT_PROGRAMS) $(O)/results_driver $(patsubst bench/%.f90,$(O)/%.o,$(wildcard bench/*.f90))
 
 clean:  ## remove what was built; results stay
 	rm -rf build
