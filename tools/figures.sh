@@ -92,10 +92,11 @@ draw_chen() { draw_intensity chen 51,101 86832 '$K_I / \sigma_0 \sqrt{\pi a}$' '
 # shellcheck disable=SC2016
 draw_freund() { draw_intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'closed form'; }
 
-# Both modes of a split beam under a moment on one arm come to rest
+# Both modes of a split beam under a moment on one arm come to rest, on uniform and refined cells
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode
-    plot $out/mixed_mode.h5 --estimator 'G_nodal_force_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
+    run input/mixed_mode.nml mixed_mode_uniform refine.indicator=none energy_release.radii=5e-3,7e-3,9e-3
+    plot $out/mixed_mode.h5 $out/mixed_mode_uniform.h5 --estimator 'G_nodal_force_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
 }
 
 main "$@"
