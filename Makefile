@@ -28,7 +28,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run figures test bench masses adaptivity tip program unit setup clean
+.PHONY: help run figures test bench minimal masses adaptivity tip program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -53,6 +53,10 @@ test: setup  ## install what is missing, build, run all tests
 bench: setup  ## measure the time per particle and step beside the memory's speed
 	@$(MAKE) --no-print-directory $(O)/bench_step
 	$(O)/bench_step
+
+minimal: setup  ## measure the least that a plain step needs beside what the program takes
+	@$(MAKE) --no-print-directory $(O)/minimal_step
+	$(O)/minimal_step
 
 masses: setup  ## measure what each mass matrix costs, dissipates and allows as time step
 	@$(MAKE) --no-print-directory program
@@ -79,11 +83,12 @@ clean:  ## remove what was built; results stay
 
 $(O)/hampm: $(O)/main.o
 $(O)/bench_step: $(O)/bench_step.o
+$(O)/minimal_step: $(O)/minimal_step.o
 $(O)/results_driver: $(O)/results_driver.o
 $(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
 $(UNIT_PROGRAMS) $(O)/results_driver: LINK := -fno-lto   # many programs, each of which runs for a moment
 
-$(O)/hampm $(O)/bench_step $(O)/results_driver $(UNIT_PROGRAMS): $(LIBRARY)
+$(O)/hampm $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(UNIT_PROGRAMS): $(LIBRARY)
 	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
 # A changed flag, here or on the command line, builds everything anew.
@@ -99,6 +104,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test bench masses adaptivity tip,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test bench minimal masses adaptivity tip,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif
