@@ -1,6 +1,6 @@
-!> The least that a plain scene needs a step: MUSL and USF, lumped mass, updated frame, bilinear, linear elastic, any number of
-!> particles a cell, which may move to other cells. What the library needs beside it is measured in the same run, and both
-!> must agree. See docs/performance.md.
+!> The least that a plain scene needs a step: MUSL, lumped mass, updated frame, bilinear, one linear elastic material, any number
+!> of particles a cell, which may move to other cells. The library is measured in the same run, and first both must agree. One
+!> thread. See docs/performance.md.
 !>
 !> Cells stand in blocks of `w` neighbours in the order of the grid, and the particles of a block in rows: row s holds the s-th
 !> particle of each of the w cells, side by side. So the loop over the cells of a block is the vector loop. It
@@ -646,8 +646,8 @@ contains
    !> Measure one size of scene: the library and the kernel, beside the speed of a copy.
    subroutine measure(cells, motion_kind, gradual)
       integer, intent(in) :: cells
-      character(*), intent(in) :: motion_kind           !! 'smooth'; 'wave': one that runs into material at rest; or 'turning': 1 to 3 %
-                                                        !! of the particles change their cell in each step
+      character(*), intent(in) :: motion_kind           !! 'smooth'; 'wave': one that runs into material at rest; or 'turning':
+                                                        !! 2 % of the particles change their cell in each step
       logical, intent(in) :: gradual                    !! whether numbers below the smallest normal one are kept
       integer, parameter :: repetitions = 9
       type(blocks_t) :: g
@@ -709,7 +709,7 @@ contains
       if (to(words) < 0) print *, to(words)      ! the copy is used
    end function time_to_move
 
-   !> Processor time [s].
+   !> Processor time [s]: all is done by one thread.
    real(dp) function seconds()
       call cpu_time(seconds)
    end function seconds
