@@ -151,7 +151,7 @@ contains
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      type(block_t) :: mesh
+      type(block_t) :: blocks(2)                 ! an array of what functions return would leak in gfortran 12
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
       call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
       if (failure%failed()) return
@@ -164,8 +164,9 @@ contains
       end if
       if (s%scene%output%snapshot_interval > 0) then
          if (is_due(s, s%snapshots*s%scene%output%snapshot_interval)) then
-            call mesh_view(s%motion, s%refinement, mesh)
-            call s%results%write_snapshot(s%motion%time, [particle_view(s%motion), mesh], failure)
+            call particle_view(s%motion, blocks(1))
+            call mesh_view(s%motion, s%refinement, blocks(2))
+            call s%results%write_snapshot(s%motion%time, blocks, failure)
             s%snapshots = s%snapshots + 1
          end if
       end if

@@ -13,9 +13,9 @@ module hampm_views
 contains
 
    !> The particles at their present position.
-   function particle_view(motion) result(view)
+   subroutine particle_view(motion, view)
       type(motion_t), intent(in) :: motion
-      type(block_t) :: view
+      type(block_t), intent(out) :: view
       real(dp) :: stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:)
       integer :: i
@@ -38,7 +38,7 @@ contains
          call view%add_point_field('stress_xy', components(3:3, :))
          call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
       end associate
-   end function particle_view
+   end subroutine particle_view
 
    !> The grid, transition cells by their quarters, with the mass and velocity that its nodes had in the last step and, where the
    !> mesh follows a gradient, the refinement parameter.
