@@ -83,46 +83,35 @@ contains
          if (failure%failed()) return
          if (chosen%nodal_force) then
             g = nodal_force_closure(crack, grid, p, motion%materials, scene%run%thickness)
-            call add_g(g)
+            call row%add(g(:recorded))
+            call keep_first(g, first_g)
          end if
          if (chosen%stress_closure) then
             call refresh_grid(motion)
             call stress_closure(crack, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, g, failure)
-            call add_g(g)
+            call row%add(g(:recorded))
+            call keep_first(g, first_g)
          end if
-         if (chosen%domain_integral) call measure_domain(scene, motion, crack, state, recorded, row, g)
-         if (chosen%domain_integral .and. .not. allocated(first_g)) first_g = of_both_modes(g)
-         call add_all(crack_opening(crack, crack%behind, grid, p))
-         call add_all(crack_opening(crack, crack%mouth, grid, p))
+         if (chosen%domain_integral) then
+            call measure_domain(scene, motion, crack, state, recorded, row, g)
+            call keep_first(g, first_g)
+         end if
+         associate (behind => crack_opening(crack, crack%behind, grid, p), mouth => crack_opening(crack, crack%mouth, grid, p))
+            call row%add(behind(:recorded))
+            call row%add(mouth(:recorded))
+         end associate
          call row%add(crack%step)
-         if (size(scene%constraints) > 0) then
-            call row%add(state%reaction(1))
-            call row%add(state%reaction(2))
-         end if
+         if (size(scene%constraints) > 0) call row%add(state%reaction)
       end associate
-   contains
-      !> Append an energy release rate.
-      subroutine add_g(value)
-         real(dp), intent(in) :: value(modes)
-         call add_all(value)
-         if (.not. allocated(first_g)) first_g = of_both_modes(value)
-      end subroutine add_g
-
-      !> Append the value of each mode that is recorded.
-      subroutine add_all(value)
-         real(dp), intent(in) :: value(modes)
-         integer :: i
-         do i = 1, recorded
-            call row%add(value(i))
-         end do
-      end subroutine add_all
    end subroutine measure_crack
 
-   !> The energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
-   pure real(dp) function of_both_modes(g)
-      real(dp), intent(in) :: g(modes)
-      of_both_modes = g(1) + abs(g(2))
-   end function of_both_modes
+   !> Keep an energy release rate, of both modes together, where it is the first: the sign of mode II tells only which way the
+   !> faces slide.
+   pure subroutine keep_first(g, first_g)
+      real(dp), intent(in) :: g(modes)           !! [J/m2]
+      real(dp), allocatable, intent(inout) :: first_g
+      if (.not. allocated(first_g)) first_g = g(1) + abs(g(2))
+   end subroutine keep_first
 
    !> Append what the domain integrals give: means over the domains, and J of each.
    subroutine measure_domain(scene, motion, crack, state, recorded, row, g)
@@ -136,7 +125,6 @@ contains
       type(tip_domain_t) :: domain
       real(dp), allocatable :: j(:), k(:, :)
       real(dp) :: mean_k(modes)
-      integer :: i
       domain%tip = crack%line%tip
       domain%direction = crack%line%axis(:, 1)
       domain%cell = crack%step
@@ -148,17 +136,11 @@ contains
       call domain_integrals(domain, motion%grid, motion%particles, motion%materials, state, j, k)
       mean_k = sum(k, dim=2)/size(j)
       g = shares_of_modes(sum(j)/size(j), mean_k)
-      do i = 1, recorded
-         call row%add(g(i))
-      end do
-      do i = 1, recorded
-         call row%add(mean_k(i))
-      end do
+      call row%add(g(:recorded))
+      call row%add(mean_k(:recorded))
       if (recorded > 1) call row%add(atan2(mean_k(2), mean_k(1)))
       call row%add(sum(j)/size(j))
       call row%add(maxval(j) - minval(j))
-      do i = 1, size(j)
-         call row%add(j(i))
-      end do
+      call row%add(j)
    end subroutine measure_domain
 end module hampm_crack_measurements
