@@ -11,6 +11,7 @@ program bench_step
    use hampm_scene, only: scene_t
    use hampm_step, only: motion_t, advance, stable_time_step
    use hampm_threads, only: use_threads, processor_count
+   use hampm_timing, only: time_to_move, median
    implicit none
    integer, parameter :: cells(3) = [50, 158, 500]          ! cells along an edge: 10k, 100k, 1M particles
    character(5), parameter :: schemes(4) = ['usl  ', 'usf  ', 'musl ', 'usavg']
@@ -48,7 +49,7 @@ contains
             if (failure%failed()) error stop 'the benchmark scene has failed'
          end do
          step_time(r) = (seconds() - step_time(r))/steps/motion%particles%n
-         move_time(r) = time_to_move(motion%particles%n, bytes, steps)/motion%particles%n
+         move_time(r) = time_to_move(motion%particles%n, bytes, steps, seconds)/motion%particles%n
       end do
       print '(i9, 2x, a6, i9, f18.1, f27.1, f7.1, i7)', motion%particles%n, scheme, threads, &
          1e9_dp*median(step_time), 1e9_dp*median(move_time), median(step_time/move_time), bytes
@@ -101,44 +102,10 @@ contains
       bytes = 8*reals + 4
    end function bytes_per_step
 
-   !> Time to read half and write half of `bytes` for each of `n` items, `steps` times [s].
-   real(dp) function time_to_move(n, bytes, steps) result(time)
-      integer, intent(in) :: n, bytes, steps
-      real(dp), allocatable, save :: from(:), to(:)
-      integer(long) :: words, i
-      integer :: k
-      words = int(n, long)*bytes/16
-      if (allocated(from)) then
-         if (size(from, kind=long) /= words) deallocate (from, to)
-      end if
-      if (.not. allocated(from)) allocate (from(words), to(words), source=0.0_dp)
-      time = seconds()
-      do k = 1, steps
-         !$omp parallel do schedule(static)
-         do i = 1, words
-            to(i) = from(i) + k
-         end do
-      end do
-      time = (seconds() - time)/steps
-      if (to(words) < 0) print *, to(words)      ! the copy is used
-   end function time_to_move
-
    !> Wall time [s]. With one thread on a busy machine prefer ratios of one run.
    real(dp) function seconds()
       integer(long) :: ticks, rate
       call system_clock(ticks, rate)
       seconds = real(ticks, dp)/real(rate, dp)
    end function seconds
-
-   !> Median of a few numbers.
-   pure real(dp) function median(values)
-      real(dp), intent(in) :: values(:)
-      real(dp) :: rest(size(values))
-      integer :: k
-      rest = values
-      do k = 1, size(values)/2
-         rest(maxloc(rest, dim=1)) = -huge(median)
-      end do
-      median = maxval(rest)
-   end function median
 end program bench_step

@@ -20,6 +20,7 @@ program minimal_step
    use hampm_scene, only: scene_t
    use hampm_step, only: motion_t, advance, stable_time_step
    use hampm_threads, only: use_threads
+   use hampm_timing, only: time_to_move, median
    implicit none
 
    integer, parameter :: w = 4                       !! lanes: cells of a block
@@ -678,7 +679,7 @@ contains
             call step(dt, g)
          end do
          t(r, 2) = seconds() - t(r, 2)
-         t(r, 3) = time_to_move(motion%particles%n, bytes, steps)
+         t(r, 3) = steps*time_to_move(motion%particles%n, bytes, steps, seconds)
       end do
       t = 1e9_dp*t/steps/motion%particles%n
       call ieee_set_underflow_mode(.true.)
@@ -690,39 +691,8 @@ contains
       flush (output_unit)
    end subroutine measure
 
-   !> Time to read half and write half of `bytes` for each of `n` items, `steps` times [s].
-   real(dp) function time_to_move(n, bytes, steps) result(time)
-      integer, intent(in) :: n, bytes, steps
-      real(dp), allocatable :: from(:), to(:)
-      integer(long) :: words, i
-      integer :: k
-      words = int(n, long)*bytes/16
-      allocate (from(words), to(words), source=0.0_dp)
-      time = seconds()
-      do k = 1, steps
-         !$omp parallel do schedule(static)
-         do i = 1, words
-            to(i) = from(i) + k
-         end do
-      end do
-      time = seconds() - time
-      if (to(words) < 0) print *, to(words)      ! the copy is used
-   end function time_to_move
-
    !> Processor time [s]: all is done by one thread.
    real(dp) function seconds()
       call cpu_time(seconds)
    end function seconds
-
-   !> Median of a few numbers.
-   pure real(dp) function median(values)
-      real(dp), intent(in) :: values(:)
-      real(dp) :: rest(size(values))
-      integer :: k
-      rest = values
-      do k = 1, size(values)/2
-         rest(maxloc(rest, dim=1)) = -huge(median)
-      end do
-      median = maxval(rest)
-   end function median
 end program minimal_step
