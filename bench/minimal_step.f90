@@ -507,7 +507,7 @@ contains
                    g%lower(ndim, w*g%n), g%inverse(w*g%n), g%share(w*sums*(g%n + 1)), g%slot(corners, grid%n_nodes), &
                    g%a(ndim, grid%n_nodes), g%v_new(ndim, grid%n_nodes), g%v(ndim, grid%n_nodes), g%inverse_mass(grid%n_nodes))
          g%count_of = 0
-         g%count_of(:cells) = q%cell_start(2:cells + 1) - q%cell_start(:cells)
+         g%count_of(:cells) = q%count_in
          g%nodes = 1
          g%nodes(:, :cells) = grid%element_nodes
          g%lower = 0
@@ -528,8 +528,8 @@ contains
             do s = 1, g%rows((e - 1)/w + 1)
                call empty_place(g, e, s)
                if (s > g%count_of(e)) cycle
-               i = q%cell_start(e) + s - 1
-               g%p(place_of(g, e, s), :) = [q%reference(:, i), q%displacement(:, i), q%velocity(:, i), q%gradient(:, :, i), &
+               i = q%first_in(e) + (s - 1)*q%stride_in(e)
+               g%p(place_of(g, e, s), :) = [q%reference(i, :), q%displacement(i, :), q%velocity(i, :), q%gradient(i, :, :), &
                                             q%mass(i), q%volume(i)]
                g%id(place_of(g, e, s)) = q%id(i)
             end do
@@ -583,8 +583,8 @@ contains
          p%velocity = 1.0e-3_dp*sin(200*p%reference)
          if (.not. fast) return
          do i = 1, p%n
-            p%velocity(:, i) = p%velocity(:, i) + [3.0_dp, 2.0_dp] &
-                               + 300*[0.4375_dp*cells*cell - p%reference(2, i), p%reference(1, i) - 0.4375_dp*cells*cell]
+            p%velocity(i, :) = p%velocity(i, :) + [3.0_dp, 2.0_dp] &
+                               + 300*[0.4375_dp*cells*cell - p%reference(i, 2), p%reference(i, 1) - 0.4375_dp*cells*cell]
          end do
       end associate
    end subroutine filled_box
@@ -615,9 +615,9 @@ contains
                associate (q => g%p(place_of(g, e, s), :))
                   i = by_id(g%id(place_of(g, e, s)))
                   if (p%cell(i) /= e) error stop 'a particle stands in another cell than in the library'
-                  worst_u = max(worst_u, maxval(abs(q(3:4) - p%displacement(:, i))))
-                  worst_v = max(worst_v, maxval(abs(q(5:6) - p%velocity(:, i))))
-                  worst_h = max(worst_h, maxval(abs(q(7:10) - [p%gradient(:, :, i)])))
+                  worst_u = max(worst_u, maxval(abs(q(3:4) - p%displacement(i, :))))
+                  worst_v = max(worst_v, maxval(abs(q(5:6) - p%velocity(i, :))))
+                  worst_h = max(worst_h, maxval(abs(q(7:10) - [p%gradient(i, :, :)])))
                   momentum = momentum + q(11)*q(5:6)
                end associate
             end do
@@ -656,8 +656,8 @@ contains
       type(failure_t) :: failure
       integer :: r, steps, j
       call filled_box(cells, motion_kind == 'turning')
-      if (motion_kind == 'wave') where (motion%particles%reference(1:1, :) > 0.01_dp) motion%particles%velocity(1:1, :) = 0
-      if (motion_kind == 'wave') motion%particles%velocity(2, :) = 0
+      if (motion_kind == 'wave') where (motion%particles%reference(:, 1) > 0.01_dp) motion%particles%velocity(:, 1) = 0
+      if (motion_kind == 'wave') motion%particles%velocity(:, 2) = 0
       dt = stable_time_step(1.0e-3_dp, motion%materials, 0.1_dp, 'shear')
       call set_up(dt, g)
       steps = max(10, 2000000/motion%particles%n)

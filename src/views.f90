@@ -16,23 +16,24 @@ contains
    subroutine particle_view(motion, view)
       type(motion_t), intent(in) :: motion
       type(block_t), intent(out) :: view
-      real(dp) :: stress(ndim, ndim)
+      real(dp) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:)
       integer :: i
       associate (p => motion%particles)
          allocate (components(3, p%n), energy(p%n))
          do i = 1, p%n
-            associate (material => motion%materials(p%material(i)), h => p%gradient(:, :, i))
+            h = p%gradient_of(i)
+            associate (material => motion%materials(p%material(i)))
                stress = material%kirchhoff_stress(h)
                components(:, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
                energy(i) = material%energy_density(h)
             end associate
          end do
-         call view%set_vertices('particles', p%reference + p%displacement)
+         call view%set_vertices('particles', transpose(p%reference + p%displacement))
          call view%add_point_field('id', real(reshape(p%id, [1, p%n]), dp))
          call view%add_point_field('body', real(reshape(p%body, [1, p%n]), dp))
-         call view%add_point_field('displacement', p%displacement)
-         call view%add_point_field('velocity', p%velocity)
+         call view%add_point_field('displacement', transpose(p%displacement))
+         call view%add_point_field('velocity', transpose(p%velocity))
          call view%add_point_field('stress_xx', components(1:1, :))
          call view%add_point_field('stress_yy', components(2:2, :))
          call view%add_point_field('stress_xy', components(3:3, :))
@@ -48,13 +49,13 @@ contains
       type(block_t), intent(out) :: view
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
       real(dp), allocatable :: phi(:), r(:)
-      integer :: e, i
+      integer :: e
       if (refinement%indicator == 'gradient') then
          call nodal_field(motion, refinement%field, phi)
          call refinement_parameter(motion, refinement%field, phi, r)
          call view%add_point_field('R', reshape(r, [1, size(r)]))
       end if
-      associate (grid => motion%grid, f => motion%fields, start => motion%particles%cell_start)
+      associate (grid => motion%grid, f => motion%fields)
          view%name = 'mesh'
          view%points = grid%node_position
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
@@ -64,8 +65,7 @@ contains
          call view%add_point_field('velocity', f%velocity(:, :, at_start))
          call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
-         call view%add_cell_field('particles', reshape([(real(start(i + 1) - start(i), dp), i=1, grid%n_elements)], &
-                                                       [1, grid%n_elements]))
+         call view%add_cell_field('particles', reshape(real(motion%particles%count_in, dp), [1, grid%n_elements]))
       end associate
    end subroutine mesh_view
 end module hampm_views

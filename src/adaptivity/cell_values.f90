@@ -44,7 +44,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       integer, intent(in) :: leaf
-      is_occupied = p%cell_start(grid%leaf_element(leaf + 1)) > p%cell_start(grid%leaf_element(leaf))
+      is_occupied = any(p%count_in(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) > 0)
    end function is_occupied
 
    !> Sum of a value over the particles of a leaf.
@@ -53,6 +53,12 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: leaf
       real(dp), intent(in) :: value(:)           !! (n)
-      total = sum(value(p%cell_start(grid%leaf_element(leaf)):p%cell_start(grid%leaf_element(leaf + 1)) - 1))
+      integer :: e, i
+      total = 0
+      do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
+         do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            total = total + value(i)
+         end do
+      end do
    end function sum_over_particles
 end module hampm_cell_values

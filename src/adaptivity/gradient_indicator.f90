@@ -20,17 +20,19 @@ contains
       character(*), intent(in) :: name
       real(dp), allocatable, intent(out) :: phi(:)  !! (n_points)
       real(dp), allocatable :: value(:)
+      real(dp) :: h(ndim, ndim)
       integer :: i
       allocate (value(m%particles%n), phi(m%grid%n_points))
       do i = 1, m%particles%n
-         associate (material => m%materials(m%particles%material(i)), h => m%particles%gradient(:, :, i))
+         h = m%particles%gradient_of(i)
+         associate (material => m%materials(m%particles%material(i)))
             select case (name)
             case ('energy_density')
                value(i) = material%energy_density(h)
             case ('stress_norm')
                value(i) = norm2(material%kirchhoff_stress(h))
             case default
-               value(i) = norm2(m%particles%velocity(:, i))
+               value(i) = norm2(m%particles%velocity(i, :))
             end select
          end associate
       end do

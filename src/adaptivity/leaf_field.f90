@@ -45,10 +45,12 @@ contains
       rhs = 0
       deviation = 0
       associate (leaf => grid%element_leaf(e))
-         do i = p%cell_start(grid%leaf_element(leaf)), p%cell_start(grid%leaf_element(leaf + 1)) - 1
-            if (p%body(i) /= body) cycle
-            call add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
-            deviation = max(deviation, maxval(abs(spatial_gradient(p, i) - mean_gradient), dim=2))
+         do k = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
+            do i = p%first_in(k), p%last_in(k), p%stride_in(k)
+               if (p%body(i) /= body) cycle
+               call add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
+               deviation = max(deviation, maxval(abs(spatial_gradient(p, i) - mean_gradient), dim=2))
+            end do
          end do
       end associate
       do k = 1, n
@@ -75,17 +77,19 @@ contains
       integer, intent(in) :: leaf, body
       real(dp), intent(out) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim)
       integer, intent(out) :: n
-      integer :: i
+      integer :: e, i
       n = 0
       middle = 0
       mean_u = 0
       mean_gradient = 0
-      do i = p%cell_start(grid%leaf_element(leaf)), p%cell_start(grid%leaf_element(leaf + 1)) - 1
-         if (p%body(i) /= body) cycle
-         n = n + 1
-         middle = middle + p%place_in_grid(i)
-         mean_u = mean_u + p%displacement(:, i)
-         mean_gradient = mean_gradient + spatial_gradient(p, i)
+      do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
+         do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            if (p%body(i) /= body) cycle
+            n = n + 1
+            middle = middle + p%place_in_grid(i)
+            mean_u = mean_u + p%displacement(i, :)
+            mean_gradient = mean_gradient + spatial_gradient(p, i)
+         end do
       end do
       middle = middle/max(n, 1)
       mean_u = mean_u/max(n, 1)
@@ -108,7 +112,7 @@ contains
          call grid%element_matrix(e, n_here, in_element, part)
          row(:, 0) = matmul(shape_functions(xi), part)
          row(:, 1:) = transpose(matmul(transpose(shape_gradients(xi, 1.0_dp)), part))
-         value(:, 0) = p%displacement(:, i) - mean_u - matmul(mean_gradient, p%place_in_grid(i) - middle)
+         value(:, 0) = p%displacement(i, :) - mean_u - matmul(mean_gradient, p%place_in_grid(i) - middle)
          value(:, 1:) = grid%element_size(e)*(spatial_gradient(p, i) - mean_gradient)
       end associate
       do k = 1, n_here
@@ -131,7 +135,7 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp) :: g(ndim, ndim)
-      g = p%gradient(:, :, i)
+      g = p%gradient_of(i)
       if (.not. p%total_frame) g = matmul(g, transpose(inverse_transpose(identity + g)))
    end function spatial_gradient
 end module hampm_leaf_field

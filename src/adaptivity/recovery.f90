@@ -45,7 +45,7 @@ contains
       real(dp), intent(out) :: value(width)
       integer, intent(in), optional :: material
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
-      integer :: leaf(corners), n_leaves, n, i, k, d
+      integer :: leaf(corners), n_leaves, n, e, i, k, d
       call leaves_around(grid, node, n_leaves, leaf, edge)
       n = 0
       mean_x = 0
@@ -53,17 +53,19 @@ contains
       mean = 0
       moment = 0
       do k = 1, n_leaves
-         do i = p%cell_start(grid%leaf_element(leaf(k))), p%cell_start(grid%leaf_element(leaf(k) + 1)) - 1
-            if (present(material)) then
-               if (p%material(i) /= material) cycle
-            end if
-            n = n + 1
-            x = (p%place_in_grid(i) - grid%node_position(:, node))/edge
-            mean_x = mean_x + x
-            mean = mean + field(:, i)
-            do d = 1, ndim
-               spread_x(:, d) = spread_x(:, d) + x*x(d)
-               moment(:, d) = moment(:, d) + field(:, i)*x(d)
+         do e = grid%leaf_element(leaf(k)), grid%leaf_element(leaf(k) + 1) - 1
+            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+               if (present(material)) then
+                  if (p%material(i) /= material) cycle
+               end if
+               n = n + 1
+               x = (p%place_in_grid(i) - grid%node_position(:, node))/edge
+               mean_x = mean_x + x
+               mean = mean + field(:, i)
+               do d = 1, ndim
+                  spread_x(:, d) = spread_x(:, d) + x*x(d)
+                  moment(:, d) = moment(:, d) + field(:, i)*x(d)
+               end do
             end do
          end do
       end do

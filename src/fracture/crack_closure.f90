@@ -63,7 +63,7 @@ contains
       real(dp) :: face_displacement(ndim, 2), opening(modes), closing(modes)
       integer :: i, k
       allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
-      call extrapolate(grid, p, matrix, solver, p%displacement, displacement, failure)
+      call extrapolate(grid, p, matrix, solver, transpose(p%displacement), displacement, failure)
       call extrapolate(grid, p, matrix, solver, tractions(crack, p, materials), traction, failure)
       face_displacement = 0
       do k = 1, 2
@@ -83,7 +83,7 @@ contains
       integer :: i
       allocate (traction(ndim, p%n))
       do i = 1, p%n
-         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient(:, :, i)), crack%line%axis(:, 2))
+         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient_of(i)), crack%line%axis(:, 2))
       end do
    end function tractions
 

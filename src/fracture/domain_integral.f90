@@ -78,7 +78,7 @@ contains
       do n = 1, size(elements)
          associate (e => elements(n))
             at_corner = q(:, grid%element_nodes(:, e))
-            do i = p%cell_start(e), p%cell_start(e + 1) - 1
+            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
                call take_sample(domain, grid, p, i, materials(p%material(i)), state, c, s)
                call add_to_j(s, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), j)
                call add_to_interaction(s, domain, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), k)
@@ -150,11 +150,13 @@ contains
       c = 0
       total = 0
       do n = 1, size(elements)
-         do i = p%cell_start(elements(n)), p%cell_start(elements(n) + 1) - 1
-            weight = p%volume(i)*sum(q(:, grid%element_nodes(:, elements(n))))
-            c = c + weight*matmul(p%gradient(:, :, i), domain%direction)
-            total = total + weight
-         end do
+         associate (e => elements(n))
+            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+               weight = p%volume(i)*sum(q(:, grid%element_nodes(:, e)))
+               c = c + weight*matmul(p%gradient(i, :, :), domain%direction)
+               total = total + weight
+            end do
+         end associate
       end do
       if (total > 0) c = matmul(c/total, crack_axes(domain%direction))
       if (domain%half) c(2) = 0
@@ -170,10 +172,12 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), velocity_gradient(ndim, ndim)
+      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), velocity_gradient(ndim, ndim), h(ndim, ndim), v(ndim)
       axes = crack_axes(domain%direction)
       to_reference = axes
-      associate (e => p%cell(i), h => p%gradient(:, :, i), v => p%velocity(:, i))
+      h = p%gradient_of(i)
+      v = p%velocity(i, :)
+      associate (e => p%cell(i))
          if (.not. p%total_frame) to_reference = matmul(identity + h, axes)
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          s%shape = shape_functions(xi)

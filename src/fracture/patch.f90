@@ -33,13 +33,13 @@ contains
       wanted = grid%node_slot(:, node) > 0
       if (present(toward)) wanted = wanted .and. [(is_toward(grid%node_slot(c, node), toward), c=1, corners)]
       associate (slots => pack(grid%node_slot(:, node), wanted))
-         room = sum([(p%cell_start(element_of_slot(slots(k)) + 1) - p%cell_start(element_of_slot(slots(k))), k=1, size(slots))])
+         room = sum(p%count_in(element_of_slot(slots)))
          call new_patch(node, room, patch)
          do k = 1, size(slots)
             e = element_of_slot(slots(k))
-            if (p%cell_start(e + 1) == p%cell_start(e)) cycle
+            if (p%count_in(e) == 0) cycle
             call number_nodes(grid, e, patch, local)
-            do i = p%cell_start(e), p%cell_start(e + 1) - 1
+            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
                call add_particle(grid, e, corner_of_slot(slots(k)), local, i, p%place_in_grid(i), patch)
             end do
          end do
@@ -59,7 +59,7 @@ contains
       if (p%total_frame) return
       cell = grid%smallest_leaf_at(node)
       if (patch%n > 0) then
-         if (all(abs(p%displacement(:, patch%particle(:patch%n))) < small*cell)) return
+         if (all(abs(p%displacement(patch%particle(:patch%n), :)) < small*cell)) return
       end if
       call patch_of_material(grid, p, node, patch)
    end subroutine patch_of_face
@@ -70,6 +70,7 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
+      real(dp) :: place(ndim)
       integer :: k, i, e, local(corners), room
       associate (slots => pack(grid%node_slot(:, node), grid%node_slot(:, node) > 0))
          room = 0
@@ -82,7 +83,9 @@ contains
             if (.not. any([(began_in(e, i), i=1, p%n)])) cycle
             call number_nodes(grid, e, patch, local)
             do i = 1, p%n
-               if (began_in(e, i)) call add_particle(grid, e, corner_of_slot(slots(k)), local, i, p%reference(:, i), patch)
+               if (.not. began_in(e, i)) cycle
+               place = p%reference(i, :)
+               call add_particle(grid, e, corner_of_slot(slots(k)), local, i, place, patch)
             end do
          end do
       end associate
@@ -90,7 +93,9 @@ contains
       !> Whether a particle's reference position is in an element.
       pure logical function began_in(e, i)
          integer, intent(in) :: e, i
-         began_in = all(abs(grid%local_coordinate(e, p%reference(:, i)) - 0.5_dp) < 0.5_dp)
+         real(dp) :: x(ndim)
+         x = p%reference(i, :)
+         began_in = all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
       end function began_in
    end subroutine patch_of_material
 
@@ -155,7 +160,7 @@ contains
       force = 0
       do k = 1, patch%n
          associate (i => patch%particle(k))
-            force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient(:, :, i), p%total_frame), &
+            force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame), &
                                                patch%gradient(:, k))
          end associate
       end do
@@ -186,7 +191,7 @@ contains
          end do
          lumped = sum(matrix, dim=2)
          do d = 1, ndim
-            rhs = matmul(shape, m*p%displacement(d, patch%particle))
+            rhs = matmul(shape, m*p%displacement(patch%particle, d))
             u(d) = first_unknown(matrix, lumped, rhs)
          end do
       end associate

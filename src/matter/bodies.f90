@@ -39,10 +39,10 @@ contains
             rest = rest/n(d)
          end do
          i = first + k
-         p%reference(:, i) = lower + (c + 0.5_dp)*spacing
+         p%reference(i, :) = lower + (c + 0.5_dp)*spacing
          p%volume(i) = product(spacing)*thickness
          p%mass(i) = density*p%volume(i)
-         p%velocity(:, i) = velocity
+         p%velocity(i, :) = velocity
          p%material(i) = material
          p%body(i) = body
          p%id(i) = i

@@ -23,7 +23,7 @@ contains
       do block = 1, size(partial)
          partial(block) = 0
          do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + 0.5_dp*p%mass(i)*sum(p%velocity(:, i)**2)
+            partial(block) = partial(block) + 0.5_dp*p%mass(i)*sum(p%velocity(i, :)**2)
          end do
       end do
       energy = sum(partial)
@@ -39,7 +39,7 @@ contains
       do block = 1, size(partial)
          partial(block) = 0
          do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient(:, :, i))
+            partial(block) = partial(block) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i))
          end do
       end do
       energy = sum(partial)
@@ -52,7 +52,7 @@ contains
       integer :: i
       momentum = 0
       do i = 1, p%n
-         momentum = momentum + p%mass(i)*p%velocity(:, i)
+         momentum = momentum + p%mass(i)*p%velocity(i, :)
       end do
    end function linear_momentum
 
@@ -63,7 +63,7 @@ contains
       integer :: i
       largest = 0
       do i = 1, p%n
-         if (materials(p%material(i))%linear) largest = max(largest, maxval(abs(p%gradient(:, :, i))))
+         if (materials(p%material(i))%linear) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
       end do
    end function largest_gradient
 
@@ -87,7 +87,7 @@ contains
    pure real(dp) function determinant_of(p, i)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      determinant_of = determinant(identity + p%gradient(:, :, i))
+      determinant_of = determinant(identity + p%gradient_of(i))
    end function determinant_of
 
    !> The particle with the most kinetic and elastic energy; the first whose energy is not a number.
@@ -99,8 +99,8 @@ contains
       liveliest = 1
       most = -1
       do i = 1, p%n
-         energy = 0.5_dp*p%mass(i)*sum(p%velocity(:, i)**2) &
-                  + p%volume(i)*materials(p%material(i))%energy_density(p%gradient(:, :, i))
+         energy = 0.5_dp*p%mass(i)*sum(p%velocity(i, :)**2) &
+                  + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i))
          if (energy <= most) cycle
          liveliest = i
          if (.not. energy <= huge(energy)) return

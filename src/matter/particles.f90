@@ -17,10 +17,10 @@ module hampm_particles
       logical :: total_frame = .false.                  !! whether they stand in the grid at X, else at X + u
       real(dp), allocatable :: mass(:)                  !! m [kg], (n)
       real(dp), allocatable :: volume(:)                !! reference volume V [m3], (n)
-      real(dp), allocatable :: reference(:, :)          !! reference position X [m], (ndim, n)
-      real(dp), allocatable :: displacement(:, :)       !! u [m], (ndim, n)
-      real(dp), allocatable :: velocity(:, :)           !! v [m/s], (ndim, n)
-      real(dp), allocatable :: gradient(:, :, :)        !! displacement gradient H = du/dX [-], (ndim, ndim, n)
+      real(dp), allocatable :: reference(:, :)          !! reference position X [m], (n, ndim)
+      real(dp), allocatable :: displacement(:, :)       !! u [m], (n, ndim)
+      real(dp), allocatable :: velocity(:, :)           !! v [m/s], (n, ndim)
+      real(dp), allocatable :: gradient(:, :, :)        !! displacement gradient H = du/dX [-], (n, ndim, ndim)
       integer, allocatable :: material(:)               !! index of the material, (n)
       integer, allocatable :: body(:)                   !! index of the body, (n)
       integer, allocatable :: id(:)                     !! number that stays with the particle, (n)
@@ -29,8 +29,10 @@ module hampm_particles
       integer(long), allocatable :: path(:)             !! which child it is of each split: a digit of base 2**ndim for each,
                                                         !! the last split last; (n)
       real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
-      integer, allocatable :: cell(:)                   !! the element in which the particle stands, ascending, (n)
-      integer, allocatable :: cell_start(:)             !! first particle of each element, (n_elements + 1)
+      integer, allocatable :: cell(:)                   !! the element in which the particle stands, (n)
+      ! The particles of element e are first_in(e), first_in(e) + stride_in(e), ... last_in(e). An empty one has 1, 0 and 1
+      integer, allocatable :: first_in(:), last_in(:), stride_in(:) !! (n_elements)
+      integer, allocatable :: count_in(:)               !! number of particles of each element, (n_elements)
       integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
       integer :: n_occupied = 0
       ! Workspace of the sort
@@ -41,6 +43,7 @@ module hampm_particles
    contains
       procedure :: position
       procedure :: place_in_grid
+      procedure :: gradient_of
    end type particles_t
 
 contains
@@ -51,8 +54,8 @@ contains
       type(particles_t), intent(out) :: p
       type(failure_t), intent(inout) :: failure
       integer :: status
-      allocate (p%mass(n), p%volume(n), p%reference(ndim, n), p%displacement(ndim, n), p%velocity(ndim, n), &
-                p%gradient(ndim, ndim, n), p%material(n), p%body(n), p%id(n), p%cell(n), stat=status)
+      allocate (p%mass(n), p%volume(n), p%reference(n, ndim), p%displacement(n, ndim), p%velocity(n, ndim), &
+                p%gradient(n, ndim, ndim), p%material(n), p%body(n), p%id(n), p%cell(n), stat=status)
       if (status /= 0) then
          call failure%report(exit_computation, too_many(n))
          return
@@ -73,10 +76,11 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       p%n = n
-      if (allocated(p%cell_start)) deallocate (p%cell_start, p%occupied, p%next, p%new_place, p%integer_copy, p%real_copy)
+      if (allocated(p%first_in)) deallocate (p%first_in, p%last_in, p%stride_in, p%count_in, p%occupied, p%next, p%new_place, &
+                                             p%integer_copy, p%real_copy)
       if (allocated(p%long_copy)) deallocate (p%long_copy)
-      allocate (p%cell_start(n_elements + 1), p%occupied(n_elements), p%next(n_elements), p%new_place(n), &
-                p%integer_copy(n), p%real_copy(ndim*ndim*n), stat=status)
+      allocate (p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), p%count_in(n_elements), &
+                p%occupied(n_elements), p%next(n_elements), p%new_place(n), p%integer_copy(n), p%real_copy(n), stat=status)
       if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
       if (status /= 0) call failure%report(exit_computation, too_many(n))
    end subroutine fit_workspace
@@ -93,7 +97,7 @@ contains
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
       real(dp) :: x(ndim)
-      x = self%reference(:, i) + self%displacement(:, i)
+      x = self%reference(i, :) + self%displacement(i, :)
    end function position
 
    !> Where particle `i` stands in the grid [m]: the place at which shape functions are taken.
@@ -101,9 +105,17 @@ contains
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
       real(dp) :: x(ndim)
-      x = self%reference(:, i)
-      if (.not. self%total_frame) x = x + self%displacement(:, i)
+      x = self%reference(i, :)
+      if (.not. self%total_frame) x = x + self%displacement(i, :)
    end function place_in_grid
+
+   !> H of particle `i` [-], which the array does not hold in one piece.
+   pure function gradient_of(self, i) result(h)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(dp) :: h(ndim, ndim)
+      h = self%gradient(i, :, :)
+   end function gradient_of
 
    !> Find the cell of every particle and sort all arrays by cell, keeping the order within a cell. `new_place` then
    !> tells where each particle went. Fails where a particle has left the grid or its position is not a number.
@@ -111,15 +123,20 @@ contains
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
       type(failure_t), intent(inout) :: failure
+      integer :: d, k
       call locate(p, grid, failure)
       if (failure%failed()) return
       call count_cells(p)
-      call permute_reals(p, 1, p%mass)
-      call permute_reals(p, 1, p%volume)
-      call permute_reals(p, ndim, p%reference)
-      call permute_reals(p, ndim, p%displacement)
-      call permute_reals(p, ndim, p%velocity)
-      call permute_reals(p, ndim*ndim, p%gradient)
+      call permute_reals(p, p%mass)
+      call permute_reals(p, p%volume)
+      do d = 1, ndim
+         call permute_reals(p, p%reference(:, d))
+         call permute_reals(p, p%displacement(:, d))
+         call permute_reals(p, p%velocity(:, d))
+         do k = 1, ndim
+            call permute_reals(p, p%gradient(:, k, d))
+         end do
+      end do
       call permute_integers(p, p%material)
       call permute_integers(p, p%body)
       call permute_integers(p, p%id)
@@ -158,11 +175,11 @@ contains
       x = p%position(i)
       if (any(.not. abs(x) <= huge(x))) then
          message = 'the position of particle '//to_text(p%id(i))//' is no longer a number; it started at ('// &
-                   to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))// &
+                   to_text(p%reference(i, 1))//', '//to_text(p%reference(i, 2))// &
                    ') m. Likely cause: the run is unstable; reduce &method courant'
       else
          message = 'particle '//to_text(p%id(i))//' left the grid at ('//to_text(x(1))//', '//to_text(x(2))// &
-                   ') m; it started at ('//to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))// &
+                   ') m; it started at ('//to_text(p%reference(i, 1))//', '//to_text(p%reference(i, 2))// &
                    ') m. Likely cause: the body moves beyond the grid: give &grid more cells or add a &constraint; '// &
                    'or the run is unstable: reduce &method courant'
       end if
@@ -171,50 +188,44 @@ contains
    !> Count the particles of each cell and decide the new place of each particle.
    subroutine count_cells(p)
       type(particles_t), intent(inout) :: p
-      integer :: i, e
-      p%next = 0
+      integer :: i, e, place
+      p%count_in = 0
       do i = 1, p%n
-         p%next(p%cell(i)) = p%next(p%cell(i)) + 1
+         p%count_in(p%cell(i)) = p%count_in(p%cell(i)) + 1
       end do
       p%n_occupied = 0
-      p%cell_start(1) = 1
-      do e = 1, size(p%next)
-         if (p%next(e) > 0) then
-            p%n_occupied = p%n_occupied + 1
-            p%occupied(p%n_occupied) = e
-         end if
-         p%cell_start(e + 1) = p%cell_start(e) + p%next(e)
-         p%next(e) = p%cell_start(e)
+      p%first_in = 1
+      p%last_in = 0
+      p%stride_in = 1
+      place = 1
+      do e = 1, size(p%count_in)
+         if (p%count_in(e) == 0) cycle
+         p%n_occupied = p%n_occupied + 1
+         p%occupied(p%n_occupied) = e
+         p%first_in(e) = place
+         p%last_in(e) = place + (p%count_in(e) - 1)*p%stride_in(e)
+         place = place + p%count_in(e)
       end do
+      p%next = p%first_in
       do i = 1, p%n
          e = p%cell(i)
          p%new_place(i) = p%next(e)
-         p%next(e) = p%next(e) + 1
+         p%next(e) = p%next(e) + p%stride_in(e)
       end do
    end subroutine count_cells
 
-   !> Move the values of an array with `width` numbers a particle to the new places.
-   subroutine permute_reals(p, width, values)
+   !> Move the values of an array to the new places.
+   subroutine permute_reals(p, values)
       type(particles_t), intent(inout) :: p
-      integer, intent(in) :: width
-      real(dp), intent(inout) :: values(width, p%n)
-      integer :: i, k, to
-      associate (copy => p%real_copy)
-         do i = 1, p%n
-            to = width*(p%new_place(i) - 1)
-            do k = 1, width
-               copy(to + k) = values(k, i)
-            end do
-         end do
-         do i = 1, p%n
-            do k = 1, width
-               values(k, i) = copy(width*(i - 1) + k)
-            end do
-         end do
-      end associate
+      real(dp), intent(inout) :: values(p%n)
+      integer :: i
+      do i = 1, p%n
+         p%real_copy(p%new_place(i)) = values(i)
+      end do
+      values = p%real_copy
    end subroutine permute_reals
 
-   !> As `permute_reals`, of one integer a particle.
+   !> As `permute_reals`, of integers.
    subroutine permute_integers(p, values)
       type(particles_t), intent(inout) :: p
       integer, intent(inout) :: values(:)
@@ -222,7 +233,7 @@ contains
       values = p%integer_copy
    end subroutine permute_integers
 
-   !> As `permute_reals`, of one long integer a particle.
+   !> As `permute_reals`, of long integers.
    subroutine permute_longs(p, values)
       type(particles_t), intent(inout) :: p
       integer(long), intent(inout) :: values(:)

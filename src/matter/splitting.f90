@@ -89,17 +89,17 @@ contains
       real(dp) :: offset(ndim), apart(ndim), f(ndim, ndim), extent(ndim), change(ndim, ndim)
       offset = child_offset(p, k, c)
       f = identity
-      if (.not. p%total_frame) f = f + p%gradient(:, :, k)
+      if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, offset)                  ! dx, and in the total frame dX
       extent = abs(offset)
       change(:, 1) = twist*apart(2)
       change(:, 2) = twist*apart(1)
-      p%reference(:, k) = p%reference(:, k) + offset
+      p%reference(k, :) = p%reference(k, :) + offset
       ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
-      p%displacement(:, k) = p%displacement(:, k) + matmul(p%gradient(:, :, k), offset) &
+      p%displacement(k, :) = p%displacement(k, :) + matmul(p%gradient(k, :, :), offset) &
                              + twist*(product(apart) - sum(f(1, :)*f(2, :)*extent**2))
-      p%gradient(:, :, k) = p%gradient(:, :, k) + matmul(f, matmul(change, f))
-      p%velocity(:, k) = p%velocity(:, k) + matmul(l, apart)
+      p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))
+      p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart)
       p%mass(k) = p%mass(k)/corners
       p%volume(k) = p%volume(k)/corners
       p%level(k) = p%level(k) + 1
@@ -197,10 +197,10 @@ contains
 
    !> Mean of a vector over siblings.
    pure function mean_of(vector, siblings) result(mean)
-      real(dp), intent(in) :: vector(:, :)       !! (ndim, n)
+      real(dp), intent(in) :: vector(:, :)       !! (n, ndim)
       integer, intent(in) :: siblings(corners)
       real(dp) :: mean(ndim)
-      mean = sum(vector(:, siblings), dim=2)/corners
+      mean = sum(vector(siblings, :), dim=1)/corners
    end function mean_of
 
    !> Make the first of some siblings what all are together.
@@ -214,14 +214,14 @@ contains
       momentum = 0
       gradient = 0
       do c = 1, corners
-         momentum = momentum + p%mass(siblings(c))*p%velocity(:, siblings(c))
-         gradient = gradient + p%volume(siblings(c))*p%gradient(:, :, siblings(c))
+         momentum = momentum + p%mass(siblings(c))*p%velocity(siblings(c), :)
+         gradient = gradient + p%volume(siblings(c))*p%gradient(siblings(c), :, :)
       end do
       associate (k => siblings(1))
-         p%reference(:, k) = mean_of(p%reference, siblings)
-         p%displacement(:, k) = mean_of(p%displacement, siblings)
-         p%velocity(:, k) = momentum/mass
-         p%gradient(:, :, k) = gradient/volume
+         p%reference(k, :) = mean_of(p%reference, siblings)
+         p%displacement(k, :) = mean_of(p%displacement, siblings)
+         p%velocity(k, :) = momentum/mass
+         p%gradient(k, :, :) = gradient/volume
          p%mass(k) = mass
          p%volume(k) = volume
          p%level(k) = p%level(k) - 1
@@ -235,10 +235,10 @@ contains
       integer, intent(in) :: origin(:)
       p%mass = p%mass(origin)
       p%volume = p%volume(origin)
-      p%reference = p%reference(:, origin)
-      p%displacement = p%displacement(:, origin)
-      p%velocity = p%velocity(:, origin)
-      p%gradient = p%gradient(:, :, origin)
+      p%reference = p%reference(origin, :)
+      p%displacement = p%displacement(origin, :)
+      p%velocity = p%velocity(origin, :)
+      p%gradient = p%gradient(origin, :, :)
       p%material = p%material(origin)
       p%body = p%body(origin)
       p%id = p%id(origin)

@@ -109,7 +109,7 @@ contains
    subroutine follow_recombination(loads, p, reference, new_number)
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p         !! as it is now
-      real(dp), intent(in) :: reference(:, :)    !! [m], (ndim, old number of particles)
+      real(dp), intent(in) :: reference(:, :)    !! [m], (old number of particles, ndim)
       integer, intent(in) :: new_number(:)       !! of each particle, or of the one that it is part of
       type(load_t) :: old
       integer, allocatable :: point_of(:)
@@ -124,7 +124,7 @@ contains
          n = 0
          do k = 1, size(old%host)
             host = new_number(old%host(k))
-            offset = old%offset(:, k) + reference(:, old%host(k)) - p%reference(:, host)
+            offset = old%offset(:, k) + reference(old%host(k), :) - p%reference(host, :)
             if (old%by_mass) offset = 0
             if (is_merged(host) .and. point_of(host) > 0) then
                call join(loads(l), point_of(host), old%share(k), offset, old%half(:, k), p)

@@ -44,7 +44,7 @@ contains
       allocate (load%moved(ndim, n), source=0.0_dp)
       do k = 1, n
          load%host(k) = nearest_particle(p, grid, points(:, k))
-         load%offset(:, k) = points(:, k) - p%reference(:, load%host(k))
+         load%offset(:, k) = points(:, k) - p%reference(load%host(k), :)
       end do
    end subroutine load_on_points
 
@@ -54,7 +54,7 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       type(load_t), intent(inout) :: load
       integer :: i
-      load%host = pack([(i, i=1, p%n)], [(all(p%reference(:, i) >= lower .and. p%reference(:, i) <= upper), i=1, p%n)])
+      load%host = pack([(i, i=1, p%n)], [(all(p%reference(i, :) >= lower .and. p%reference(i, :) <= upper), i=1, p%n)])
       load%share = p%mass(load%host)/sum(p%mass(load%host))
       load%by_mass = .true.
       allocate (load%offset(ndim, size(load%host)), load%half(ndim, size(load%host)), source=0.0_dp)
@@ -121,7 +121,7 @@ contains
       integer, intent(in) :: k
       type(particles_t), intent(in) :: p
       real(dp) :: u(ndim)
-      u = p%displacement(:, load%host(k)) + matmul(p%gradient(:, :, load%host(k)), load%offset(:, k))
+      u = p%displacement(load%host(k), :) + matmul(p%gradient(load%host(k), :, :), load%offset(:, k))
    end function point_displacement
 
    !> Shape functions of the nodes of the host's cell at point `k` of a load.
@@ -134,7 +134,7 @@ contains
       real(dp) :: x(ndim)
       associate (host => load%host(k))
          x = p%place_in_grid(host) + load%offset(:, k)
-         if (.not. p%total_frame) x = x + matmul(p%gradient(:, :, host), load%offset(:, k))
+         if (.not. p%total_frame) x = x + matmul(p%gradient(host, :, :), load%offset(:, k))
          n = shape_functions(grid%local_coordinate(p%cell(host), x))
       end associate
    end function weights
@@ -145,7 +145,7 @@ contains
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: distance, best
-      integer :: ring, home(ndim), offset(ndim), k, i, first, last
+      integer :: ring, home(ndim), offset(ndim), k, i, e, first, last
       associate (forest => grid%forest)
          home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
          nearest = 0
@@ -157,12 +157,14 @@ contains
                if (maxval(abs(offset)) /= ring) cycle
                if (any(home + offset < 0 .or. home + offset >= forest%cells)) cycle
                call forest%leaves_of_root(home + offset, first, last)
-               do i = p%cell_start(grid%leaf_element(first)), p%cell_start(grid%leaf_element(last + 1)) - 1
-                  distance = sum((p%position(i) - x)**2)
-                  if (distance < best) then
-                     best = distance
-                     nearest = i
-                  end if
+               do e = grid%leaf_element(first), grid%leaf_element(last + 1) - 1
+                  do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+                     distance = sum((p%position(i) - x)**2)
+                     if (distance < best) then
+                        best = distance
+                        nearest = i
+                     end if
+                  end do
                end do
             end do
          end do

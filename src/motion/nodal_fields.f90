@@ -74,7 +74,7 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       integer :: node, e, slot
       do e = 1, grid%n_elements
-         if (p%cell_start(e + 1) > p%cell_start(e)) cycle
+         if (p%count_in(e) > 0) cycle
          do slot = corners*(e - 1) + 1, corners*e
             f%cell_mass(slot) = 0
             f%cell_momentum(:, slot) = 0
@@ -119,7 +119,7 @@ contains
       do c = 1, corners
          if (grid%node_slot(c, point) == 0) exit
          e = element_of_slot(grid%node_slot(c, point))
-         if (p%cell_start(e + 1) > p%cell_start(e)) return
+         if (p%count_in(e) > 0) return
       end do
       touches_particles = .false.
    end function touches_particles

@@ -193,10 +193,12 @@ contains
       type(motion_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: advice
+      real(dp) :: start(ndim)
       integer :: i, k
       do i = 1, m%particles%n
+         start = m%particles%reference(i, :)
          do k = 1, size(m%grid%cuts)
-            if (.not. crosses(m%grid%cuts(k), m%grid%forest, m%particles%reference(:, i), m%particles%position(i))) cycle
+            if (.not. crosses(m%grid%cuts(k), m%grid%forest, start, m%particles%position(i))) cycle
             advice = 'a face, or the body as a whole, moves by more than a fraction of a cell: use &method frame = ''total'''
             if (.not. m%contact%wanted) advice = advice//'; or the faces press on each other: use &crack contact = '// &
                                                  '''frictionless'''
@@ -254,7 +256,7 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       character(:), allocatable :: text
-      text = '('//to_text(p%reference(1, i))//', '//to_text(p%reference(2, i))//') m'
+      text = '('//to_text(p%reference(i, 1))//', '//to_text(p%reference(i, 2))//') m'
    end function place
 
    !> The time step (31): courant times the size of the smallest cell over the largest wave speed [s].

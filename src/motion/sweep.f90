@@ -72,8 +72,8 @@ contains
          first = (block - 1)*cells_per_block + 1
          last = min(block*cells_per_block, p%n_occupied)
          call sweep_cells(sweep, dt, audit, materials, last - first + 1, p%occupied(first), &
-                          grid%element_lower, grid%element_size, grid%element_nodes, p%cell_start, &
-                          p%mass, p%volume, p%reference, p%displacement, p%velocity, p%gradient, p%material, &
+                          grid%element_lower, grid%element_size, grid%element_nodes, p%first_in, p%last_in, p%stride_in, &
+                          p%n, p%mass, p%volume, p%reference, p%displacement, p%velocity, p%gradient, p%material, &
                           f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
                           f%cell_mass(1), f%cell_momentum(1, 1), f%cell_force(1, 1), f%cell_audit, p%total_frame, &
                           left_cell, jumped, f%mass_matrix%is_solved, f%mass_matrix%cell, f%mass_matrix%blend, &
@@ -92,8 +92,8 @@ contains
 
    !> The sweep over the particles of some elements. Arrays come bare, so that the compiler knows that they do not overlap.
    subroutine sweep_cells(sweep, dt, audit, materials, n_cells, cells, element_lower, element_size, element_nodes, &
-                          cell_start, mass, volume, reference, displacement, velocity, gradient, material, &
-                          acceleration, new_velocity, strain_velocity, &
+                          first_in, last_in, stride_in, n_particles, mass, volume, reference, displacement, velocity, &
+                          gradient, material, acceleration, new_velocity, strain_velocity, &
                           cell_mass, cell_momentum, cell_force, cell_audit, total_frame, left_cell, jumped, &
                           is_solved, cell_matrix, cell_blend, is_quarter)
       type(sweep_t), intent(in) :: sweep
@@ -102,9 +102,9 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: n_cells, cells(n_cells)
       real(dp), intent(in) :: element_lower(ndim, *), element_size(*)
-      integer, intent(in) :: element_nodes(corners, *), cell_start(*), material(*)
-      real(dp), intent(in) :: mass(*), volume(*), reference(ndim, *)
-      real(dp), intent(inout) :: displacement(ndim, *), velocity(ndim, *), gradient(ndim, ndim, *)
+      integer, intent(in) :: element_nodes(corners, *), first_in(*), last_in(*), stride_in(*), n_particles, material(*)
+      real(dp), intent(in) :: mass(*), volume(*), reference(n_particles, *)
+      real(dp), intent(inout) :: displacement(n_particles, *), velocity(n_particles, *), gradient(n_particles, ndim, *)
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp), intent(inout) :: cell_mass(corners, *), cell_momentum(ndim, corners, *), cell_force(ndim, corners, *)
       real(dp), intent(inout) :: cell_audit(2, *)
@@ -115,10 +115,12 @@ contains
       real(dp), intent(in), optional :: cell_blend(*)
       logical, intent(in), optional :: is_quarter(*)
       real(dp) :: xi(ndim, batch), at_corner(ndim, corners), edge
-      integer :: k, e, i, n
+      real(dp) :: m(batch), v0(batch), x(ndim, batch), u(ndim, batch), v(ndim, batch), h(ndim, ndim, batch)
+      integer :: k, e, i, last, stride, n, law(batch)
       do k = 1, n_cells
          e = cells(k)
          edge = element_size(e)
+         stride = stride_in(e)
          if (sweep%map_motion .or. sweep%map_moved_motion) then
             cell_mass(:, e) = 0
             cell_momentum(:, :, e) = 0
@@ -126,40 +128,72 @@ contains
          if (sweep%map_matrix .or. sweep%map_moved_matrix) cell_matrix(:, :, e) = 0
          if (sweep%map_force .or. sweep%map_moved_force) cell_force(:, :, e) = 0
          if (audit) cell_audit(:, e) = 0
-         do i = cell_start(e), cell_start(e + 1) - 1, batch
-            n = min(batch, cell_start(e + 1) - i)
-            call find_local_coordinates(n, element_lower(:, e), 1/edge, reference(1, i), displacement(1, i), total_frame, xi)
+         do i = first_in(e), last_in(e), batch*stride
+            last = min(i + (batch - 1)*stride, last_in(e))
+            n = (last - i)/stride + 1
+            m(:n) = mass(i:last:stride)
+            v0(:n) = volume(i:last:stride)
+            law(:n) = material(i:last:stride)
+            call take_batch(n, ndim, stride, n_particles, reference(i, 1), x)
+            call take_batch(n, ndim, stride, n_particles, displacement(i, 1), u)
+            call take_batch(n, ndim, stride, n_particles, velocity(i, 1), v)
+            call take_batch(n, ndim*ndim, stride, n_particles, gradient(i, 1, 1), h)
+            call find_local_coordinates(n, element_lower(:, e), 1/edge, x, u, total_frame, xi)
             if (sweep%kick) then
                call take_corners(dt, acceleration, element_nodes(:, e), at_corner)
-               call kick(n, xi, at_corner, velocity(1, i))
-               if (audit) call audit_kick(n, xi, at_corner, mass(i), cell_audit(1, e))
+               call kick(n, xi, at_corner, v)
+               if (audit) call audit_kick(n, xi, at_corner, m, cell_audit(1, e))
             end if
             if (sweep%strain_fraction > 0) then
                call take_corners(sweep%strain_fraction*dt, strain_velocity, element_nodes(:, e), at_corner)
-               if (audit) call audit_strain(n, xi, 1/edge, at_corner, materials, material(i), volume(i), &
-                                            gradient(1, 1, i), total_frame, cell_audit(2, e))
-               call strain(n, xi, 1/edge, at_corner, total_frame, gradient(1, 1, i))
+               if (audit) call audit_strain(n, xi, 1/edge, at_corner, materials, law, v0, h, total_frame, cell_audit(2, e))
+               call strain(n, xi, 1/edge, at_corner, total_frame, h)
             end if
-            if (sweep%map_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), cell_momentum(1, 1, e))
-            if (sweep%map_matrix) call map_matrix(n, xi, mass(i), cell_matrix(1, 1, e))
-            if (sweep%map_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), gradient(1, 1, i), &
-                                                total_frame, cell_force(1, 1, e))
+            if (sweep%map_motion) call map_motion(n, xi, m, v, cell_mass(1, e), cell_momentum(1, 1, e))
+            if (sweep%map_matrix) call map_matrix(n, xi, m, cell_matrix(1, 1, e))
+            if (sweep%map_force) call map_force(n, xi, 1/edge, materials, law, v0, h, total_frame, cell_force(1, 1, e))
             if (sweep%move) then
                call take_corners(dt, new_velocity, element_nodes(:, e), at_corner)
-               call move(n, xi, at_corner, displacement(1, i))
-               if (.not. total_frame) call look_around(n, element_lower(:, e), 1/edge, reference(1, i), displacement(1, i), &
-                                                       xi, left_cell, jumped)
+               call move(n, xi, at_corner, u)
+               if (.not. total_frame) call look_around(n, element_lower(:, e), 1/edge, x, u, xi, left_cell, jumped)
             end if
-            if (sweep%map_moved_motion) call map_motion(n, xi, mass(i), velocity(1, i), cell_mass(1, e), &
-                                                        cell_momentum(1, 1, e))
-            if (sweep%map_moved_matrix) call map_matrix(n, xi, mass(i), cell_matrix(1, 1, e))
-            if (sweep%map_moved_force) call map_force(n, xi, 1/edge, materials, material(i), volume(i), &
-                                                      gradient(1, 1, i), total_frame, cell_force(1, 1, e))
+            if (sweep%map_moved_motion) call map_motion(n, xi, m, v, cell_mass(1, e), cell_momentum(1, 1, e))
+            if (sweep%map_moved_matrix) call map_matrix(n, xi, m, cell_matrix(1, 1, e))
+            if (sweep%map_moved_force) call map_force(n, xi, 1/edge, materials, law, v0, h, total_frame, cell_force(1, 1, e))
+            if (sweep%kick) call put_batch(n, ndim, stride, n_particles, v, velocity(i, 1))
+            if (sweep%strain_fraction > 0) call put_batch(n, ndim*ndim, stride, n_particles, h, gradient(i, 1, 1))
+            if (sweep%move) call put_batch(n, ndim, stride, n_particles, u, displacement(i, 1))
          end do
          if (sweep%map_matrix .or. sweep%map_moved_matrix) &
             call prepare_cell(cell_blend(e), is_solved, is_quarter(e), cell_matrix(:, :, e))
       end do
    end subroutine sweep_cells
+
+   !> Copy the components of the `n` particles of a batch, the first of which is the first of `values`.
+   pure subroutine take_batch(n, width, stride, n_particles, values, copy)
+      integer, intent(in) :: n, width, stride, n_particles
+      real(dp), intent(in) :: values(n_particles, *)
+      real(dp), intent(out) :: copy(width, n)
+      integer :: i, d
+      do d = 1, width
+         do i = 1, n
+            copy(d, i) = values((i - 1)*stride + 1, d)
+         end do
+      end do
+   end subroutine take_batch
+
+   !> The reverse of `take_batch`.
+   pure subroutine put_batch(n, width, stride, n_particles, copy, values)
+      integer, intent(in) :: n, width, stride, n_particles
+      real(dp), intent(in) :: copy(width, n)
+      real(dp), intent(inout) :: values(n_particles, *)
+      integer :: i, d
+      do d = 1, width
+         do i = 1, n
+            values((i - 1)*stride + 1, d) = copy(d, i)
+         end do
+      end do
+   end subroutine put_batch
 
    !> Local coordinates of `n` particles of a cell, kept inside it.
    pure subroutine find_local_coordinates(n, lower, inverse_size, reference, displacement, total_frame, xi)

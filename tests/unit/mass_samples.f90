@@ -51,7 +51,7 @@ contains
       integer :: i
       call random_number(r)
       do i = 1, m%particles%n
-         m%particles%displacement(:, i) = range*(2*r(:, i) - 1) + shift
+         m%particles%displacement(i, :) = range*(2*r(:, i) - 1) + shift
       end do
       call sort_into_cells(m%particles, m%grid, failure)
       call check(.not. failure%failed(), 'the displaced particles are in the grid')

@@ -32,7 +32,7 @@ contains
    !> Number of particles that are not counted in exactly one leaf, the one within whose edges they are, or are coarser than it.
    pure integer function misplaced(m)
       type(motion_t), intent(in) :: m
-      integer :: leaf, i, counted(m%particles%n)
+      integer :: leaf, e, i, counted(m%particles%n)
       real(dp) :: lower(ndim)
       logical :: is_inside
       counted = 0
@@ -40,12 +40,14 @@ contains
       associate (p => m%particles, grid => m%grid)
          do leaf = 1, grid%forest%leaf_count()
             lower = grid%forest%position(grid%forest%place_of(leaf))
-            do i = p%cell_start(grid%leaf_element(leaf)), p%cell_start(grid%leaf_element(leaf + 1)) - 1
-               counted(i) = counted(i) + 1
-               is_inside = all(p%place_in_grid(i) >= lower - 1.0e-12_dp .and. &
-                               p%place_in_grid(i) <= lower + grid%forest%size_of(leaf) + 1.0e-12_dp)
-               if (.not. is_inside .or. p%level(i) < grid%forest%level_of(leaf) .or. &
-                   grid%element_leaf(p%cell(i)) /= leaf) misplaced = misplaced + 1
+            do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
+               do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+                  counted(i) = counted(i) + 1
+                  is_inside = all(p%place_in_grid(i) >= lower - 1.0e-12_dp .and. &
+                                  p%place_in_grid(i) <= lower + grid%forest%size_of(leaf) + 1.0e-12_dp)
+                  if (.not. is_inside .or. p%level(i) < grid%forest%level_of(leaf) .or. &
+                      grid%element_leaf(p%cell(i)) /= leaf) misplaced = misplaced + 1
+               end do
             end do
          end do
       end associate

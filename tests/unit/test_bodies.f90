@@ -39,14 +39,14 @@ contains
       call check_close(sum(p%mass)/mass, 1.0_dp, total*epsilon(mass), 'mass = density area thickness')
       call check_close(sum(p%volume)/(mass/density), 1.0_dp, total*epsilon(mass), 'volume = area thickness')
       do d = 1, ndim
-         centre(d) = sum(p%mass*p%reference(d, :))/mass
+         centre(d) = sum(p%mass*p%reference(:, d))/mass
       end do
       call check_close(maxval(abs(centre - (lower + upper)/2)), 0.0_dp, total*epsilon(mass), 'the centre of mass is the middle')
-      call check(all([(all(p%reference(:, i) > lower .and. p%reference(:, i) < upper), i=1, total)]), &
+      call check(all([(all(p%reference(i, :) > lower .and. p%reference(i, :) < upper), i=1, total)]), &
                  'all points lie inside')
       call check(all(p%material == 3) .and. all(p%body == 4) .and. all(p%id == [(i, i=1, total)]), &
                  'every point knows its material, its body and its number')
-      call check(maxval(abs(p%velocity(1, :) - 1)) <= 0 .and. maxval(abs(p%velocity(2, :) - 2)) <= 0, &
+      call check(maxval(abs(p%velocity(:, 1) - 1)) <= 0 .and. maxval(abs(p%velocity(:, 2) - 2)) <= 0, &
                  'every point moves with the body')
    end subroutine fill_and_check
 end program test_bodies

@@ -67,7 +67,7 @@ contains
       m%audit = .true.
       if (.not. present(velocity)) return
       do i = 1, m%particles%n
-         m%particles%velocity(1, i) = sign(velocity, cut_at - m%particles%reference(1, i))
+         m%particles%velocity(i, 1) = sign(velocity, cut_at - m%particles%reference(i, 1))
       end do
    end subroutine build_bar
 
@@ -77,9 +77,9 @@ contains
       real(dp), intent(in) :: amplitude          !! of the velocity [m/s]
       integer :: i
       do i = 1, m%particles%n
-         m%particles%velocity(1, i) = amplitude*exp(-0.5_dp*((m%particles%reference(1, i) - 0.3_dp)/0.04_dp)**2)
+         m%particles%velocity(i, 1) = amplitude*exp(-0.5_dp*((m%particles%reference(i, 1) - 0.3_dp)/0.04_dp)**2)
       end do
-      m%particles%gradient(1, 1, :) = -m%particles%velocity(1, :)
+      m%particles%gradient(:, 1, 1) = -m%particles%velocity(:, 1)
    end subroutine put_pulse
 
    !> A compressive pulse goes through a cut as through a whole bar; a tensile one comes back as from a free end, and the faces
@@ -131,10 +131,10 @@ contains
       integer :: i
       v = 0
       do i = 1, a%particles%n
-         if (a%particles%id(i) <= b%particles%n) v(1, a%particles%id(i)) = a%particles%velocity(1, i)
+         if (a%particles%id(i) <= b%particles%n) v(1, a%particles%id(i)) = a%particles%velocity(i, 1)
       end do
       do i = 1, b%particles%n
-         v(2, b%particles%id(i)) = b%particles%velocity(1, i)
+         v(2, b%particles%id(i)) = b%particles%velocity(i, 1)
       end do
       difference = norm2(v(1, :) - v(2, :))/norm2(v(2, :))
    end function difference
@@ -175,7 +175,7 @@ contains
    real(dp) function mean_velocity(m)
       type(motion_t), intent(in) :: m
       associate (p => m%particles)
-         mean_velocity = sum(p%velocity(1, :), mask=p%reference(1, :) < 0.5_dp)/count(p%reference(1, :) < 0.5_dp)
+         mean_velocity = sum(p%velocity(:, 1), mask=p%reference(:, 1) < 0.5_dp)/count(p%reference(:, 1) < 0.5_dp)
       end associate
    end function mean_velocity
 
@@ -204,7 +204,7 @@ contains
    subroutine pressed_halves(total_frame)
       logical, intent(in) :: total_frame
       type(motion_t) :: whole, cut
-      real(dp) :: strain(ndim, ndim, 1600, 2), initial, work
+      real(dp) :: strain(1600, ndim, ndim, 2), initial, work
       integer :: i, parted
       call build_pressed(.false., total_frame, forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), whole)
       call build_pressed(.true., total_frame, forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), cut)
@@ -215,12 +215,12 @@ contains
          call run_steps(cut, 0.02_dp, 1)
          if (i > 200 .and. pressed(cut) < 11) parted = parted + 1
       end do
-      strain(:, :, whole%particles%id, 1) = whole%particles%gradient
-      strain(:, :, cut%particles%id, 2) = cut%particles%gradient
+      strain(whole%particles%id, :, :, 1) = whole%particles%gradient
+      strain(cut%particles%id, :, :, 2) = cut%particles%gradient
       work = cut%external_work
       write (*, '(a,l2,a,2es9.1,a,es9.1,a,i5,a,2es9.1,a,es9.1)') 'pressed, total', total_frame, ' strain difference, spread', &
          maxval(abs(strain(:, :, :, 2) - strain(:, :, :, 1)))/maxval(abs(strain)), &
-         (maxval(strain(2, 2, :, 2)) - minval(strain(2, 2, :, 2)))/maxval(abs(strain)), ' gap', maxval(cut%contact%gap), &
+         (maxval(strain(:, 2, 2, 2)) - minval(strain(:, 2, 2, 2)))/maxval(abs(strain)), ' gap', maxval(cut%contact%gap), &
          ' steps parted', parted, ' residual, kinetic', energy_residual(cut, initial)/work, &
          kinetic_energy(cut%particles)/work, ' gap error', gap_error(cut)/(cell*maxval(abs(strain)))
       call check(maxval(abs(strain(:, :, :, 2) - strain(:, :, :, 1))) < 2.0e-3_dp*maxval(abs(strain)), &
@@ -289,7 +289,7 @@ contains
          call run_steps(m, 0.01_dp, 1)
          if (pressed(m) < n) parted = parted + 1
       end do
-      associate (h => m%particles%gradient(2, 2, :), y => m%particles%reference(2, :))
+      associate (h => m%particles%gradient(:, 2, 2), y => m%particles%reference(:, 2))
          spread = (maxval(h) - minval(h))/strain
          near = (maxval(h, mask=abs(y - line) > cell) - minval(h, mask=abs(y - line) > cell))/strain
       end associate
@@ -367,10 +367,10 @@ contains
       call run_steps(m, 0.01_dp, steps)
       associate (p => m%particles)
          do i = 1, ndim
-            momentum(i) = sum(p%mass*p%velocity(i, :))/(speed*sum(p%mass))
+            momentum(i) = sum(p%mass*p%velocity(:, i))/(speed*sum(p%mass))
          end do
          do i = 1, 2
-            half(i) = sum(p%mass*p%velocity(1, :), mask=p%body == i)/(speed*sum(p%mass)/2) + 3 - 2*i
+            half(i) = sum(p%mass*p%velocity(:, 1), mask=p%body == i)/(speed*sum(p%mass)/2) + 3 - 2*i
          end do
       end associate
       residual = energy_residual(m, initial)/initial

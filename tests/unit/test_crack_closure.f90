@@ -70,8 +70,8 @@ contains
       call random_number(nodal)
       associate (p => m%particles, grid => m%grid)
          do i = 1, p%n
-            p%displacement(:, i) = matmul(nodal(:, grid%element_nodes(:, p%cell(i))), &
-                                          shape_functions(grid%local_coordinate(p%cell(i), p%reference(:, i))))
+            p%displacement(i, :) = matmul(nodal(:, grid%element_nodes(:, p%cell(i))), &
+                                          shape_functions(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
          end do
          ! The particles stay in their cells, at the places where the field was taken
          p%reference = p%reference - p%displacement
@@ -87,7 +87,7 @@ contains
             end if
          end do
          if (points > 1) call check_close(error, 0.0_dp, 1.0e-11_dp, 'the fit returns the nodal values of a finite element field')
-         p%displacement = spread([0.3_dp, -0.2_dp], 2, p%n)
+         p%displacement = spread([0.3_dp, -0.2_dp], 1, p%n)
          call patch_around(grid, p, grid%node_at([0.0_dp, cell]), patch)
          u = fitted_displacement(patch, p)
          call check_close(maxval(abs(u - [0.3_dp, -0.2_dp])), 0.0_dp, 1.0e-14_dp, 'the fit returns a uniform displacement')
@@ -95,7 +95,7 @@ contains
             call start(m, 'musl', new_mass_choice(masses(i), 'cg', 4, 0.5_dp, [-cell, 0.0_dp], [cell, cell]))
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, grid, constraints_t(), solver, failure)
-            call extrapolate(grid, p, m%fields%mass_matrix, solver, p%displacement, nodal, failure)
+            call extrapolate(grid, p, m%fields%mass_matrix, solver, transpose(p%displacement), nodal, failure)
             call check_close(maxval(abs(nodal(:, grid%node_at([0.0_dp, cell])) - [0.3_dp, -0.2_dp])), 0.0_dp, 1.0e-11_dp, &
                              'so does the extrapolation by the mass matrix: '//masses(i))
          end do
@@ -113,7 +113,7 @@ contains
       call place(points, 1.0_dp, m)
       associate (p => m%particles, grid => m%grid)
          do i = 1, p%n
-            p%gradient(:, :, i) = h
+            p%gradient(i, :, :) = h
          end do
          stress = m%materials(1)%kirchhoff_stress(h)
          call patch_around(grid, p, grid%node_at([0.0_dp, cell]), patch)
@@ -142,19 +142,19 @@ contains
       call check(.not. failure%failed(), 'the tip has its nodes')
       associate (p => m%particles)
          do i = 1, p%n
-            p%gradient(:, :, i) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
+            p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
          end do
          do turn = 1, -1, -2
-            p%displacement(2, :) = turn*side*d
+            p%displacement(:, 2) = turn*side*d
             opening = crack_opening(crack, crack%behind, m%grid, p)
             call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
-            p%reference(2, :) = p%reference(2, :) - p%displacement(2, :)
+            p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
             g_force = nodal_force_closure(crack, m%grid, p, m%materials, thickness)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
             call stress_closure(crack, m%grid, p, m%materials, m%fields%mass_matrix, solver, g_stress, failure)
-            p%reference(2, :) = p%reference(2, :) + p%displacement(2, :)
+            p%reference(:, 2) = p%reference(:, 2) + p%displacement(:, 2)
             call check_close(g_force(1), turn*s*d, 1.0e-13_dp*s*d, 'nodal force closure of uniform fields, signed like the opening')
             call check_close(g_stress(1), turn*s*d/2, 1.0e-13_dp*s*d, 'stress closure of uniform fields, signed like the opening')
          end do
@@ -190,8 +190,8 @@ contains
                               -10*cell*direction)])
       associate (p => m%particles)
          do i = 1, p%n
-            p%gradient(:, :, i) = h
-            p%displacement(:, i) = sign(d, dot_product(p%reference(:, i), line%axis(:, 2)))*(line%axis(:, 1) + line%axis(:, 2))
+            p%gradient(i, :, :) = h
+            p%displacement(i, :) = sign(d, dot_product(p%reference(i, :), line%axis(:, 2)))*(line%axis(:, 1) + line%axis(:, 2))
          end do
          p%reference = p%reference - p%displacement
          call find_crack(m%grid, line, crack, failure)

@@ -56,7 +56,7 @@ contains
       call check_flight(m, seen, scheme//', translation')
       call check_close(seen%internal_energy, 0.0_dp, 1.0e-24_dp, scheme//', translation: there is no internal energy')
       call check_close(maxval(abs(m%particles%gradient)), 0.0_dp, 1.0e-13_dp, scheme//', translation: there is no strain')
-      call check_close(maxval([(norm2(m%particles%velocity(:, i) - velocity), i=1, m%particles%n)]), 0.0_dp, 1.0e-13_dp, &
+      call check_close(maxval([(norm2(m%particles%velocity(i, :) - velocity), i=1, m%particles%n)]), 0.0_dp, 1.0e-13_dp, &
                        scheme//', translation: every particle keeps its velocity')
    end subroutine translation
 
@@ -112,8 +112,8 @@ contains
       call place_bodies(forest, new_material('', law, .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t(lower, upper, [4, 4])], m)
       do i = 1, m%particles%n
-         x = m%particles%reference(:, i) - (lower + upper)/2
-         m%particles%velocity(:, i) = velocity + spin*[-x(2), x(1)]
+         x = m%particles%reference(i, :) - (lower + upper)/2
+         m%particles%velocity(i, :) = velocity + spin*[-x(2), x(1)]
       end do
       m%audit = .true.
       call start(m, scheme)
@@ -179,7 +179,7 @@ contains
                         [rectangle_t(lower, upper, [12, 3])], m)
       call constrain_box(m%constraints, m%grid, [0.2_dp, 0.0_dp], [0.2_dp, 0.6_dp], [.true., .false.])
       do i = 1, m%particles%n
-         m%particles%velocity(1, i) = amplitude*frequency*sin(frequency*(m%particles%reference(1, i) - lower(1)))
+         m%particles%velocity(i, 1) = amplitude*frequency*sin(frequency*(m%particles%reference(i, 1) - lower(1)))
       end do
       m%audit = .true.
       call start(m, scheme)
@@ -204,7 +204,7 @@ contains
          most = max(most, m%particles%n)
          most_energy = max(most_energy, total_energy(m))
          residual = max(residual, abs(energy_residual(m, initial)))
-         tip = sum(m%particles%mass*m%particles%displacement(1, :))
+         tip = sum(m%particles%mass*m%particles%displacement(:, 1))
          if (last_tip > 0 .and. tip <= 0) then   ! after half a period, and then once more in each
             zeros = zeros + 1
             zero = m%time - dt*tip/(tip - last_tip)
@@ -248,13 +248,13 @@ contains
          do i = 1, p%n
             x = p%position(i) - centre
             inertia = inertia + p%mass(i)*sum(x**2)
-            spin = spin + p%mass(i)*(x(1)*p%velocity(2, i) - x(2)*p%velocity(1, i))
+            spin = spin + p%mass(i)*(x(1)*p%velocity(i, 2) - x(2)*p%velocity(i, 1))
          end do
          spin = spin/inertia
          energy = strain_energy(p, m%materials)
          do i = 1, p%n
             x = p%position(i) - centre
-            energy = energy + 0.5_dp*p%mass(i)*sum((p%velocity(:, i) - mean - spin*[-x(2), x(1)])**2)
+            energy = energy + 0.5_dp*p%mass(i)*sum((p%velocity(i, :) - mean - spin*[-x(2), x(1)])**2)
          end do
       end associate
    end function internal_energy
@@ -269,7 +269,7 @@ contains
       associate (p => m%particles)
          do i = 1, p%n
             do j = 1, i - 1
-               distance = sum((p%reference(:, i) - p%reference(:, j))**2)
+               distance = sum((p%reference(i, :) - p%reference(j, :))**2)
                if (distance < 0.04_dp**2 .or. distance > 0.075_dp**2) cycle
                largest = max(largest, abs(sqrt(sum((p%position(i) - p%position(j))**2)/distance) - 1))
             end do

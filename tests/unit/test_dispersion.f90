@@ -128,8 +128,8 @@ contains
       associate (p => m%particles)
          p%total_frame = .true.
          do i = 1, p%n
-            p%reference(:, i) = floor(p%reference(:, i)) + 0.5_dp + sign(s, modulo(p%reference(:, i), 1.0_dp) - 0.5_dp)
-            p%velocity(1, i) = mode(q, p%reference(1, i))
+            p%reference(i, :) = floor(p%reference(i, :)) + 0.5_dp + sign(s, modulo(p%reference(i, :), 1.0_dp) - 0.5_dp)
+            p%velocity(i, 1) = mode(q, p%reference(i, 1))
          end do
       end associate
       call start(m, scheme, mass)
@@ -150,7 +150,7 @@ contains
       integer :: i
       amplitude = 0
       do i = 1, m%particles%n
-         amplitude = amplitude + m%particles%velocity(1, i)*mode(q, m%particles%reference(1, i))
+         amplitude = amplitude + m%particles%velocity(i, 1)*mode(q, m%particles%reference(i, 1))
       end do
    end function amplitude
 

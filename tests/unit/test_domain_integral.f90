@@ -116,9 +116,9 @@ contains
       do i = 1, m%particles%n
          h = 0
          do mode = 1, modes
-            h = h + k(mode)*tip_gradient(m%materials(1), mode, matmul(m%particles%reference(:, i) - tip, axes))
+            h = h + k(mode)*tip_gradient(m%materials(1), mode, matmul(m%particles%reference(i, :) - tip, axes))
          end do
-         m%particles%gradient(:, :, i) = matmul(matmul(axes, h), transpose(axes))
+         m%particles%gradient(i, :, :) = matmul(matmul(axes, h), transpose(axes))
       end do
    end subroutine open_crack
 
@@ -261,10 +261,10 @@ contains
          call place_square(stress, cells(n), direction, .false., m)
          associate (p => m%particles, strain_0 => -pressure/stress%young)
             do i = 1, p%n
-               x = matmul(p%reference(:, i) - tip, axes)
+               x = matmul(p%reference(i, :) - tip, axes)
                h(:, 1) = strain_0*[-stress%poisson*(1 - x(1)), -x(2)]
                h(:, 2) = strain_0*[x(2), 1 - x(1)]
-               p%gradient(:, :, i) = matmul(matmul(axes, h), transpose(axes))
+               p%gradient(i, :, :) = matmul(matmul(axes, h), transpose(axes))
             end do
          end associate
          state = rest(m)
@@ -296,7 +296,7 @@ contains
       do n = 1, size(cells)
          call place_square(new_material('', 'linear_elastic', .false., 70.0e9_dp, 0.0_dp, 2700.0_dp), cells(n), directions(:, 1), &
                            .false., m)
-         m%particles%gradient(1, 1, :) = amplitude*number*cos(number*m%particles%reference(1, :))
+         m%particles%gradient(:, 1, 1) = amplitude*number*cos(number*m%particles%reference(:, 1))
          call start(m, 'musl')
          call find_nodal_state(m, state, failure)
          call check(.not. failure%failed(), 'there is a nodal state')
@@ -321,15 +321,15 @@ contains
       motion = reshape([ways(:, 1), -ways(2, 2), ways(1, 2)], [ndim, 2])
       associate (p => m%particles)
          do i = 1, p%n
-            p%displacement(:, i) = 0
-            p%gradient(:, :, i) = 0
-            p%velocity(:, i) = 0
+            p%displacement(i, :) = 0
+            p%gradient(i, :, :) = 0
+            p%velocity(i, :) = 0
             do w = 1, size(speed)
-               phase = number*dot_product(ways(:, w), p%reference(:, i)) + w
-               p%displacement(:, i) = p%displacement(:, i) + amplitude*sin(phase)*motion(:, w)
-               p%velocity(:, i) = p%velocity(:, i) - amplitude*number*speed(w)*cos(phase)*motion(:, w)
+               phase = number*dot_product(ways(:, w), p%reference(i, :)) + w
+               p%displacement(i, :) = p%displacement(i, :) + amplitude*sin(phase)*motion(:, w)
+               p%velocity(i, :) = p%velocity(i, :) - amplitude*number*speed(w)*cos(phase)*motion(:, w)
                do a = 1, ndim
-                  p%gradient(:, a, i) = p%gradient(:, a, i) + amplitude*number*cos(phase)*ways(a, w)*motion(:, w)
+                  p%gradient(i, :, a) = p%gradient(i, :, a) + amplitude*number*cos(phase)*ways(a, w)*motion(:, w)
                end do
             end do
          end do
@@ -353,8 +353,8 @@ contains
       call open_crack(m, directions(:, 1), k_known)
       associate (p => m%particles)
          do i = 1, p%n
-            p%gradient(:, :, i) = matmul(rotation, identity + p%gradient(:, :, i)) - identity
-            p%displacement(:, i) = matmul(rotation - identity, p%reference(:, i) - tip)
+            p%gradient(i, :, :) = matmul(rotation, identity + p%gradient(i, :, :)) - identity
+            p%displacement(i, :) = matmul(rotation - identity, p%reference(i, :) - tip)
          end do
          p%total_frame = total_frame
          call sort_into_cells(p, m%grid, failure)
@@ -388,13 +388,13 @@ contains
                         [rectangle_t([0.0_dp, 0.0_dp], [edge, edge], [40, 40])], m)
       associate (p => m%particles)
          do i = 1, p%n
-            x = matmul(rotation, p%reference(:, i) - tip)
-            p%gradient(:, :, i) = rotation - identity
-            p%displacement(:, i) = x + tip - p%reference(:, i)
-            p%velocity(:, i) = drift + spin*[-x(2), x(1)]
+            x = matmul(rotation, p%reference(i, :) - tip)
+            p%gradient(i, :, :) = rotation - identity
+            p%displacement(i, :) = x + tip - p%reference(i, :)
+            p%velocity(i, :) = drift + spin*[-x(2), x(1)]
          end do
          call sort_into_cells(p, m%grid, failure)
-         scale = 0.5_dp*rubber%density*maxval(sum(p%velocity**2, 1))*maxval(radius)
+         scale = 0.5_dp*rubber%density*maxval(sum(p%velocity**2, 2))*maxval(radius)
       end associate
       call check(.not. failure%failed(), 'the turned body is in the grid')
       call start(m, 'musl')

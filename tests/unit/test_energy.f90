@@ -27,7 +27,7 @@ program test_energy
       call check_close(maxval(abs(linear_momentum(p) - mass*[3, -4])), 0.0_dp, 1.0e-12_dp*mass, 'momentum = M v')
       call check_close(strain_energy(p, m%materials), 0.0_dp, 0.0_dp, 'no strain, no strain energy')
       do i = 1, p%n
-         p%gradient(:, :, i) = reshape([strain, 0.0_dp, 0.0_dp, -poisson*strain], [ndim, ndim])
+         p%gradient(i, :, :) = reshape([strain, 0.0_dp, 0.0_dp, -poisson*strain], [ndim, ndim])
       end do
       call check_close(strain_energy(p, m%materials)/(0.5_dp*volume*young*strain**2), 1.0_dp, 1.0e-12_dp, &
                        'strain energy of a bar in tension = V E eps**2 / 2')
@@ -42,10 +42,10 @@ program test_energy
 
       m%materials = [new_material('', 'neo_hookean', .true., young, poisson, density)]
       call check_close(largest_gradient(p, m%materials), 0.0_dp, 0.0_dp, 'the neo-Hookean law has no largest gradient')
-      p%gradient(:, :, 33) = reshape([-0.5_dp, 0.1_dp, 0.2_dp, 0.0_dp], [ndim, ndim])
+      p%gradient(33, :, :) = reshape([-0.5_dp, 0.1_dp, 0.2_dp, 0.0_dp], [ndim, ndim])
       call check(most_crushed_particle(p, m%materials) == 33, 'the smallest determinant of F is found')
       call check_close(determinant_of(p, 33), 0.48_dp, 1.0e-15_dp, 'the determinant of F')
-      p%gradient(:, :, 77) = reshape([0.0_dp, 0.0_dp, 0.0_dp, -1.5_dp], [ndim, ndim])
+      p%gradient(77, :, :) = reshape([0.0_dp, 0.0_dp, 0.0_dp, -1.5_dp], [ndim, ndim])
       call check(most_crushed_particle(p, m%materials) == 77, 'one inverted particle is seen')
    end associate
    call finish()

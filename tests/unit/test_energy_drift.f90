@@ -81,7 +81,7 @@ contains
                         [rectangle_t([0.0_dp, 0.0_dp], [1.0_dp, cell], [2*n_cells, 1])], m)
       call constrain_box(m%constraints, m%grid, [-cell, -cell], [1.0e3_dp, 2*cell], [.false., .true.])
       do i = 1, m%particles%n
-         m%particles%velocity(1, i) = speed + amplitude*cos(pi*m%particles%reference(1, i))
+         m%particles%velocity(i, 1) = speed + amplitude*cos(pi*m%particles%reference(i, 1))
       end do
       call start(m, scheme)
       first = mean_energy(m, dt, averaged*steps_a_period)

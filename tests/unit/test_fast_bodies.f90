@@ -40,7 +40,7 @@ contains
       call random_number(m%particles%velocity)
       m%particles%velocity = 2*m%particles%velocity - 1
       momentum = linear_momentum(m%particles)
-      scale = sum(m%particles%mass*norm2(m%particles%velocity, 1))
+      scale = sum(m%particles%mass*norm2(m%particles%velocity, 2))
       call start(m, 'musl', choice_of('full', solver))
       do while (m%steps < steps .and. .not. failure%failed())
          call advance(m, 0.02_dp*cell, failure)

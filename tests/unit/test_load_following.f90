@@ -63,8 +63,8 @@ contains
       real(dp) :: work
       integer :: i
       do i = 1, m%particles%n
-         m%particles%displacement(:, i) = b + matmul(a, m%particles%reference(:, i))
-         m%particles%gradient(:, :, i) = a
+         m%particles%displacement(i, :) = b + matmul(a, m%particles%reference(i, :))
+         m%particles%gradient(i, :, :) = a
       end do
       call sort_into_cells(m%particles, m%grid, failure)
       call follow_sort(m%loads, m%particles%new_place)
@@ -161,7 +161,7 @@ contains
       fit = 0
       open = .true.
       associate (load => m%loads(traction), p => m%particles)
-         middle = p%reference(:, load%host) + load%offset
+         middle = transpose(p%reference(load%host, :)) + load%offset
          do n = 1, size(load%host)
             k = minloc(middle(2, :), dim=1, mask=open)
             open(k) = .false.
@@ -267,7 +267,7 @@ contains
       end do
       total = 0
       do step = 1, 4
-         m%particles%displacement = spread(step*way/4, 2, m%particles%n)
+         m%particles%displacement = spread(step*way/4, 1, m%particles%n)
          call book_work(m%loads, 0.0_dp, m%particles, work)
          total = total + work
          if (step < 3) then

@@ -59,8 +59,8 @@ contains
       a = reshape([1.1_dp*cos(angle), 1.1_dp*sin(angle), -0.95_dp*sin(angle), 0.95_dp*cos(angle)], [ndim, ndim]) - identity
       b = [0.26_dp, -0.19_dp]
       do i = 1, m%particles%n
-         m%particles%displacement(:, i) = b + matmul(a, m%particles%reference(:, i))
-         m%particles%gradient(:, :, i) = a
+         m%particles%displacement(i, :) = b + matmul(a, m%particles%reference(i, :))
+         m%particles%gradient(i, :, :) = a
       end do
       call sort_into_cells(m%particles, m%grid, failure)
       call follow_sort(m%loads, m%particles%new_place)
@@ -125,9 +125,9 @@ contains
       m%loads(2)%force = -3*force
       call load_on_points(m%particles, m%grid, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
-      m%particles%displacement = spread(translation/2, 2, m%particles%n)
+      m%particles%displacement = spread(translation/2, 1, m%particles%n)
       call book_work(m%loads, 0.0_dp, m%particles, first)
-      m%particles%displacement = spread(translation, 2, m%particles%n)
+      m%particles%displacement = spread(translation, 1, m%particles%n)
       call book_work(m%loads, 0.0_dp, m%particles, second)
       call check_close(first + second, -2*dot_product(force, translation), 1.0e-12_dp, &
                        'work of the loads in a translation = force times way')

@@ -118,11 +118,11 @@ contains
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([-0.5_dp, -0.5_dp], [3.5_dp, 3.5_dp], [4, 4])], m)
       m%particles%total_frame = .true.
-      m%particles%velocity(1, :) = sin(m%particles%reference(1, :))
-      m%particles%velocity(2, :) = m%particles%reference(1, :)
+      m%particles%velocity(:, 1) = sin(m%particles%reference(:, 1))
+      m%particles%velocity(:, 2) = m%particles%reference(:, 1)
       call start(m, 'usavg', mass)
       call run_steps(m, 0.05_dp, 200)
-      velocity = m%particles%velocity
+      velocity = transpose(m%particles%velocity)
       call m%solver%direct%release()
    end subroutine vibrate
 
@@ -205,10 +205,10 @@ contains
       at_random(1) = 0
       at_random(m%particles%n) = 1
       associate (p => m%particles)
-         p%displacement(1, :) = x(1)
-         p%displacement(2, :) = x(2)
-         p%velocity(1, :) = drift(1) + sign(1.0_dp, at_random - 0.5_dp)
-         p%velocity(2, :) = drift(2)
+         p%displacement(:, 1) = x(1)
+         p%displacement(:, 2) = x(2)
+         p%velocity(:, 1) = drift(1) + sign(1.0_dp, at_random - 0.5_dp)
+         p%velocity(:, 2) = drift(2)
          p%gradient = 0
       end associate
       call sort_into_cells(m%particles, m%grid, failure)
@@ -238,14 +238,14 @@ contains
                                         m%fields%velocity(:, m%grid%element_nodes(:, e), at_start))
             end associate
          end do
-         c = (maxval(p%velocity(1, :)) + minval(p%velocity(1, :)))/2
-         r = (maxval(p%velocity(1, :)) - minval(p%velocity(1, :)))/2
-         norm = norm2(sqrt(p%mass)*(p%velocity(1, :) - c))
+         c = (maxval(p%velocity(:, 1)) + minval(p%velocity(:, 1)))/2
+         r = (maxval(p%velocity(:, 1)) - minval(p%velocity(:, 1)))/2
+         norm = norm2(sqrt(p%mass)*(p%velocity(:, 1) - c))
          associate (nodes => matrix%all%nodes(:matrix%all%n_nodes))
             associate (v => m%fields%velocity(:, nodes, at_start), d => matrix%lumped(nodes))
                call raise(seen%node, (v(1, :) - c)/r)
                call raise(seen%norm, [norm2(sqrt(d)*(v(1, :) - c))/norm])
-               call raise(seen%momentum, (matmul(v, d) - linear_momentum(p))/sum(p%mass*abs(p%velocity(1, :))))
+               call raise(seen%momentum, (matmul(v, d) - linear_momentum(p))/sum(p%mass*abs(p%velocity(:, 1))))
                call raise(seen%translation, [norm2(sqrt(d)*(v(2, :)/drift(2) - 1))/sqrt(sum(d))])
             end associate
          end associate
@@ -273,8 +273,8 @@ contains
          before = linear_momentum(p)
          m%mapped = .false.
          call advance(m, dt, failure)
-         call raise(seen%step, p%velocity(1, :) - drift(1))
-         call raise(seen%step_momentum, (linear_momentum(p) - before)/sum(p%mass*abs(p%velocity(1, :))))
+         call raise(seen%step, p%velocity(:, 1) - drift(1))
+         call raise(seen%step_momentum, (linear_momentum(p) - before)/sum(p%mass*abs(p%velocity(:, 1))))
       end associate
    end subroutine do_step
 end program test_mass_positions

@@ -317,7 +317,7 @@ contains
       integer :: changes
       call random_body(m, 0.02_dp)
       m%particles%velocity = 0.003_dp*m%particles%velocity
-      m%particles%velocity(1, :) = m%particles%velocity(1, :) + 0.03_dp
+      m%particles%velocity(:, 1) = m%particles%velocity(:, 1) + 0.03_dp
       call start(m, 'musl', choice_of('full', solver))
       changes = 0
       allocate (occupied, source=m%particles%occupied(:m%particles%n_occupied))

@@ -87,7 +87,7 @@ contains
       call load_on_particles(m%particles, [0.0_dp, 0.0_dp], everywhere, m%loads(1))
       m%damping_rate = 2
       do i = 1, m%particles%n
-         m%particles%velocity(:, i) = v
+         m%particles%velocity(i, :) = v
       end do
       call start(m, scheme)
       call look(m, state)
@@ -113,8 +113,8 @@ contains
       integer :: i
       call place_bar(material, .true., m)
       call push_end([strain*depth*thickness, 0.0_dp], m)
-      m%particles%gradient(1, 1, :) = strain
-      m%particles%gradient(2, 2, :) = -material%poisson*strain
+      m%particles%gradient(:, 1, 1) = strain
+      m%particles%gradient(:, 2, 2) = -material%poisson*strain
       call start(m, scheme, mass)
       call look(m, state)
       call check_close(maxval(abs(state%divergence))*cell, 0.0_dp, 10*strain**2, &
@@ -124,8 +124,8 @@ contains
       call m%solver%direct%release()
 
       call place_bar(material, .false., m)
-      m%particles%gradient(1, 1, :) = strain*m%particles%reference(1, :)
-      m%particles%gradient(2, 2, :) = -material%poisson*m%particles%gradient(1, 1, :)
+      m%particles%gradient(:, 1, 1) = strain*m%particles%reference(:, 1)
+      m%particles%gradient(:, 2, 2) = -material%poisson*m%particles%gradient(:, 1, 1)
       call start(m, scheme)
       call look(m, state)
       i = m%grid%node_at([0.5_dp*length, 0.5_dp*depth])
@@ -179,8 +179,8 @@ contains
       call place_bar(rubber, .true., m)
       call push_end([1.0e-4_dp, 1.0e-4_dp], m)
       do i = 1, m%particles%n
-         if (scheme /= 'usl') m%particles%displacement(:, i) = [0.0245_dp, 0.0_dp]
-         m%particles%velocity(:, i) = 0.05_dp*m%particles%reference(1, i)*[1.0_dp, 0.5_dp]
+         if (scheme /= 'usl') m%particles%displacement(i, :) = [0.0245_dp, 0.0_dp]
+         m%particles%velocity(i, :) = 0.05_dp*m%particles%reference(i, 1)*[1.0_dp, 0.5_dp]
       end do
       call start(m, scheme, mass)
    end subroutine moving_bar
@@ -224,8 +224,8 @@ contains
       call adopt_forest(m, forest, failure)
       call check(.not. failure%failed() .and. m%grid%dependents%n > 0, 'the mesh is refined')
       do i = 1, m%particles%n
-         m%particles%velocity(:, i) = v
-         m%particles%gradient(:, :, i) = strain
+         m%particles%velocity(i, :) = v
+         m%particles%gradient(i, :, :) = strain
       end do
       m%mapped = .false.
       call look(m, state)

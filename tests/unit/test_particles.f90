@@ -30,15 +30,15 @@ contains
       call new_particles(n, grid%n_elements, p, failure)
       call random_number(p%reference)
       do i = 1, n
-         p%reference(:, i) = 0.5_dp*extent*p%reference(:, i)
-         p%displacement(:, i) = 0.5_dp*extent*modulo(real([i, 3*i], dp)/n, 1.0_dp)
+         p%reference(i, :) = 0.5_dp*extent*p%reference(i, :)
+         p%displacement(i, :) = 0.5_dp*extent*modulo(real([i, 3*i], dp)/n, 1.0_dp)
          p%id(i) = i
          p%material(i) = 2*i
          p%body(i) = 3*i
          p%mass(i) = i
          p%volume(i) = 2*i
-         p%velocity(:, i) = [3*i, 4*i]
-         p%gradient(:, :, i) = reshape([5*i, 6*i, 7*i, 8*i], [ndim, ndim])
+         p%velocity(i, :) = [3*i, 4*i]
+         p%gradient(i, :, :) = reshape([5*i, 6*i, 7*i, 8*i], [ndim, ndim])
       end do
    end subroutine scatter
 
@@ -63,10 +63,10 @@ contains
       integer :: i, wrong
       associate (to => p%new_place)
          difference = max(maxval(abs(p%mass(to) - before%mass)), maxval(abs(p%volume(to) - before%volume)), &
-                          maxval(abs(p%reference(:, to) - before%reference)), &
-                          maxval(abs(p%displacement(:, to) - before%displacement)), &
-                          maxval(abs(p%velocity(:, to) - before%velocity)), &
-                          maxval(abs(p%gradient(:, :, to) - before%gradient)))
+                          maxval(abs(p%reference(to, :) - before%reference)), &
+                          maxval(abs(p%displacement(to, :) - before%displacement)), &
+                          maxval(abs(p%velocity(to, :) - before%velocity)), &
+                          maxval(abs(p%gradient(to, :, :) - before%gradient)))
          call check_close(difference, 0.0_dp, 0.0_dp, 'every particle is there, once, with its numbers')
          call check(all(p%id(to) == before%id) .and. all(p%material(to) == before%material) .and. &
                     all(p%body(to) == before%body), 'and its indices')
@@ -80,26 +80,33 @@ contains
 
    subroutine check_cells(p)
       type(particles_t), intent(in) :: p
-      integer :: e, i, wrong, n_occupied
+      integer :: e, i, wrong, n_occupied, visits(n), visits_before
       wrong = 0
+      visits = 0
       n_occupied = 0
       do e = 1, grid%n_elements
-         do i = p%cell_start(e), p%cell_start(e + 1) - 1
+         visits_before = sum(visits)
+         do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            visits(i) = visits(i) + 1
             if (p%cell(i) /= e .or. grid%forest%leaf_at(p%position(i)) /= e) wrong = wrong + 1
          end do
-         if (p%cell_start(e + 1) == p%cell_start(e)) cycle
+         if (sum(visits) - visits_before /= p%count_in(e)) wrong = wrong + 1
+         if (p%count_in(e) == 0) then
+            if (any([p%first_in(e), p%last_in(e), p%stride_in(e)] /= [1, 0, 1])) wrong = wrong + 1
+            cycle
+         end if
          n_occupied = n_occupied + 1
          if (p%occupied(n_occupied) /= e) wrong = wrong + 1
       end do
-      call check(wrong == 0, 'the particles of a cell stand in it, and the occupied cells are listed')
+      call check(wrong == 0, 'the particles of a cell stand in it and are counted, and the occupied cells are listed')
       call check(n_occupied == p%n_occupied, 'no other cell is listed')
-      call check(p%cell_start(1) == 1 .and. p%cell_start(grid%n_elements + 1) == n + 1, 'the cells share all particles')
+      call check(all(visits == 1), 'the cells share all particles')
    end subroutine check_cells
 
    subroutine gone_astray()
       type(particles_t) :: p
       call scatter(p)
-      p%displacement(:, 42) = [1.5_dp, 0.25_dp] - p%reference(:, 42)
+      p%displacement(42, :) = [1.5_dp, 0.25_dp] - p%reference(42, :)
       call sort_into_cells(p, grid, failure)
       call check(failure%code == exit_computation, 'a particle that left the grid is a failure of the computation')
       call check(index(failure%message, 'particle 42 left the grid at (1.5, 0.25) m') > 0, 'that names particle and place')
@@ -107,7 +114,7 @@ contains
 
       failure = failure_t()
       call scatter(p)
-      p%displacement(2, 7) = ieee_value(1.0_dp, ieee_quiet_nan)
+      p%displacement(7, 2) = ieee_value(1.0_dp, ieee_quiet_nan)
       call ieee_set_halting_mode(ieee_invalid, .false.)
       call sort_into_cells(p, grid, failure)
       call ieee_set_flag(ieee_invalid, .false.)

@@ -109,8 +109,8 @@ contains
       h = strain*(2*h - 1)
       m%particles%total_frame = total_frame
       do i = 1, m%particles%n
-         m%particles%gradient(:, :, i) = h
-         m%particles%displacement(:, i) = matmul(h, m%particles%reference(:, i) - 0.5_dp*(first + last)*cell)
+         m%particles%gradient(i, :, :) = h
+         m%particles%displacement(i, :) = matmul(h, m%particles%reference(i, :) - 0.5_dp*(first + last)*cell)
       end do
       call random_number(m%particles%velocity)
       call start(m, 'usl')
@@ -130,7 +130,7 @@ contains
       call gather_internal_force(m%grid, m%fields)
       associate (all => m%fields%mass_matrix%all, p => m%particles, f => m%fields)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%force)
-         stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient(:, :, 1)))
+         stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient_of(1)))
          figures = 0
          do node = 1, m%grid%n_nodes
             if (.not. is_inside(m, node)) cycle
@@ -141,8 +141,8 @@ contains
          figures(momentum) = maxval(abs(sum(f%momentum(:, :m%grid%n_nodes), dim=2)/momentum_before - 1))
          figures(no_mass) = count(f%mass_matrix%lumped(all%nodes(:all%n_nodes)) <= 0)
          do e = 1, m%grid%n_elements
-            if (p%cell_start(e + 1) == p%cell_start(e)) cycle
-            figures(volume) = max(figures(volume), abs(sum(p%volume(p%cell_start(e):p%cell_start(e + 1) - 1)) &
+            if (p%count_in(e) == 0) cycle
+            figures(volume) = max(figures(volume), abs(sum(p%volume(p%first_in(e):p%last_in(e):p%stride_in(e))) &
                                                        /(thickness*m%grid%element_size(e)**2) - 1))
          end do
       end associate
@@ -160,7 +160,7 @@ contains
          e = m%grid%element_at(x)
          if (e == outside) then
             is_inside = .false.
-         else if (m%particles%cell_start(e + 1) == m%particles%cell_start(e)) then
+         else if (m%particles%count_in(e) == 0) then
             is_inside = .false.
          end if
       end do

@@ -61,7 +61,7 @@ contains
       integer :: i
       allocate (nodal(m%grid%n_points))
       do i = 1, m%particles%n
-         m%particles%material(i) = merge(1, 2, m%particles%reference(1, i) < 1.5_dp)
+         m%particles%material(i) = merge(1, 2, m%particles%reference(i, 1) < 1.5_dp)
       end do
       value = merge(1.0_dp, 5.0_dp, m%particles%material(:m%particles%n) == 1)
       call recover(m%grid, m%particles, m%fields%mass_matrix, 1, value, nodal, material=1)
@@ -78,7 +78,7 @@ contains
       real(dp) :: norm
       integer :: i
       do i = 1, m%particles%n
-         m%particles%gradient(:, :, i) = 1.0e-6_dp*dot_product(slope, m%particles%place_in_grid(i))
+         m%particles%gradient(i, :, :) = 1.0e-6_dp*dot_product(slope, m%particles%place_in_grid(i))
       end do
       call estimate_errors(m, squared, norm)
       call check_close(sum(squared)/norm, 0.0_dp, rounding, 'a linear stress has no estimated error')

@@ -56,8 +56,8 @@ contains
          do i = 1, m%particles%n
             call random_number(h)
             call random_number(v)
-            m%particles%gradient(:, :, i) = 0.1_dp*(h - 0.5_dp)
-            m%particles%velocity(:, i) = 0.1_dp*(v - 0.3_dp)
+            m%particles%gradient(i, :, :) = 0.1_dp*(h - 0.5_dp)
+            m%particles%velocity(i, :) = 0.1_dp*(v - 0.3_dp)
          end do
       end if
       m%audit = .true.
@@ -108,7 +108,7 @@ contains
       character(*), intent(in) :: what
       call check_masses(m, before, what)
       call check_close(norm2(linear_momentum(m%particles) - linear_momentum(before%particles)), 0.0_dp, &
-                       tolerance*sum(before%particles%mass*norm2(before%particles%velocity, 1)), what//': momentum')
+                       tolerance*sum(before%particles%mass*norm2(before%particles%velocity, 2)), what//': momentum')
       call check_close(strain_energy(m%particles, m%materials), strain_energy(before%particles, before%materials), &
                        tolerance*strain_energy(before%particles, before%materials), what//': strain energy')
    end subroutine check_sums
@@ -132,10 +132,10 @@ contains
       now = sorted_by_id(m)
       then = sorted_by_id(before)
       associate (p => m%particles, q => before%particles)
-         drift(1) = maxval(abs(p%reference(:, now) - q%reference(:, then)))
-         drift(2) = maxval(abs(p%displacement(:, now) - q%displacement(:, then)))
-         drift(3) = maxval(abs(p%velocity(:, now) - q%velocity(:, then)))
-         drift(4) = maxval(abs(p%gradient(:, :, now) - q%gradient(:, :, then)))
+         drift(1) = maxval(abs(p%reference(now, :) - q%reference(then, :)))
+         drift(2) = maxval(abs(p%displacement(now, :) - q%displacement(then, :)))
+         drift(3) = maxval(abs(p%velocity(now, :) - q%velocity(then, :)))
+         drift(4) = maxval(abs(p%gradient(now, :, :) - q%gradient(then, :, :)))
       end associate
       write (*, '(2a,4es9.1)') what, ': drift of X, u, v, H', drift
       call check_close(maxval(drift), 0.0_dp, tolerance, what//': X, u, v and H')
@@ -319,12 +319,12 @@ contains
    !> Displacement, velocity and H as smooth fields of X.
    subroutine give_fields(m)
       type(motion_t), intent(inout) :: m
+      real(dp) :: x(ndim)
       integer :: i
       do i = 1, m%particles%n
-         associate (x => m%particles%reference(:, i))
-            m%particles%velocity(:, i) = [sin(20*x(1)), cos(30*x(2)*x(1))]
-            m%particles%gradient(:, :, i) = 0.1_dp*reshape([x(1), x(2), x(2) - x(1), sin(50*x(1))], [ndim, ndim])
-         end associate
+         x = m%particles%reference(i, :)
+         m%particles%velocity(i, :) = [sin(20*x(1)), cos(30*x(2)*x(1))]
+         m%particles%gradient(i, :, :) = 0.1_dp*reshape([x(1), x(2), x(2) - x(1), sin(50*x(1))], [ndim, ndim])
       end do
       m%mapped = .false.
    end subroutine give_fields

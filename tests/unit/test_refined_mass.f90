@@ -103,7 +103,7 @@ contains
       call check_close(maxval(abs(residual))/maxval(abs(b)), 0.0_dp, 1.0e-11_dp, what//'M x = b on a refined mesh')
       call check(.not. any(m%constraints%fixed .and. abs(x(:, :n)) > 0), what//'held nodes stay')
       call check_close(sum(m%fields%mass_matrix%lumped(:n)), sum(m%particles%mass), 1.0e-14_dp, what//'the nodes have the mass')
-      call check_close(maxval(abs(sum(b(:, :n), dim=2) - matmul(m%particles%velocity, m%particles%mass))), 0.0_dp, 1.0e-13_dp, &
+      call check_close(maxval(abs(sum(b(:, :n), dim=2) - matmul(m%particles%mass, m%particles%velocity))), 0.0_dp, 1.0e-13_dp, &
                        what//'and the momentum of the particles')
       call check(all(m%fields%mass_matrix%lumped(m%fields%mass_matrix%all%nodes(:m%fields%mass_matrix%all%n_nodes)) > 0), &
                  what//'no active node is without mass')

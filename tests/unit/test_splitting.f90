@@ -53,9 +53,9 @@ contains
       do i = 1, p%n
          call random_number(h)
          call random_number(v)
-         p%displacement(:, i) = shift + matmul(stretch, p%reference(:, i))
-         p%gradient(:, :, i) = stretch + disturbance*(h - 0.5_dp)
-         p%velocity(:, i) = drift + matmul(rate, p%position(i)) + disturbance*(v - 0.5_dp)
+         p%displacement(i, :) = shift + matmul(stretch, p%reference(i, :))
+         p%gradient(i, :, :) = stretch + disturbance*(h - 0.5_dp)
+         p%velocity(i, :) = drift + matmul(rate, p%position(i)) + disturbance*(v - 0.5_dp)
       end do
       call start_families(p)
    end subroutine place
@@ -102,7 +102,7 @@ contains
       moment = 0
       do i = 1, p%n
          if (in_reference) then
-            moment = moment + p%mass(i)*p%reference(:, i)
+            moment = moment + p%mass(i)*p%reference(i, :)
          else
             moment = moment + p%mass(i)*p%position(i)
          end if
@@ -117,7 +117,7 @@ contains
       l = 0
       do i = 1, p%n
          x = p%position(i)
-         l = l + p%mass(i)*(x(1)*p%velocity(2, i) - x(2)*p%velocity(1, i))
+         l = l + p%mass(i)*(x(1)*p%velocity(i, 2) - x(2)*p%velocity(i, 1))
       end do
    end function angular_momentum
 
@@ -161,9 +161,9 @@ contains
       do i = 1, p%n
          if (.not. marked(i)) then
             j = first_child(i)
-            exact = exact .and. all(abs(q%reference(:, j) - p%reference(:, i)) <= 0) .and. &
-                    all(abs(q%displacement(:, j) - p%displacement(:, i)) <= 0) .and. &
-                    all(abs(q%velocity(:, j) - p%velocity(:, i)) <= 0) .and. &
+            exact = exact .and. all(abs(q%reference(j, :) - p%reference(i, :)) <= 0) .and. &
+                    all(abs(q%displacement(j, :) - p%displacement(i, :)) <= 0) .and. &
+                    all(abs(q%velocity(j, :) - p%velocity(i, :)) <= 0) .and. &
                     abs(q%mass(j) - p%mass(i)) <= 0 .and. q%level(j) == 0 .and. q%id(j) == p%id(i)
             cycle
          end if
@@ -173,12 +173,12 @@ contains
             j = first_child(i) + c - 1
             dx = (corner_offset(c) - 0.5_dp)*[0.05_dp, 0.03_dp]
             moved = dx
-            if (.not. total_frame) moved = dx + matmul(p%gradient(:, :, i), dx)
-            error(1) = max(error(1), maxval(abs(q%reference(:, j) - (p%reference(:, i) + dx))))
-            error(2) = max(error(2), maxval(abs(q%displacement(:, j) - (p%displacement(:, i) &
-                                                                         + matmul(p%gradient(:, :, i), dx)))))
-            error(3) = max(error(3), maxval(abs(q%velocity(:, j) - (p%velocity(:, i) + matmul(rate, moved)))))
-            error(4) = max(error(4), maxval(abs(q%gradient(:, :, j) - p%gradient(:, :, i))))
+            if (.not. total_frame) moved = dx + matmul(p%gradient(i, :, :), dx)
+            error(1) = max(error(1), maxval(abs(q%reference(j, :) - (p%reference(i, :) + dx))))
+            error(2) = max(error(2), maxval(abs(q%displacement(j, :) - (p%displacement(i, :) &
+                                                                         + matmul(p%gradient(i, :, :), dx)))))
+            error(3) = max(error(3), maxval(abs(q%velocity(j, :) - (p%velocity(i, :) + matmul(rate, moved)))))
+            error(4) = max(error(4), maxval(abs(q%gradient(j, :, :) - p%gradient(i, :, :))))
             exact = exact .and. q%id(j) == p%id(i) .and. q%level(j) == 1 .and. q%body(j) == p%body(i)
          end do
       end do
@@ -204,12 +204,12 @@ contains
       visits = 0
       error = 0
       do i = 1, p%n
-         place_of = int((p%reference(:, i) - lower)/spacing)
+         place_of = int((p%reference(i, :) - lower)/spacing)
          k = 1 + place_of(1) + place_of(2)*points(1)*2**times
          visits(k) = visits(k) + 1
-         error(1) = max(error(1), maxval(abs(p%reference(:, i) - (lower + (place_of + 0.5_dp)*spacing))))
-         error(2) = max(error(2), maxval(abs(p%displacement(:, i) - (shift + matmul(stretch, p%reference(:, i))))))
-         error(3) = max(error(3), maxval(abs(p%velocity(:, i) - (drift + matmul(rate, p%position(i))))))
+         error(1) = max(error(1), maxval(abs(p%reference(i, :) - (lower + (place_of + 0.5_dp)*spacing))))
+         error(2) = max(error(2), maxval(abs(p%displacement(i, :) - (shift + matmul(stretch, p%reference(i, :))))))
+         error(3) = max(error(3), maxval(abs(p%velocity(i, :) - (drift + matmul(rate, p%position(i))))))
          error(4) = max(error(4), maxval(abs(spacing_of(p, i) - spacing)))
       end do
       call check(all(visits == 1), 'three times split: one particle in each part of the body')
@@ -287,18 +287,18 @@ contains
       strain_loss = 0
       do i = 1, p%n
          call random_number(noise)
-         p%displacement(:, i) = p%displacement(:, i) + 0.02_dp*(noise - 0.5_dp)
+         p%displacement(i, :) = p%displacement(i, :) + 0.02_dp*(noise - 0.5_dp)
          call random_number(noise)
-         p%velocity(:, i) = p%velocity(:, i) + (noise - 0.5_dp)
+         p%velocity(i, :) = p%velocity(i, :) + (noise - 0.5_dp)
          call random_number(noise_h)
-         p%gradient(:, :, i) = p%gradient(:, :, i) + 0.3_dp*(noise_h - 0.5_dp)
+         p%gradient(i, :, :) = p%gradient(i, :, :) + 0.3_dp*(noise_h - 0.5_dp)
       end do
       do i = 1, p%n, corners
-         mean = sum(p%velocity(:, i:i + 3), dim=2)/corners
-         mean_h = sum(p%gradient(:, :, i:i + 3), dim=3)/corners
+         mean = sum(p%velocity(i:i + 3, :), dim=1)/corners
+         mean_h = sum(p%gradient(i:i + 3, :, :), dim=1)/corners
          do c = i, i + 3
-            kinetic_loss = kinetic_loss + 0.5_dp*p%mass(c)*sum((p%velocity(:, c) - mean)**2)
-            strain_loss = strain_loss + p%volume(c)*linear%energy_density(p%gradient(:, :, c) - mean_h)
+            kinetic_loss = kinetic_loss + 0.5_dp*p%mass(c)*sum((p%velocity(c, :) - mean)**2)
+            strain_loss = strain_loss + p%volume(c)*linear%energy_density(p%gradient(c, :, :) - mean_h)
          end do
       end do
       q = p
@@ -306,10 +306,10 @@ contains
       h = 0
       h_before = 0
       do i = 1, q%n
-         h = h + q%volume(i)*q%gradient(:, :, i)
+         h = h + q%volume(i)*q%gradient(i, :, :)
       end do
       do i = 1, p%n
-         h_before = h_before + p%volume(i)*p%gradient(:, :, i)
+         h_before = h_before + p%volume(i)*p%gradient(i, :, :)
       end do
       call check_close(maxval(abs(h - h_before)), 0.0_dp, rounding*sum(p%volume), 'recombining keeps the volume-weighted H')
       call check_close(sum(q%mass), sum(p%mass), rounding*sum(p%mass), 'recombining keeps the mass')
@@ -358,11 +358,11 @@ contains
       real(dp), parameter :: away(ndim) = [0.0_dp, 0.5_dp]
       call place(points, 0.0_dp, p)
       call split_all(p, 1)
-      p%displacement(:, torn) = p%displacement(:, torn) + away
+      p%displacement(torn, :) = p%displacement(torn, :) + away
       call check(recombine_all(p) == product(points) - 1, 'all but the torn family recombine')
       call check(p%n == product(points) + 3 .and. count(p%level == 1) == 4 .and. all(p%id == 6 .eqv. p%level == 1), &
                  'and the torn one stays')
-      where (p%level == 1 .and. p%path == mod(torn - 1, 4)) p%displacement(2, :) = p%displacement(2, :) - away(2)
+      where (p%level == 1 .and. p%path == mod(torn - 1, 4)) p%displacement(:, 2) = p%displacement(:, 2) - away(2)
       call check(recombine_all(p) == 1 .and. p%n == product(points), 'until it is together again')
    end subroutine torn_families_stay
 

@@ -39,7 +39,7 @@ contains
       l = 0
       do i = 1, p%n
          x = p%position(i)
-         l = l + p%mass(i)*(x(1)*p%velocity(2, i) - x(2)*p%velocity(1, i))
+         l = l + p%mass(i)*(x(1)*p%velocity(i, 2) - x(2)*p%velocity(i, 1))
       end do
    end function angular_momentum
 
@@ -60,13 +60,13 @@ contains
          do i = 1, p%n
             x = p%position(i) - centre
             call random_number(noise)
-            p%velocity(:, i) = drift + rate*[-x(2), x(1)] + 0.005_dp*(noise - 0.5_dp)
+            p%velocity(i, :) = drift + rate*[-x(2), x(1)] + 0.005_dp*(noise - 0.5_dp)
             spin = spin + p%mass(i)*rate*sum(x**2)
          end do
          call start(m, scheme)
          momentum = linear_momentum(p)
          before = angular_momentum(p)
-         scale = sum(p%mass*norm2(p%velocity, 1))
+         scale = sum(p%mass*norm2(p%velocity, 2))
          call run_steps(m, 0.2_dp*cell, steps)
          call check_close(maxval(abs(linear_momentum(p) - momentum)), 0.0_dp, 4*(steps + p%n)*epsilon(scale)*scale, &
                           scheme//': the linear momentum of a free body is conserved')
@@ -99,8 +99,8 @@ contains
          change = 0
          shift = 0
          do i = 1, p%n
-            change = max(change, maxval(abs(p%velocity(:, i) - v(:, p%body(i)))))
-            shift = max(shift, maxval(abs(p%displacement(:, i) - steps*dt*v(:, p%body(i)))))
+            change = max(change, maxval(abs(p%velocity(i, :) - v(:, p%body(i)))))
+            shift = max(shift, maxval(abs(p%displacement(i, :) - steps*dt*v(:, p%body(i)))))
          end do
          write (*, '(2a,2es9.1)') scheme, ': translation over 6 cells: change of velocity, H', change, maxval(abs(p%gradient))
          if (scheme == 'usl') return
@@ -128,15 +128,15 @@ contains
       inside = 0
       associate (p => m%particles)
          do i = 1, p%n
-            p%velocity(:, i) = matmul(a, p%position(i))
-            p%gradient(:, :, i) = h
+            p%velocity(i, :) = matmul(a, p%position(i))
+            p%gradient(i, :, :) = h
          end do
          call start(m, scheme)
          call run_steps(m, dt, 1)
          do i = 1, p%n
-            if (any(p%reference(:, i) < lower + edge .or. p%reference(:, i) > upper - edge)) cycle
+            if (any(p%reference(i, :) < lower + edge .or. p%reference(i, :) > upper - edge)) cycle
             inside = inside + 1
-            error = max(error, maxval(abs(p%gradient(:, :, i) - expected)))
+            error = max(error, maxval(abs(p%gradient(i, :, :) - expected)))
          end do
       end associate
       call check(inside == 36, scheme//': there is material away from the edges')

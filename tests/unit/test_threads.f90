@@ -43,7 +43,7 @@ contains
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [cells + 4, cells + 4]), &
                         new_material('', 'neo_hookean', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([0.12_dp, 0.12_dp], [0.12_dp, 0.12_dp] + cells*cell, [2*cells, 2*cells])], m)
-      m%particles%velocity = 0.1_dp + 0.1_dp*noise
+      m%particles%velocity = 0.1_dp + 0.1_dp*transpose(noise)
       allocate (m%loads(1))
       m%loads(1)%force = [0.1_dp, 0.2_dp]
       call load_on_particles(m%particles, [0.0_dp, 0.0_dp], [2.0_dp, 2.0_dp], m%loads(1))

@@ -51,7 +51,7 @@ contains
                         [rectangle_t([0.0_dp, 0.0_dp], [1.0_dp, cell], [2*n_cells, 1])], m)
       call constrain_box(m%constraints, m%grid, [-cell, -cell], [1 + cell, 2*cell], [.false., .true.])
       do i = 1, m%particles%n
-         m%particles%velocity(1, i) = amplitude*cos(pi*m%particles%reference(1, i))
+         m%particles%velocity(i, 1) = amplitude*cos(pi*m%particles%reference(i, 1))
       end do
       call start(m, scheme)
 
@@ -103,7 +103,7 @@ contains
             e = p%cell(i)
             x = grid%element_lower(1, e)
             n = shape_functions(grid%local_coordinate(e, p%position(i)))
-            modal_velocity = modal_velocity + p%mass(i)*p%velocity(1, i) &
+            modal_velocity = modal_velocity + p%mass(i)*p%velocity(i, 1) &
                              *((n(1) + n(3))*cos(pi*x) + (n(2) + n(4))*cos(pi*(x + grid%element_size(e))))
          end do
       end associate

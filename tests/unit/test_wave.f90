@@ -69,15 +69,15 @@ contains
       if (mirror < 0) call constrain_box(m%constraints, m%grid, [1.0_dp, -cell], [1 + cell, 2*cell], [.true., .false.])
       associate (p => m%particles)
          do i = 1, p%n
-            p%velocity(1, i) = velocity(p%reference(1, i), v_time, place, mirror)
-            p%gradient(1, 1, i) = strain(p%reference(1, i), h_time, place, mirror)
+            p%velocity(i, 1) = velocity(p%reference(i, 1), v_time, place, mirror)
+            p%gradient(i, 1, 1) = strain(p%reference(i, 1), h_time, place, mirror)
          end do
          call start(m, scheme)
          call run_steps(m, dt, steps)
          square = 0
          do i = 1, p%n
-            expected = velocity(p%reference(1, i), time + v_time, place, mirror)
-            square = square + [(p%velocity(1, i) - expected)**2, expected**2]
+            expected = velocity(p%reference(i, 1), time + v_time, place, mirror)
+            square = square + [(p%velocity(i, 1) - expected)**2, expected**2]
          end do
       end associate
       wave_error = sqrt(square(1)/square(2))
