@@ -59,11 +59,12 @@ contains
       type(mass_solver_t), intent(inout) :: solver     !! without held components
       real(dp), intent(out) :: g(modes)
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: displacement(:, :), traction(:, :)
+      real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)
       real(dp) :: face_displacement(ndim, 2), opening(modes), closing(modes)
       integer :: i, k
       allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
-      call extrapolate(grid, p, matrix, solver, transpose(p%displacement), displacement, failure)
+      allocate (u, source=transpose(p%displacement))
+      call extrapolate(grid, p, matrix, solver, u, displacement, failure)
       call extrapolate(grid, p, matrix, solver, tractions(crack, p, materials), traction, failure)
       face_displacement = 0
       do k = 1, 2
