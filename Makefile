@@ -82,7 +82,7 @@ clean:  ## remove what was built; results stay
 	rm -rf build
 
 $(O)/hampm: $(O)/main.o
-$(O)/bench_step $(O)/minimal_step: $(O)/%: $(O)/%.o $(O)/timing.o
+$(O)/bench_step $(O)/minimal_step: $(O)/%: $(O)/%.o $(addprefix $(O)/,timing.o plain_scene.o minimal_kernel.o)
 $(O)/results_driver: $(O)/results_driver.o
 $(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
 $(UNIT_PROGRAMS) $(O)/results_driver: LINK := -fno-lto   # many programs, each of which runs for a moment

@@ -1,9 +1,9 @@
-!> What the benchmarks measure with: the memory's speed for the bytes that they move, and medians.
+!> What the benchmarks measure with: two clocks, the memory's speed for the bytes that they move, its size, and medians.
 module hampm_timing
    use hampm_kinds, only: dp, long
    implicit none
    private
-   public :: time_to_move, median
+   public :: processor_seconds, wall_seconds, time_to_move, peak_memory, median
 
    abstract interface
       !> A clock [s].
@@ -13,6 +13,18 @@ module hampm_timing
    end interface
 
 contains
+
+   !> Processor time of all threads [s].
+   real(dp) function processor_seconds()
+      call cpu_time(processor_seconds)
+   end function processor_seconds
+
+   !> Wall time [s].
+   real(dp) function wall_seconds()
+      integer(long) :: ticks, rate
+      call system_clock(ticks, rate)
+      wall_seconds = real(ticks, dp)/real(rate, dp)
+   end function wall_seconds
 
    !> Time to read half and write half of `bytes` for each of `n` items, mean of `steps` times [s].
    real(dp) function time_to_move(n, bytes, steps, seconds) result(time)
@@ -36,6 +48,22 @@ contains
       time = (seconds() - time)/steps
       if (to(words) < 0) print *, to(words)      ! the copy is used
    end function time_to_move
+
+   !> The most memory that this program has held so far [bytes], 0 where the system does not tell.
+   integer(long) function peak_memory() result(bytes)
+      integer :: unit, status
+      character(80) :: line
+      bytes = 0
+      open (newunit=unit, file='/proc/self/status', action='read', iostat=status)
+      do while (status == 0)
+         read (unit, '(a)', iostat=status) line
+         if (line(:6) /= 'VmHWM:') cycle
+         read (line(7:index(line, 'kB') - 1), *) bytes
+         bytes = 1024*bytes
+         exit
+      end do
+      close (unit, iostat=status)
+   end function peak_memory
 
    !> Median of a few numbers.
    pure real(dp) function median(values)

@@ -1,0 +1,52 @@
+!> The plain scene that the benchmarks measure: a box filled with four particles a cell, plane stress, linear elastic, no loads.
+module hampm_plain_scene
+   use hampm_kinds, only: dp
+   use hampm_assembly, only: assemble
+   use hampm_failure, only: failure_t
+   use hampm_particles, only: smallest_occupied_cell
+   use hampm_refinement, only: refinement_t
+   use hampm_scene, only: scene_t
+   use hampm_step, only: motion_t, stable_time_step
+   implicit none
+   private
+   public :: plain_scene, start, time_step
+
+contains
+
+   !> A grid of `cells` x `cells` cells, filled by one body.
+   pure function plain_scene(cells) result(scene)
+      integer, intent(in) :: cells
+      type(scene_t) :: scene
+      real(dp), parameter :: cell = 1.0e-3_dp
+      scene%run%plane = 'stress'
+      scene%run%thickness = 1
+      scene%grid%cell = cell
+      scene%grid%cells = cells
+      scene%method%scheme = 'musl'
+      allocate (scene%materials(1), scene%bodies(1), scene%constraints(0), scene%loads(0))
+      scene%materials(1)%law = 'linear_elastic'
+      scene%materials(1)%young = 70e9_dp
+      scene%materials(1)%poisson = 0.3_dp
+      scene%materials(1)%density = 2700
+      scene%bodies(1)%material_index = 1
+      scene%bodies(1)%upper = cells*cell
+      scene%bodies(1)%points_per_cell = 2
+   end function plain_scene
+
+   !> Build a scene and set it into a smooth small motion.
+   subroutine start(scene, motion)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(out) :: motion
+      type(refinement_t) :: refinement
+      type(failure_t) :: failure
+      call assemble(scene, motion, refinement, failure)
+      if (failure%failed()) error stop 'the benchmark scene cannot be built'
+      motion%particles%velocity = 1.0e-3_dp*sin(200*motion%particles%reference)
+   end subroutine start
+
+   !> A tenth of what a shear wave takes to cross a cell [s].
+   pure real(dp) function time_step(motion)
+      type(motion_t), intent(in) :: motion
+      time_step = stable_time_step(smallest_occupied_cell(motion%grid, motion%particles), motion%materials, 0.1_dp, 'shear')
+   end function time_step
+end module hampm_plain_scene
