@@ -1,8 +1,9 @@
 #!/bin/sh
 # Install what hampm needs and what is missing: compiler and libraries, then the Python environment .venv.
 #
-#     tools/setup.sh           install
-#     tools/setup.sh --check   only list what is missing; exit code 1 if anything is
+#     tools/setup.sh            install
+#     tools/setup.sh valgrind   the same, and valgrind, which only `make bench` needs
+#     tools/setup.sh --check    only list what is missing; exit code 1 if anything is
 #
 # What is present is left alone, so that a second run does nothing. On Debian and Ubuntu the packages are installed with
 # apt-get, as root or through sudo; elsewhere, or without these rights, they are named and the exit code is 1.
@@ -15,7 +16,8 @@ stamp=$root/.venv/requirements.cksum
 
 main() {
     case "$*" in
-        "")
+        "" | valgrind)
+            packages="$packages $*"
             install_packages
             install_python
             ;;
@@ -28,7 +30,7 @@ main() {
     esac
 }
 
-usage() { sed -n '2,8s/^# \{0,1\}//p' "$0"; }
+usage() { sed -n '2,9s/^# \{0,1\}//p' "$0"; }
 
 has_command() { command -v "$1" >/dev/null 2>&1; }
 
@@ -50,7 +52,7 @@ missing_packages() {
 # A package counts as present when one that provides the same is.
 is_present() {
     case $1 in
-        gfortran | make) has_command "$1" ;;
+        gfortran | make | valgrind) has_command "$1" ;;
         gnuplot-nox) has_command gnuplot ;;
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;

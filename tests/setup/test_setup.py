@@ -89,6 +89,16 @@ def test_root_installs_only_what_is_missing(machine):
     assert (machine.bin / "apt-get.env").read_text() == "frontend noninteractive\n" * 2
 
 
+def test_valgrind_is_installed_only_where_it_is_asked_for(machine):
+    machine.debian(*LIBRARIES)
+    machine.stub("id", "echo 0")
+    assert machine.run().returncode == 0 and machine.calls("apt-get") == []
+    assert machine.run("valgrind").returncode == 0
+    assert machine.calls("apt-get")[-1] == "-qq install -y --no-install-recommends valgrind"
+    machine.stub("valgrind")
+    assert machine.run("valgrind").returncode == 0 and len(machine.calls("apt-get")) == 2
+
+
 def test_another_build_of_openblas_is_accepted(machine):
     machine.debian("liblapack-dev", "libhdf5-dev", "libsuitesparse-dev", "libopenblas-openmp-dev")
     assert machine.run().returncode == 0 and machine.calls("apt-get") == []
