@@ -13,6 +13,10 @@ COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimp
 
 release := -O3 -march=native -flto=auto -ffat-lto-objects -finline-limit=1000
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
+# To be run under valgrind, which does not know every processor's instructions; simulation.f90 apart, so that what it calls is
+# counted by procedure
+counted := $(subst -march=native,$(if $(filter x86_64,$(shell uname -m)),-march=x86-64-v3),$(release)) -g
+counted_simulation := -fno-lto -fno-inline
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 FLAGS := $(COMMON) $($(build)) $(HDF5_COMPILE) -J$(O)
 
@@ -50,9 +54,11 @@ test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup tests
 
-bench: setup  ## measure the time per particle and step beside the memory's speed
+bench:  ## measure time, memory and instructions of a step beside the least that they could be: one table
+	@tools/setup.sh valgrind
 	@$(MAKE) --no-print-directory $(O)/bench_step
-	$(O)/bench_step
+	@$(MAKE) --no-print-directory build=counted program build/counted/bench_step
+	$(PYTHON) bench/speed.py --program $(O)/bench_step --output results
 
 minimal: setup  ## measure the least that a plain step needs beside what the program takes
 	@$(MAKE) --no-print-directory $(O)/minimal_step
@@ -92,7 +98,7 @@ $(O)/hampm $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(UNIT_PROGRAMS
 
 # A changed flag, here or on the command line, builds everything anew.
 $(O)/%.o: %.f90 $(O)/flags
-	$(FC) $(FLAGS) -c -o $@ $<
+	$(FC) $(FLAGS) $($(build)_$*) -c -o $@ $<
 
 $(O)/flags: FORCE
 	@mkdir -p $(O)

@@ -1,111 +1,185 @@
-!> Time per particle and step of a plain elastic scene: a box filled with four particles a cell, no loads, no crack.
-!> Beside it stands the time that the same machine needs, in the same run, to move the bytes that a step reads and
-!> writes. Prints one line for each number of particles, scheme and number of threads; see bench/README.md.
+!> Steps of the plain scene, by the program or by the least that such a step needs (`minimal_kernel.f90`):
+!>
+!>     bench_step time REPETITIONS CASE...
+!>     bench_step steps STEPS CASE
+!>
+!> `time` measures cases in turn, so that a change of the machine's speed meets all of them. A line for each case and repetition:
+!> case, particles, bytes moved a particle and step; then per particle and step [ns] processor time, wall time, and the time to
+!> copy these bytes (processor time with one thread, else wall time). `steps` does steps and prints the number of particles and
+!> the peak of the memory [bytes].
+!>
+!> A case is CODE:FRAME:SCHEME:CELLS:THREADS, such as program:updated:musl:50:1; CODE is program or minimal, CELLS those along an
+!> edge of the box. `speed.py` makes the table of it.
 program bench_step
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use hampm_kinds, only: dp, long, ndim
-   use hampm_assembly, only: assemble
+   use hampm_kinds, only: dp, ndim
+   use hampm_command_line, only: command_arguments
    use hampm_failure, only: failure_t
-   use hampm_particles, only: smallest_occupied_cell
-   use hampm_refinement, only: refinement_t
+   use hampm_minimal_kernel, only: blocks_t, set_up, step
+   use hampm_plain_scene, only: plain_scene, start, time_step
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, advance, stable_time_step
-   use hampm_threads, only: use_threads, processor_count
-   use hampm_timing, only: time_to_move, median
+   use hampm_step, only: motion_t, advance
+   use hampm_text, only: string_t
+   use hampm_threads, only: use_threads
+   use hampm_timing, only: processor_seconds, wall_seconds, time_to_move, peak_memory
    implicit none
-   integer, parameter :: cells(3) = [50, 158, 500]          ! cells along an edge: 10k, 100k, 1M particles
-   character(5), parameter :: schemes(4) = ['usl  ', 'usf  ', 'musl ', 'usavg']
-   integer, parameter :: repetitions = 5                    ! of which the median is printed
-   integer :: k, s, n
 
-   print '(a)', 'particles  scheme  threads  ns/particle/step  ns to move the same bytes  ratio  bytes'
-   do k = 1, size(cells)
-      do s = 1, size(schemes)
-         do n = 1, processor_count(), max(1, processor_count() - 1)
-            call measure_case(cells(k), schemes(s), n)
-         end do
-      end do
-   end do
+   type :: case_t
+      character(32) :: name = ''
+      character(8) :: code = '', frame = '', scheme = ''
+      integer :: cells = 0, threads = 0
+      type(motion_t) :: motion
+      type(blocks_t) :: blocks                   !! of the minimal kernel
+      real(dp) :: dt = 0                         !! [s]
+   end type case_t
+
+   integer, parameter :: updates = 5000000       !! of particles in one measurement, at least
+
+   call act(command_arguments())
 
 contains
 
-   !> Measure one case and print its line.
-   subroutine measure_case(cells, scheme, threads)
-      integer, intent(in) :: cells, threads
-      character(*), intent(in) :: scheme
-      type(motion_t) :: motion
-      real(dp) :: step_time(repetitions), move_time(repetitions), dt
-      integer :: r, steps, k, bytes
-      type(failure_t) :: failure
-      call filled_box(cells, scheme, motion)
-      call use_threads(threads, motion%particles%n)
-      dt = stable_time_step(smallest_occupied_cell(motion%grid, motion%particles), motion%materials, 0.1_dp, 'shear')
-      steps = max(2, 1000000/motion%particles%n)
-      bytes = bytes_per_step(scheme)
-      do r = 1, repetitions
-         step_time(r) = seconds()
-         do k = 1, steps
-            call advance(motion, dt, failure)
-            if (failure%failed()) error stop 'the benchmark scene has failed'
-         end do
-         step_time(r) = (seconds() - step_time(r))/steps/motion%particles%n
-         move_time(r) = time_to_move(motion%particles%n, bytes, steps, seconds)/motion%particles%n
-      end do
-      print '(i9, 2x, a6, i9, f18.1, f27.1, f7.1, i7)', motion%particles%n, scheme, threads, &
-         1e9_dp*median(step_time), 1e9_dp*median(move_time), median(step_time/move_time), bytes
-      flush (output_unit)
-   end subroutine measure_case
+   !> Do what the command line says.
+   subroutine act(words)
+      type(string_t), intent(in) :: words(:)
+      if (size(words) < 3) error stop 'usage: bench_step time REPETITIONS CASE... | bench_step steps STEPS CASE'
+      select case (words(1)%text)
+      case ('time')
+         call time_cases(number(words(2)%text), words(3:))
+      case ('steps')
+         call do_steps(number(words(2)%text), words(3)%text)
+      case default
+         error stop 'bench_step: time or steps?'
+      end select
+   end subroutine act
 
-   !> A box of cells filled with particles in a smooth small motion.
-   subroutine filled_box(cells, scheme, motion)
-      integer, intent(in) :: cells
-      character(*), intent(in) :: scheme
-      type(motion_t), intent(out) :: motion
+   !> Measure some cases in turn.
+   subroutine time_cases(repetitions, names)
+      integer, intent(in) :: repetitions
+      type(string_t), intent(in) :: names(:)
+      type(case_t), allocatable :: cases(:)
+      integer :: r, k
+      allocate (cases(size(names)))
+      do k = 1, size(names)
+         call build(names(k)%text, cases(k))
+         call take_steps(1, cases(k))
+      end do
+      do r = 1, repetitions
+         do k = 1, size(cases)
+            call measure(cases(k))
+         end do
+      end do
+   end subroutine time_cases
+
+   !> Measure one case once and print its line.
+   subroutine measure(c)
+      type(case_t), intent(inout) :: c
+      real(dp) :: processor, wall, copy
+      integer :: steps, bytes
+      call use_threads(c%threads, c%motion%particles%n)
+      steps = updates/c%motion%particles%n + 1
+      bytes = bytes_per_step(c%scheme, c%frame == 'total')
+      processor = processor_seconds()
+      wall = wall_seconds()
+      call take_steps(steps, c)
+      processor = (processor_seconds() - processor)/steps
+      wall = (wall_seconds() - wall)/steps
+      if (c%threads == 1) then
+         copy = time_to_move(c%motion%particles%n, bytes, steps, processor_seconds)
+      else
+         copy = time_to_move(c%motion%particles%n, bytes, steps, wall_seconds)
+      end if
+      print '(a, 2(1x, i0), 3(1x, f0.3))', trim(c%name), c%motion%particles%n, bytes, &
+         1e9_dp*[processor, wall, copy]/c%motion%particles%n
+      flush (output_unit)
+   end subroutine measure
+
+   !> Do some steps of a case and print how large it is.
+   subroutine do_steps(steps, name)
+      integer, intent(in) :: steps
+      character(*), intent(in) :: name
+      type(case_t) :: c
+      call build(name, c)
+      call take_steps(steps, c)
+      print '(i0, 1x, i0)', c%motion%particles%n, peak_memory()
+   end subroutine do_steps
+
+   !> Build the scene of a case and let its threads be used.
+   subroutine build(name, c)
+      character(*), intent(in) :: name
+      type(case_t), intent(out) :: c
       type(scene_t) :: scene
-      type(refinement_t) :: refinement
+      c%name = name
+      call read_case(name, c)
+      scene = plain_scene(c%cells)
+      scene%method%scheme = c%scheme
+      scene%method%frame = c%frame
+      call start(scene, c%motion)
+      c%dt = time_step(c%motion)
+      if (c%code == 'minimal') call set_up(c%dt, c%motion, c%blocks)
+      call use_threads(c%threads, c%motion%particles%n)
+   end subroutine build
+
+   !> Take a case's name apart.
+   subroutine read_case(name, c)
+      character(*), intent(in) :: name
+      type(case_t), intent(inout) :: c
+      character(len(name)) :: text
+      integer :: k, status
+      text = name
+      do k = 1, len(text)
+         if (text(k:k) == ':') text(k:k) = ' '
+      end do
+      read (text, *, iostat=status) c%code, c%frame, c%scheme, c%cells, c%threads
+      if (status /= 0 .or. all(c%code /= ['program', 'minimal'])) &
+         error stop 'bench_step: a case is CODE:FRAME:SCHEME:CELLS:THREADS, CODE being program or minimal'
+      if (c%code == 'minimal' .and. (c%frame /= 'updated' .or. c%scheme /= 'musl' .or. c%threads /= 1)) &
+         error stop 'bench_step: the minimal kernel knows minimal:updated:musl:CELLS:1 only'
+   end subroutine read_case
+
+   !> Advance a case.
+   subroutine take_steps(steps, c)
+      integer, intent(in) :: steps
+      type(case_t), intent(inout) :: c
       type(failure_t) :: failure
-      real(dp), parameter :: cell = 1.0e-3_dp
-      scene%run%plane = 'stress'
-      scene%run%thickness = 1
-      scene%grid%cell = cell
-      scene%grid%cells = cells
-      scene%method%scheme = scheme
-      allocate (scene%materials(1), scene%bodies(1), scene%constraints(0), scene%loads(0))
-      scene%materials(1)%law = 'linear_elastic'
-      scene%materials(1)%young = 70e9_dp
-      scene%materials(1)%poisson = 0.3_dp
-      scene%materials(1)%density = 2700
-      scene%bodies(1)%material_index = 1
-      scene%bodies(1)%upper = cells*cell
-      scene%bodies(1)%points_per_cell = 2
-      call assemble(scene, motion, refinement, failure)
-      if (failure%failed()) error stop 'the benchmark scene cannot be built'
-      motion%particles%velocity = 1.0e-3_dp*sin(200*motion%particles%reference)
-   end subroutine filled_box
+      integer :: k
+      do k = 1, steps
+         if (c%code == 'minimal') then
+            call step(c%dt, c%motion%grid, c%blocks)
+         else
+            call advance(c%motion, c%dt, failure)
+            if (failure%failed()) error stop 'bench_step: the scene has failed'
+         end if
+      end do
+   end subroutine take_steps
 
    !> Bytes of particle data that the sweeps of a step read and write, 8 a real and 4 for the material: the least that has
    !> to be moved where the particles do not fit into the caches.
-   pure integer function bytes_per_step(scheme) result(bytes)
+   pure integer function bytes_per_step(scheme, total_frame) result(bytes)
       character(*), intent(in) :: scheme
+      logical, intent(in) :: total_frame
       integer, parameter :: x = ndim, u = ndim, v = ndim, h = ndim*ndim, m = 1, volume = 1
-      integer :: reals
+      integer, parameter :: place_and_move = x + 2*u
+      integer :: place, reals
+      place = merge(x, x + u, total_frame)
       select case (scheme)
       case ('usl')
-         reals = x + 2*u + 2*v + 2*h + m + volume
+         reals = place_and_move + 2*v + 2*h + m + volume
       case ('usf')
-         reals = (x + u + 2*h + volume) + (x + 2*u + 2*v + m)
+         reals = (place + 2*h + volume) + (place_and_move + 2*v + m)
       case ('musl')
-         reals = (x + u + 2*v + m) + (x + 2*u + v + 2*h + m + volume)
+         reals = (place + 2*v + m) + (place_and_move + v + 2*h + m + volume)
       case default
-         reals = (x + u + 2*h + volume) + (x + u + 2*v + m) + (x + 2*u + v + 2*h + m)
+         reals = (place + 2*h + volume) + (place + 2*v + m) + (place_and_move + v + 2*h + m)
       end select
       bytes = 8*reals + 4
    end function bytes_per_step
 
-   !> Wall time [s]. With one thread on a busy machine prefer ratios of one run.
-   real(dp) function seconds()
-      integer(long) :: ticks, rate
-      call system_clock(ticks, rate)
-      seconds = real(ticks, dp)/real(rate, dp)
-   end function seconds
+   !> A number of the command line.
+   integer function number(text)
+      character(*), intent(in) :: text
+      integer :: status
+      read (text, *, iostat=status) number
+      if (status /= 0) error stop 'bench_step: a number is expected'
+   end function number
 end program bench_step

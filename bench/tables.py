@@ -19,12 +19,12 @@ def write(rows, name, folder):
     sys.stdout.flush()
 
 
-def command_line(description, parts, folder, **numbers):
-    """The arguments of a script that measures some `parts` and writes into `folder`; `numbers`: name=(default, help)."""
+def command_line(description, parts, folder, program=ROOT / "build/release/hampm", **numbers):
+    """The arguments of a script that measures `parts` of a program and writes into `folder`; `numbers`: name=(default, help)."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", nargs="*", help=f"{', '.join(parts)}; default: all")
     parser.add_argument("--output", metavar="DIR", type=Path, default=Path(folder), help="folder of the tables")
-    parser.add_argument("--program", metavar="FILE", type=Path, default=ROOT / "build/release/hampm")
+    parser.add_argument("--program", metavar="FILE", type=Path, default=program)
     for name, (default, text) in numbers.items():
         parser.add_argument(f"--{name}", metavar="N", type=int, default=default, help=text)
     arguments = parser.parse_args()
@@ -32,6 +32,6 @@ def command_line(description, parts, folder, **numbers):
     if set(arguments.part) - set(parts):
         parser.error(f"a part is {', '.join(parts[:-1])} or {parts[-1]}")
     if not arguments.program.is_file():
-        sys.exit(f"{arguments.program}: no such program; run `make program`")
+        sys.exit(f"{arguments.program}: no such program; build it with make")
     arguments.output.mkdir(parents=True, exist_ok=True)
     return arguments

@@ -1,0 +1,44 @@
+"""Counts of instructions by valgrind's callgrind, which do not depend on how busy the machine is.
+
+The programs have to be built for it: `make build=counted program build/counted/bench_step`.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+from collections import Counter
+
+
+def can_count():
+    """Whether valgrind is installed."""
+    return shutil.which("valgrind") is not None
+
+
+def run_counted(program, *arguments, profile=os.devnull):
+    """Run a program; return what it prints and the instructions that it takes."""
+    command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}", program, *arguments]
+    result = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True,
+                            env={**os.environ, "OMP_NUM_THREADS": "1"})
+    return result.stdout, int(re.search(r"Collected : (\d+)", result.stderr)[1])
+
+
+def instructions(program, case, few=5, many=15):
+    """Instructions per particle and step of a case of bench_step, as the difference of two numbers of steps: without the start."""
+    counts = [run_counted(program, "steps", steps, case) for steps in (few, many)]
+    particles = int(counts[0][0].split()[0])
+    return (counts[1][1] - counts[0][1]) / (many - few) / particles
+
+
+def costs_of_calls(profile):
+    """Instructions of all calls of each procedure, with what it calls, by the name that the compiler gives it."""
+    names, costs, callee, is_call = {}, Counter(), None, False
+    with open(profile) as file:
+        for line in file:
+            if is_call:
+                costs[callee] += int(line.split()[1])
+            is_call = line.startswith("calls=")
+            found = re.match(r"c?fn=\((\d+)\)(?: (.*))?", line)
+            if found:
+                callee = names.setdefault(found[1], found[2])
+    return costs
