@@ -52,6 +52,7 @@ figures: setup  ## draw the pictures of the docs: meshes, the paper's Fig. 10, a
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
+	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup tests
 
 bench:  ## measure time, memory and instructions of a step beside the least that they could be: one table

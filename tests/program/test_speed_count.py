@@ -1,0 +1,22 @@
+"""The instructions of a step of a plain scene, which do not depend on how busy the machine is."""
+
+import sys
+
+import pytest
+
+from paths import BENCH, COUNTED_BENCH
+
+sys.path.insert(0, str(BENCH))
+
+from instructions import can_count, instructions  # noqa: E402
+
+LIMIT = 1.25  # over the least that a step needs
+CELLS = 50  # along an edge: 10 000 particles
+
+
+@pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
+@pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="the sweeps do not work by blocks of cells yet")
+def test_a_step_takes_hardly_more_instructions_than_the_least():
+    program, least = (instructions(COUNTED_BENCH, f"{code}:updated:musl:{CELLS}:1") for code in ("program", "minimal"))
+    assert program / least <= LIMIT
