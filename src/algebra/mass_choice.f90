@@ -68,7 +68,7 @@ contains
       integer :: e, status
       if (choice%by == by_lumped) return
       allocate (matrix%cell(corners, corners, grid%n_elements), matrix%blend(grid%n_elements), &
-                matrix%is_quarter(grid%n_elements), &
+                matrix%is_quarter(grid%n_elements), matrix%cell_lumped(corners, grid%n_elements), &
                 matrix%row(row_width(grid), grid%n_points), stat=status)
       if (status == 0 .and. choice%by == by_cg) allocate (matrix%cell_inverse(corners, corners, grid%n_elements), &
                                                           matrix%inverse_row(row_width(grid), grid%n_points), &

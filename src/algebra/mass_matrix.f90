@@ -42,6 +42,7 @@ module hampm_mass_matrix
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
       real(dp), allocatable :: cell(:, :, :)            !! M by cells [kg], (corners, corners, n_elements); not
                                                         !! allocated where all is lumped
+      real(dp), allocatable :: cell_lumped(:, :)        !! D by cells [kg], (corners, n_elements); not allocated where all is lumped
       real(dp), allocatable :: blend(:)                 !! part of each cell that is lumped, 0 to 1, (n_elements);
                                                         !! not allocated where all is lumped
       logical, allocatable :: is_quarter(:)             !! which elements are quarters of a transition leaf, (n_elements);
@@ -147,9 +148,8 @@ contains
    end function is_well_determined
 
    !> Sum the cells into the rows of the coupled region, if they have changed.
-   subroutine assemble(grid, cell_mass, matrix)
+   subroutine assemble(grid, matrix)
       type(grid_t), intent(in) :: grid
-      real(dp), intent(in) :: cell_mass(corners, *)     !! lumped masses by cells [kg]
       type(mass_matrix_t), intent(inout) :: matrix
       integer :: k
       if (matrix%assembled .or. .not. allocated(matrix%cell)) return
@@ -160,22 +160,21 @@ contains
             !$omp parallel do schedule(static)
             do k = 1, region%n_cells
                associate (e => region%cells(k))
-                  call invert_cell(cell_mass(:, e), matrix%cell(:, :, e), matrix%cell_inverse(:, :, e))
+                  call invert_cell(matrix%cell_lumped(:, e), matrix%cell(:, :, e), matrix%cell_inverse(:, :, e))
                end associate
             end do
             call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell_inverse, &
                           size(matrix%row, 1), matrix%inverse_row)
          end if
       end associate
-      if (grid%dependents%n > 0) call add_lumped_quarters(grid, cell_mass, matrix)
+      if (grid%dependents%n > 0) call add_lumped_quarters(grid, matrix)
       matrix%assembled = .true.
       matrix%version = matrix%version + 1
    end subroutine assemble
 
    !> Put on the diagonals of the rows what of the quarters of transition leaves is lumped: it is given to nodes first.
-   subroutine add_lumped_quarters(grid, cell_mass, matrix)
+   subroutine add_lumped_quarters(grid, matrix)
       type(grid_t), intent(in) :: grid
-      real(dp), intent(in) :: cell_mass(corners, *)
       type(mass_matrix_t), intent(inout) :: matrix
       real(dp), allocatable :: lumped(:)
       integer :: k, c, a
@@ -185,7 +184,7 @@ contains
             if (.not. matrix%is_quarter(e)) cycle
             do c = 1, corners
                associate (point => grid%element_nodes(c, e))
-                  lumped(point) = lumped(point) + max(cell_mass(c, e) - sum(matrix%cell(:, c, e)), 0.0_dp)
+                  lumped(point) = lumped(point) + max(matrix%cell_lumped(c, e) - sum(matrix%cell(:, c, e)), 0.0_dp)
                end associate
             end do
          end associate

@@ -1,5 +1,10 @@
 !> The material points, as a structure of arrays kept sorted by the cell in which each point stands.
 !>
+!> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a sweep does the cells of a block side by side. Where
+!> all of them have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so on. In
+!> other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to `last_in(e)`
+!> at a stride of `stride_in(e)`.
+!>
 !> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
 !> position and F, keeps all digits of small strains.
 module hampm_particles
@@ -10,7 +15,9 @@ module hampm_particles
    use hampm_text, only: to_text
    implicit none
    private
-   public :: particles_t, new_particles, fit_workspace, sort_into_cells, smallest_occupied_cell
+   public :: particles_t, lanes, new_particles, fit_workspace, sort_into_cells, smallest_occupied_cell
+
+   integer, parameter :: lanes = 4                      !! cells of a block
 
    type :: particles_t
       integer :: n = 0                                  !! number of particles
@@ -30,13 +37,22 @@ module hampm_particles
                                                         !! the last split last; (n)
       real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
       integer, allocatable :: cell(:)                   !! the element in which the particle stands, (n)
-      ! The particles of element e are first_in(e), first_in(e) + stride_in(e), ... last_in(e). An empty one has 1, 0 and 1
-      integer, allocatable :: first_in(:), last_in(:), stride_in(:) !! (n_elements)
       integer, allocatable :: count_in(:)               !! number of particles of each element, (n_elements)
+      integer, allocatable :: first_in(:), last_in(:)   !! where the first and the last stand, 1 and 0 in empty ones, (n_elements)
+      integer, allocatable :: stride_in(:)              !! distance from one to the next, (n_elements)
       integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
       integer :: n_occupied = 0
+      integer :: n_blocks = 0
+      integer, allocatable :: block_cells(:, :)         !! elements of each block, 0 after the last, (lanes, n_blocks)
+      integer, allocatable :: block_first(:)            !! its first particle, (n_blocks)
+      integer, allocatable :: block_rows(:)             !! largest number of particles of its cells, (n_blocks)
+      logical, allocatable :: block_is_even(:)          !! whether they have equal numbers, (n_blocks)
+      integer, allocatable :: block_material(:)         !! the material of all its particles, if it is linear elastic; else 0,
+                                                        !! (n_blocks)
       ! Workspace of the sort
       integer, allocatable :: new_place(:)              !! where the last sort moved each particle, (n)
+      integer :: n_runs = 0                             !! of particles that move together to other places
+      integer, allocatable, private :: run_from(:), run_to(:), run_length(:)
       integer, allocatable, private :: next(:), integer_copy(:)
       integer(long), allocatable, private :: long_copy(:)
       real(dp), allocatable, private :: real_copy(:)
@@ -76,11 +92,16 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       p%n = n
-      if (allocated(p%first_in)) deallocate (p%first_in, p%last_in, p%stride_in, p%count_in, p%occupied, p%next, p%new_place, &
-                                             p%integer_copy, p%real_copy)
+      if (allocated(p%first_in)) deallocate (p%first_in, p%last_in, p%stride_in, p%count_in, p%occupied, p%block_cells, &
+                                             p%block_first, p%block_rows, p%block_is_even, p%block_material, p%next, &
+                                             p%new_place, p%run_from, p%run_to, p%run_length, p%integer_copy, p%real_copy)
       if (allocated(p%long_copy)) deallocate (p%long_copy)
-      allocate (p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), p%count_in(n_elements), &
-                p%occupied(n_elements), p%next(n_elements), p%new_place(n), p%integer_copy(n), p%real_copy(n), stat=status)
+      associate (blocks => (n_elements - 1)/lanes + 1)
+         allocate (p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), p%count_in(n_elements), &
+                   p%occupied(n_elements), p%block_cells(lanes, blocks), p%block_first(blocks), p%block_rows(blocks), &
+                   p%block_is_even(blocks), p%block_material(blocks), p%next(n_elements), p%new_place(n), p%run_from(n), &
+                   p%run_to(n), p%run_length(n), p%integer_copy(n), p%real_copy(n), stat=status)
+      end associate
       if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
       if (status /= 0) call failure%report(exit_computation, too_many(n))
    end subroutine fit_workspace
@@ -118,15 +139,19 @@ contains
    end function gradient_of
 
    !> Find the cell of every particle and sort all arrays by cell, keeping the order within a cell. `new_place` then
-   !> tells where each particle went. Fails where a particle has left the grid or its position is not a number.
-   subroutine sort_into_cells(p, grid, failure)
+   !> tells where each particle went. Where it is known which blocks some particle has left, no other is looked at. Fails where
+   !> a particle has left the grid or its position is not a number.
+   subroutine sort_into_cells(p, grid, failure, left)
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: left(:)          !! by block
       integer :: d, k
-      call locate(p, grid, failure)
+      call locate(p, grid, failure, left)
       if (failure%failed()) return
       call count_cells(p)
+      call form_blocks(p)
+      call find_places(p)
       call permute_reals(p, p%mass)
       call permute_reals(p, p%volume)
       do d = 1, ndim
@@ -143,20 +168,37 @@ contains
       call permute_integers(p, p%cell)
       if (allocated(p%level)) call permute_integers(p, p%level)
       if (allocated(p%path)) call permute_longs(p, p%path)
+      call find_block_materials(p)
    end subroutine sort_into_cells
 
    !> Set `cell` from the positions.
-   subroutine locate(p, grid, failure)
+   subroutine locate(p, grid, failure, left)
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
       type(failure_t), intent(inout) :: failure
-      integer :: i, lost
+      logical, intent(in), optional :: left(:)
+      integer :: b, i, lost
       lost = 0
-      do i = 1, p%n
+      if (present(left)) then
+         do b = 1, p%n_blocks
+            if (.not. left(b)) cycle
+            do i = p%block_first(b), last_of(p, b)
+               call locate_particle(i)
+            end do
+         end do
+      else
+         do i = 1, p%n
+            call locate_particle(i)
+         end do
+      end if
+      if (lost > 0) call failure%report(exit_computation, lost_particle(p, lost))
+   contains
+      !> Set the cell of a particle.
+      subroutine locate_particle(i)
+         integer, intent(in) :: i
          p%cell(i) = grid%element_at(p%place_in_grid(i))
          if (p%cell(i) == outside .and. lost == 0) lost = i
-      end do
-      if (lost > 0) call failure%report(exit_computation, lost_particle(p, lost))
+      end subroutine locate_particle
    end subroutine locate
 
    !> Size of the smallest element that holds particles [m].
@@ -185,44 +227,120 @@ contains
       end if
    end function lost_particle
 
-   !> Count the particles of each cell and decide the new place of each particle.
+   !> Count the particles of each cell.
    subroutine count_cells(p)
       type(particles_t), intent(inout) :: p
-      integer :: i, e, place
+      integer :: i, e
       p%count_in = 0
       do i = 1, p%n
          p%count_in(p%cell(i)) = p%count_in(p%cell(i)) + 1
       end do
       p%n_occupied = 0
-      p%first_in = 1
-      p%last_in = 0
-      p%stride_in = 1
-      place = 1
       do e = 1, size(p%count_in)
          if (p%count_in(e) == 0) cycle
          p%n_occupied = p%n_occupied + 1
          p%occupied(p%n_occupied) = e
-         p%first_in(e) = place
-         p%last_in(e) = place + (p%count_in(e) - 1)*p%stride_in(e)
-         place = place + p%count_in(e)
       end do
+   end subroutine count_cells
+
+   !> Take the cells with particles in blocks, and find where their particles will stand.
+   subroutine form_blocks(p)
+      type(particles_t), intent(inout) :: p
+      integer :: b, l, e, place, cells(lanes), counts(lanes)
+      p%n_blocks = (p%n_occupied - 1)/lanes + 1
+      p%first_in = 1
+      p%last_in = 0
+      p%stride_in = 1
+      place = 1
+      do b = 1, p%n_blocks
+         cells = 0
+         l = min(lanes*b, p%n_occupied)
+         cells(:l - lanes*(b - 1)) = p%occupied(lanes*(b - 1) + 1:l)
+         p%block_cells(:, b) = cells
+         p%block_first(b) = place
+         do l = 1, lanes
+            counts(l) = 0
+            if (cells(l) > 0) counts(l) = p%count_in(cells(l))
+         end do
+         p%block_rows(b) = maxval(counts)
+         p%block_is_even(b) = all(counts == p%block_rows(b))
+         do l = 1, lanes
+            e = cells(l)
+            if (e == 0) exit
+            if (p%block_is_even(b)) then
+               p%stride_in(e) = lanes
+               p%first_in(e) = p%block_first(b) + l - 1
+            else
+               p%first_in(e) = place
+            end if
+            p%last_in(e) = p%first_in(e) + (p%count_in(e) - 1)*p%stride_in(e)
+            place = place + p%count_in(e)
+         end do
+      end do
+   end subroutine form_blocks
+
+   !> Decide the new place of each particle, and which of them move together.
+   subroutine find_places(p)
+      type(particles_t), intent(inout) :: p
+      integer :: i, e
       p%next = p%first_in
+      p%n_runs = 0
       do i = 1, p%n
          e = p%cell(i)
          p%new_place(i) = p%next(e)
          p%next(e) = p%next(e) + p%stride_in(e)
       end do
-   end subroutine count_cells
+      do i = 1, p%n
+         if (p%new_place(i) == i) cycle
+         if (p%n_runs > 0) then
+            associate (r => p%n_runs)
+               if (p%run_from(r) + p%run_length(r) == i .and. p%run_to(r) + p%run_length(r) == p%new_place(i)) then
+                  p%run_length(r) = p%run_length(r) + 1
+                  cycle
+               end if
+            end associate
+         end if
+         p%n_runs = p%n_runs + 1
+         p%run_from(p%n_runs) = i
+         p%run_to(p%n_runs) = p%new_place(i)
+         p%run_length(p%n_runs) = 1
+      end do
+   end subroutine find_places
+
+   !> Find the blocks of one material.
+   subroutine find_block_materials(p)
+      type(particles_t), intent(inout) :: p
+      integer :: b
+      do b = 1, p%n_blocks
+         associate (materials => p%material(p%block_first(b):last_of(p, b)))
+            p%block_material(b) = merge(materials(1), 0, all(materials == materials(1)))
+         end associate
+      end do
+   end subroutine find_block_materials
+
+   !> The last particle of a block.
+   pure integer function last_of(p, block)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: block
+      last_of = p%n
+      if (block < p%n_blocks) last_of = p%block_first(block + 1) - 1
+   end function last_of
 
    !> Move the values of an array to the new places.
    subroutine permute_reals(p, values)
       type(particles_t), intent(inout) :: p
       real(dp), intent(inout) :: values(p%n)
-      integer :: i
-      do i = 1, p%n
-         p%real_copy(p%new_place(i)) = values(i)
+      integer :: r
+      do r = 1, p%n_runs
+         associate (from => p%run_from(r), to => p%run_to(r), length => p%run_length(r))
+            p%real_copy(to:to + length - 1) = values(from:from + length - 1)
+         end associate
       end do
-      values = p%real_copy
+      do r = 1, p%n_runs
+         associate (to => p%run_to(r), length => p%run_length(r))
+            values(to:to + length - 1) = p%real_copy(to:to + length - 1)
+         end associate
+      end do
    end subroutine permute_reals
 
    !> As `permute_reals`, of integers.

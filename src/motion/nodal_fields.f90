@@ -3,18 +3,25 @@
 module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
    use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, assemble, nodes_per_block
-   use hampm_particles, only: particles_t
+   use hampm_particles, only: particles_t, lanes
    implicit none
    private
-   public :: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
-             gather_mass_and_momentum, gather_internal_force
+   public :: at_start, new, mapped, mass_share, momentum_share, force_share, shares, nodal_fields_t, new_nodal_fields, &
+             find_active_nodes, gather_mass, gather_momentum, gather_internal_force
 
    ! The velocities of a node during a step
    integer, parameter :: at_start = 1            !! v_i, mapped from the particles at the start of the step, (10)
    integer, parameter :: new = 2                 !! v_i + a_i dt, which moves the particles
    integer, parameter :: mapped = 3              !! mapped anew from the new velocities of the particles
+
+   ! The shares of a cell's corners in nodal sums
+   integer, parameter :: mass_share = 1
+   integer, parameter :: momentum_share = 2                     !! the first component
+   integer, parameter :: force_share = momentum_share + ndim    !! the first component
+   integer, parameter :: shares = force_share + ndim - 1
+   integer, parameter :: stride = lanes*corners                 !! in `share` from one to the next
 
    !> Arrays by node go on over the dependent points (`hampm_grid`): nodal values there are means of those of the nodes, and
    !> sums are given to the nodes.
@@ -26,12 +33,19 @@ module hampm_nodal_fields
       real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_points, 3)
       real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
                                                         !! (ndim, n_points, 2)
-      ! Shares of the cells in the nodal sums, by corner and element as `node_slot` counts them; slot 0 stays zero
-      real(dp), allocatable :: cell_mass(:)             !! share in D, (0:corners*n_elements)
-      real(dp), allocatable :: cell_momentum(:, :)      !! share in `momentum`, (ndim, 0:corners*n_elements)
-      real(dp), allocatable :: cell_force(:, :)         !! share of the internal force in `force`,
-                                                        !! (ndim, 0:corners*n_elements)
-      real(dp), allocatable :: cell_audit(:, :)         !! workspace of the sweeps for the audit, (2, n_elements)
+      ! The cells in blocks (`hampm_particles`), and their shares in the nodal sums
+      integer :: n_blocks = 0
+      integer, allocatable :: block_cells(:, :)         !! elements of each block, 0 for none, (lanes, n_blocks)
+      integer, allocatable :: block_nodes(:, :, :)      !! points at the corners of the cells, those of another cell where there is
+                                                        !! none; (corners, lanes, n_blocks)
+      real(dp), allocatable :: block_lower(:, :, :)     !! lower corners of the cells [m], (lanes, ndim, n_blocks)
+      real(dp), allocatable :: block_inverse_size(:, :) !! 1 / edge length of the cells [1/m], (lanes, n_blocks)
+      real(dp), allocatable :: share(:, :, :, :)        !! of mass, momentum and internal force: `mass_share` and so on;
+                                                        !! (lanes, corners, shares, 0:n_blocks), of block 0 always zero
+      integer, allocatable :: slot(:, :)                !! where in `share` the masses of the cells around a point stand, in the order
+                                                        !! of the cells; (corners, n_points)
+      logical, allocatable :: left(:)                   !! whether a particle has left its cell, (n_blocks)
+      real(dp), allocatable :: audit(:, :)              !! sums of the sweeps for the audit, (2, n_blocks)
       logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of `accelerate`: sums over blocks of active nodes,
                                                         !! (2, number of blocks)
@@ -48,8 +62,7 @@ contains
       associate (n => grid%n_points, m => grid%n_elements)
          allocate (f%is_active(n), f%mass_matrix%lumped(n), &
                    f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
-                   f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%cell_mass(0:corners*m), &
-                   f%cell_momentum(ndim, 0:corners*m), f%cell_force(ndim, 0:corners*m), f%cell_audit(2, m), &
+                   f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%slot(corners, n), &
                    f%partial_power(2, n/nodes_per_block + 1), stat=status)
       end associate
       if (status /= 0) then
@@ -61,25 +74,24 @@ contains
       f%force = 0
       f%acceleration = 0
       f%velocity = 0
-      f%cell_mass = 0
-      f%cell_momentum = 0
-      f%cell_force = 0
    end subroutine new_nodal_fields
 
-   !> After a sort: list the nodes of occupied cells, and clear what the cells and nodes without
-   !> particles hold.
-   subroutine find_active_nodes(grid, p, f)
+   !> After a sort, if it has changed the blocks: list the nodes of occupied cells, and clear what the cells and nodes without
+   !> particles hold. Fails where the memory does not suffice.
+   subroutine find_active_nodes(grid, p, f, failure)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(nodal_fields_t), intent(inout) :: f
-      integer :: node, e, slot
+      type(failure_t), intent(inout) :: failure
+      integer :: node, e
+      if (f%n_blocks == p%n_blocks) then
+         if (all(f%block_cells(:, :f%n_blocks) == p%block_cells(:, :p%n_blocks))) return
+      end if
+      call fit_blocks(p%n_blocks, f, failure)
+      if (failure%failed()) return
+      call place_blocks(grid, p, f)
       do e = 1, grid%n_elements
          if (p%count_in(e) > 0) cycle
-         do slot = corners*(e - 1) + 1, corners*e
-            f%cell_mass(slot) = 0
-            f%cell_momentum(:, slot) = 0
-            f%cell_force(:, slot) = 0
-         end do
          if (allocated(f%mass_matrix%cell)) f%mass_matrix%cell(:, :, e) = 0
          if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
       end do
@@ -109,6 +121,62 @@ contains
       end associate
    end subroutine find_active_nodes
 
+   !> Room for a number of blocks.
+   subroutine fit_blocks(n_blocks, f, failure)
+      integer, intent(in) :: n_blocks
+      type(nodal_fields_t), intent(inout) :: f
+      type(failure_t), intent(inout) :: failure
+      integer :: n, status
+      if (allocated(f%left)) then
+         if (size(f%left) >= n_blocks) return
+         deallocate (f%block_cells, f%block_nodes, f%block_lower, f%block_inverse_size, f%share, f%left, f%audit)
+      end if
+      n = n_blocks + n_blocks/8
+      allocate (f%block_cells(lanes, n), f%block_nodes(corners, lanes, n), f%block_lower(lanes, ndim, n), &
+                f%block_inverse_size(lanes, n), f%share(lanes, corners, shares, 0:n), f%left(n), f%audit(2, n), stat=status)
+      if (status /= 0) then
+         call failure%report(exit_computation, 'grid: not enough memory for its cells')
+         return
+      end if
+      f%share = 0
+      f%left = .false.
+      f%audit = 0
+   end subroutine fit_blocks
+
+   !> Where the cells of the blocks are, and where around each point their shares stand.
+   subroutine place_blocks(grid, p, f)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(nodal_fields_t), intent(inout) :: f
+      integer, allocatable :: first_slot(:)
+      integer :: b, l, e, point, c, k
+      allocate (first_slot(grid%n_elements), source=0)
+      f%n_blocks = p%n_blocks
+      f%block_cells(:, :p%n_blocks) = p%block_cells(:, :p%n_blocks)
+      do b = 1, p%n_blocks
+         do l = 1, lanes
+            e = p%block_cells(l, b)
+            if (e > 0) then
+               first_slot(e) = stride*shares*b + l
+            else
+               e = p%block_cells(1, b)
+            end if
+            f%block_nodes(:, l, b) = grid%element_nodes(:, e)
+            f%block_lower(l, :, b) = grid%element_lower(:, e)
+            f%block_inverse_size(l, b) = 1/grid%element_size(e)
+         end do
+      end do
+      do point = 1, grid%n_points
+         do c = 1, corners
+            k = grid%node_slot(c, point)
+            f%slot(c, point) = 1
+            if (k == 0) cycle
+            e = first_slot(element_of_slot(k))
+            if (e > 0) f%slot(c, point) = e + lanes*(corner_of_slot(k) - 1)
+         end do
+      end do
+   end subroutine place_blocks
+
    !> Whether some element around a point is occupied.
    pure logical function touches_particles(grid, p, point)
       type(grid_t), intent(in) :: grid
@@ -124,64 +192,66 @@ contains
       touches_particles = .false.
    end function touches_particles
 
-   !> Sum the cells' shares of mass and momentum at each active node, always in the order of the cells, and those of the mass
-   !> matrix where it has changed.
-   subroutine gather_mass_and_momentum(grid, f)
+   !> Sum the cells' shares of the mass at each active node, always in the order of the cells, and those of the mass matrix where it
+   !> has changed.
+   subroutine gather_mass(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
       associate (all => f%mass_matrix%all)
-         call gather_motion(all%n_points, all%nodes, grid%node_slot, f%cell_mass, f%cell_momentum, f%mass_matrix%lumped, &
-                            f%momentum)
+         call gather_scalar(all%n_points, all%nodes, f%slot, f%share, f%mass_matrix%lumped)
          call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, f%mass_matrix%lumped)
-         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%momentum)
       end associate
-      call assemble(grid, f%cell_mass(1:), f%mass_matrix)
-   end subroutine gather_mass_and_momentum
+      call assemble(grid, f%mass_matrix)
+   end subroutine gather_mass
 
-   !> Sum the cells' shares of the internal force at each active point. Those of dependent points are not yet given to the nodes.
-   subroutine gather_internal_force(grid, f)
+   !> Sum the cells' shares of the momentum at each active node.
+   subroutine gather_momentum(grid, f)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      call gather_vectors(f%mass_matrix%all%n_points, f%mass_matrix%all%nodes, grid%node_slot, f%cell_force, f%force)
+      associate (all => f%mass_matrix%all)
+         call gather_vector(all%n_points, all%nodes, f%slot, f%share(1, 1, momentum_share, 0), f%momentum)
+         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%momentum)
+      end associate
+   end subroutine gather_momentum
+
+   !> Sum the cells' shares of the internal force at each active point. Those of dependent points are not yet given to the nodes.
+   subroutine gather_internal_force(f)
+      type(nodal_fields_t), intent(inout) :: f
+      call gather_vector(f%mass_matrix%all%n_points, f%mass_matrix%all%nodes, f%slot, f%share(1, 1, force_share, 0), f%force)
    end subroutine gather_internal_force
 
-   !> Nodal masses and momenta from the cells' shares.
-   subroutine gather_motion(n_active, active, node_slot, mass_share, momentum_share, mass, momentum)
-      integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
-      integer, intent(in) :: node_slot(corners, *)
-      real(dp), intent(in) :: mass_share(0:*), momentum_share(ndim, 0:*)  !! by slot, see `grid_t`
-      real(dp), intent(inout) :: mass(*), momentum(ndim, *)               !! by node
-      integer :: a, c, slot
-      real(dp) :: m, p(ndim)
-      !$omp parallel do schedule(static) private(m, p, c, slot)
+   !> Nodal masses from the cells' shares.
+   subroutine gather_scalar(n_active, active, slot, share, nodal)
+      integer, intent(in) :: n_active, active(n_active) !! points to sum for
+      integer, intent(in) :: slot(corners, *)
+      real(dp), intent(in) :: share(*)
+      real(dp), intent(inout) :: nodal(*)               !! by point
+      integer :: a
+      !$omp parallel do schedule(static)
+      !GCC$ novector
       do a = 1, n_active
-         m = 0
-         p = 0
-         do c = 1, corners
-            slot = node_slot(c, active(a))
-            m = m + mass_share(slot)
-            p = p + momentum_share(:, slot)
-         end do
-         mass(active(a)) = m
-         momentum(:, active(a)) = p
+         associate (k => slot(:, active(a)))
+            nodal(active(a)) = ((share(k(1)) + share(k(2))) + share(k(3))) + share(k(4))
+         end associate
       end do
-   end subroutine gather_motion
+   end subroutine gather_scalar
 
    !> Nodal vectors from the cells' shares.
-   subroutine gather_vectors(n_active, active, node_slot, share, nodal)
-      integer, intent(in) :: n_active, active(n_active) !! nodes to sum for
-      integer, intent(in) :: node_slot(corners, *)
-      real(dp), intent(in) :: share(ndim, 0:*)          !! by slot, see `grid_t`
-      real(dp), intent(inout) :: nodal(ndim, *)         !! by node
-      integer :: a, c
-      real(dp) :: total(ndim)
-      !$omp parallel do schedule(static) private(total, c)
+   subroutine gather_vector(n_active, active, slot, share, nodal)
+      integer, intent(in) :: n_active, active(n_active) !! points to sum for
+      integer, intent(in) :: slot(corners, *)
+      real(dp), intent(in) :: share(*)                  !! from the first component on
+      real(dp), intent(inout) :: nodal(ndim, *)         !! by point
+      integer :: a, d
+      !$omp parallel do schedule(static) private(d)
+      !GCC$ novector
       do a = 1, n_active
-         total = 0
-         do c = 1, corners
-            total = total + share(:, node_slot(c, active(a)))
-         end do
-         nodal(:, active(a)) = total
+         associate (k => slot(:, active(a)))
+            do d = 1, ndim
+               nodal(d, active(a)) = ((share(k(1) + stride*(d - 1)) + share(k(2) + stride*(d - 1))) &
+                                      + share(k(3) + stride*(d - 1))) + share(k(4) + stride*(d - 1))
+            end do
+         end associate
       end do
-   end subroutine gather_vectors
+   end subroutine gather_vector
 end module hampm_nodal_fields

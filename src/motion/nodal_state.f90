@@ -39,7 +39,7 @@ contains
       type(failure_t), intent(inout) :: failure
       call fit_to_points(m%grid%n_points, state)
       call refresh_grid(m)
-      state%velocity = m%fields%velocity(:, :, merge(mapped, new, any(m%scheme%sweeps%map_motion)))
+      state%velocity = m%fields%velocity(:, :, merge(mapped, new, m%scheme%remaps))
       call solve(m, m%fields%momentum, state%velocity, failure)
       call gather_stress(m)
       call gather_loads(m, by_mass=.false.)
@@ -84,9 +84,9 @@ contains
    subroutine gather_stress(m)
       type(motion_t), intent(inout) :: m
       type(sweep_report_t) :: report
-      if (.not. m%scheme%map_at_start%map_force) call sweep_particles(sweep_t(map_force=.true.), 0.0_dp, m%grid, m%materials, &
-                                                                      m%particles, m%fields, .false., report)
-      call gather_internal_force(m%grid, m%fields)
+      if (.not. m%scheme%map_at_start%map_force) call sweep_particles(sweep_t(map_force=.true.), 0.0_dp, m%materials, m%particles, &
+                                                                      m%fields, .false., report)
+      call gather_internal_force(m%fields)
    end subroutine gather_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.

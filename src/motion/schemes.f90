@@ -12,47 +12,53 @@ module hampm_schemes
    private
    public :: scheme_t, new_scheme
 
-   !> A scheme as sweeps. The last sweep of a step maps the particles as `map_at_start` does, from where they have moved.
+   !> A scheme as sweeps. After the last sweep of a step the cells hold what `map_at_start` maps.
    type :: scheme_t
       character(name_len) :: name = ''           !! 'usf', 'usl', 'usavg' or 'musl'
+      logical :: remaps = .false.                !! whether velocities are mapped anew after the kick
       type(sweep_t) :: map_at_start              !! what the first node values of a step need
       type(sweep_t), allocatable :: sweeps(:)    !! the step
    end type scheme_t
 
 contains
 
-   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one: at every
-   !> step, or only at the start where the particles stay where they are in the grid.
-   pure function new_scheme(name, has_matrix, matrix_stays) result(scheme)
+   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the particles
+   !> stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
+   pure function new_scheme(name, has_matrix, particles_stay) result(scheme)
       character(*), intent(in) :: name
-      logical, intent(in) :: has_matrix, matrix_stays
+      logical, intent(in) :: has_matrix, particles_stay
       type(scheme_t) :: scheme
       type(sweep_t) :: strain_and_map_force, kick_and_map
       scheme%name = name
-      kick_and_map = sweep_t(kick=.true., map_motion=.true.)
+      kick_and_map = sweep_t(kick=.true., map_momentum=.true.)
       strain_and_map_force = sweep_t(strain_fraction=1.0_dp, strain_by=at_start, map_force=.true.)
+      scheme%remaps = .false.
       select case (name)
       case ('usf')
-         scheme%map_at_start = sweep_t(map_motion=.true.)
-         allocate (scheme%sweeps, source=[strain_and_map_force, &
-                                          sweep_t(kick=.true., move=.true., map_moved_motion=.true.)])
+         allocate (scheme%sweeps, source=[strain_and_map_force, sweep_t(kick=.true., move=.true., map_momentum=.true.)])
       case ('usl')
-         scheme%map_at_start = sweep_t(map_motion=.true., map_force=.true.)
+         scheme%map_at_start%map_force = .true.
          allocate (scheme%sweeps, source=[sweep_t(kick=.true., strain_fraction=1.0_dp, strain_by=new, move=.true., &
-                                                  map_moved_motion=.true., map_moved_force=.true.)])
+                                                  map_momentum=.true., map_force=.true.)])
       case ('usavg')
+         scheme%remaps = .true.
          strain_and_map_force%strain_fraction = 0.5_dp
-         scheme%map_at_start = sweep_t(map_motion=.true.)
          allocate (scheme%sweeps, source=[strain_and_map_force, kick_and_map, &
                                           sweep_t(strain_fraction=0.5_dp, strain_by=mapped, move=.true., &
-                                                  map_moved_motion=.true.)])
+                                                  map_momentum=.not. particles_stay)])
       case default
-         scheme%map_at_start = sweep_t(map_motion=.true., map_force=.true.)
+         scheme%remaps = .true.
+         scheme%map_at_start%map_force = .true.
          allocate (scheme%sweeps, source=[kick_and_map, &
                                           sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true., &
-                                                  map_moved_motion=.true., map_moved_force=.true.)])
+                                                  map_momentum=.not. particles_stay, map_force=.true.)])
       end select
+      scheme%map_at_start%map_mass = .true.
+      scheme%map_at_start%map_momentum = .true.
       scheme%map_at_start%map_matrix = has_matrix
-      scheme%sweeps(size(scheme%sweeps))%map_moved_matrix = has_matrix .and. .not. matrix_stays
+      associate (last => scheme%sweeps(size(scheme%sweeps)))
+         last%map_mass = .not. particles_stay
+         last%map_matrix = has_matrix .and. .not. particles_stay
+      end associate
    end function new_scheme
 end module hampm_schemes

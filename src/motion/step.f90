@@ -10,8 +10,8 @@ module hampm_step
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
-   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, &
-                                 gather_mass_and_momentum, gather_internal_force
+   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, gather_mass, &
+                                 gather_momentum, gather_internal_force
    use hampm_nodal_motion, only: find_velocity, accelerate
    use hampm_particles, only: particles_t, sort_into_cells
    use hampm_schemes, only: scheme_t, new_scheme
@@ -73,7 +73,7 @@ contains
       call lump_at_pairs(m%contact, m%grid, m%fields%mass_matrix)
       call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
       if (failure%failed()) return
-      call find_active_nodes(m%grid, m%particles, m%fields)
+      call find_active_nodes(m%grid, m%particles, m%fields, failure)
    end subroutine fit_to_grid
 
    !> Advance by one step `dt`. Fails where a particle leaves the grid or jumps.
@@ -86,13 +86,13 @@ contains
       integer :: k
       left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
-      call gather_velocity(m, at_start, merge(mapped, new, any(m%scheme%sweeps%map_motion)), failure)
+      call gather_velocity(m, at_start, merge(mapped, new, m%scheme%remaps), failure)
       if (m%scheme%map_at_start%map_force) call gather_acceleration(m, dt, failure)
       do k = 1, size(m%scheme%sweeps)
          if (failure%failed()) return
          call sweep_and_book(m, m%scheme%sweeps(k), dt, left_cell, failure)
-         if (m%scheme%sweeps(k)%map_motion) call gather_velocity(m, mapped, new, failure)
-         if (m%scheme%sweeps(k)%map_force) call gather_acceleration(m, dt, failure)
+         if (k < size(m%scheme%sweeps) .and. m%scheme%sweeps(k)%map_momentum) call gather_velocity(m, mapped, new, failure)
+         if (k < size(m%scheme%sweeps) .and. m%scheme%sweeps(k)%map_force) call gather_acceleration(m, dt, failure)
       end do
       if (failure%failed()) return
       m%mapped = .not. left_cell
@@ -111,14 +111,14 @@ contains
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
       call sort_particles(m, failure)
-      if (.not. failure%failed()) call find_active_nodes(m%grid, m%particles, m%fields)
+      if (.not. failure%failed()) call find_active_nodes(m%grid, m%particles, m%fields, failure)
    end subroutine sort_anew
 
    !> Map the particles to the grid at the start of a step, where the last step has not done so.
    subroutine map_to_grid(m)
       type(motion_t), intent(inout) :: m
       type(sweep_report_t) :: report
-      call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%grid, m%materials, m%particles, m%fields, .false., report)
+      call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%materials, m%particles, m%fields, .false., report)
       m%mapped = .true.
    end subroutine map_to_grid
 
@@ -126,7 +126,8 @@ contains
    subroutine refresh_grid(m)
       type(motion_t), intent(inout) :: m
       if (.not. m%mapped) call map_to_grid(m)
-      call gather_mass_and_momentum(m%grid, m%fields)
+      call gather_mass(m%grid, m%fields)
+      call gather_momentum(m%grid, m%fields)
    end subroutine refresh_grid
 
    !> Do one sweep, and book for the audit what it finds.
@@ -137,7 +138,7 @@ contains
       logical, intent(out) :: left_cell
       type(failure_t), intent(inout) :: failure
       type(sweep_report_t) :: report
-      call sweep_particles(sweep, dt, m%grid, m%materials, m%particles, m%fields, m%audit, report)
+      call sweep_particles(sweep, dt, m%materials, m%particles, m%fields, m%audit, report)
       left_cell = report%left_cell
       if (report%jumped) call report_jump(m, failure)
       if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
@@ -150,7 +151,8 @@ contains
       integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      call gather_mass_and_momentum(m%grid, m%fields)
+      if (which == at_start) call gather_mass(m%grid, m%fields)
+      call gather_momentum(m%grid, m%fields)
       call find_velocity(m%grid, m%solver, m%fields, which, latest, unsolved)
       if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
@@ -163,7 +165,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       real(dp) :: damping_power, mapping_power
-      call gather_internal_force(m%grid, m%fields)
+      call gather_internal_force(m%fields)
       call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
       associate (all => m%fields%mass_matrix%all)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)

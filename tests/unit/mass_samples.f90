@@ -5,11 +5,9 @@ module hampm_mass_samples
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_mass_solver, only: solve_mass
-   use hampm_nodal_fields, only: gather_mass_and_momentum
    use hampm_particles, only: sort_into_cells
    use hampm_samples, only: start
-   use hampm_step, only: motion_t
-   use hampm_sweep, only: sweep_report_t, sweep_particles
+   use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
    public :: choice_of, map_mass, displace, dense_matrix, solution
@@ -61,11 +59,10 @@ contains
    subroutine map_mass(m, choice)
       type(motion_t), intent(inout) :: m
       type(mass_choice_t), intent(in) :: choice
-      type(sweep_report_t) :: report
       call m%solver%direct%release()
       call start(m, 'musl', choice)
-      call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%grid, m%materials, m%particles, m%fields, .false., report)
-      call gather_mass_and_momentum(m%grid, m%fields)
+      m%mapped = .false.
+      call refresh_grid(m)
    end subroutine map_mass
 
    !> The mass matrix that was mapped, for all nodes of the grid.

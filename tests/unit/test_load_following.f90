@@ -4,13 +4,12 @@ program test_load_following
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work, follow_sort
+   use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
-   use hampm_particles, only: sort_into_cells
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_splitting, only: start_families, spacing_of
-   use hampm_step, only: motion_t
+   use hampm_step, only: motion_t, sort_anew
    use hampm_tensors, only: identity
    use hampm_text, only: to_text
    implicit none
@@ -66,9 +65,7 @@ contains
          m%particles%displacement(i, :) = b + matmul(a, m%particles%reference(i, :))
          m%particles%gradient(i, :, :) = a
       end do
-      call sort_into_cells(m%particles, m%grid, failure)
-      call follow_sort(m%loads, m%particles%new_place)
-      m%mapped = .false.
+      call sort_anew(m, failure)
       call book_work(m%loads, 0.0_dp, m%particles, work)
       call check(.not. failure%failed(), 'the deformed body is in the grid')
    end subroutine deform

@@ -40,12 +40,11 @@ program test_mass_positions
    use hampm_mass_matrix, only: eigenvalue_floor
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_nodal_fields, only: at_start, gather_mass_and_momentum, find_active_nodes
+   use hampm_nodal_fields, only: at_start, find_active_nodes
    use hampm_nodal_motion, only: find_velocity
    use hampm_particles, only: sort_into_cells
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
-   use hampm_step, only: motion_t, advance
-   use hampm_sweep, only: sweep_report_t, sweep_particles
+   use hampm_step, only: motion_t, advance, refresh_grid
    use hampm_text, only: to_text
    implicit none
 
@@ -212,16 +211,15 @@ contains
          p%gradient = 0
       end associate
       call sort_into_cells(m%particles, m%grid, failure)
-      call find_active_nodes(m%grid, m%particles, m%fields)
+      call find_active_nodes(m%grid, m%particles, m%fields, failure)
    end subroutine set_particles
 
    !> Nodal velocities from the particles', as at the start of a step; the guess is the velocity at the last position.
    subroutine map(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      type(sweep_report_t) :: report
-      call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%grid, m%materials, m%particles, m%fields, .false., report)
-      call gather_mass_and_momentum(m%grid, m%fields)
+      m%mapped = .false.
+      call refresh_grid(m)
       call find_velocity(m%grid, m%solver, m%fields, at_start, at_start, failure)
    end subroutine map
 

@@ -127,7 +127,7 @@ contains
       real(dp) :: stress
       integer :: e, node
       call refresh_grid(m)
-      call gather_internal_force(m%grid, m%fields)
+      call gather_internal_force(m%fields)
       associate (all => m%fields%mass_matrix%all, p => m%particles, f => m%fields)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%force)
          stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient_of(1)))

@@ -1,0 +1,344 @@
+!> What a sweep does with the particles of a block: `lanes` cells side by side, in rows of one particle of each. The loop over the
+!> lanes is the vector loop: it loads and stores with unit stride, and what is summed over the particles of a cell stays in
+!> registers. Each procedure does one thing with some rows; the sweep calls those that it needs.
+!>
+!> The k-th place of a block is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
+!> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells.
+module hampm_block_kernels
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: edge_margin
+   use hampm_particles, only: lanes
+   implicit none
+   private
+   public :: most_rows, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
+             add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
+
+   integer, parameter :: most_rows = 16          !! that are done at a time
+
+contains
+
+   !> The polynomials of a nodal vector field in the cells of a block, times a factor.
+   pure subroutine take_corners(factor, field, nodes, a)
+      real(dp), intent(in) :: factor(lanes)
+      real(dp), intent(in) :: field(ndim, *)            !! by point
+      integer, intent(in) :: nodes(corners, lanes)      !! points at the corners of the cells
+      real(dp), intent(out) :: a(lanes, corners, ndim)
+      real(dp) :: f1, f2, f3, f4
+      integer :: l, c, d
+      !GCC$ novector
+      do l = 1, lanes
+         do c = 1, corners
+            a(l, c, 1) = field(1, nodes(c, l))
+            a(l, c, 2) = field(2, nodes(c, l))
+         end do
+      end do
+      do d = 1, ndim
+         !$omp simd private(f1, f2, f3, f4)
+         do l = 1, lanes
+            f1 = factor(l)*a(l, 1, d)
+            f2 = factor(l)*a(l, 2, d)
+            f3 = factor(l)*a(l, 3, d)
+            f4 = factor(l)*a(l, 4, d)
+            a(l, 1, d) = f1
+            a(l, 2, d) = f2 - f1
+            a(l, 3, d) = f3 - f1
+            a(l, 4, d) = (f4 - f3) - (f2 - f1)
+         end do
+      end do
+   end subroutine take_corners
+
+   !> Local coordinates of the reference positions, kept inside the cells.
+   pure subroutine locate_reference(rows, ld, lower, inverse_size, x, xi)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: lower(lanes, ndim), inverse_size(lanes), x(ld, ndim)
+      real(dp), intent(out) :: xi(lanes, ndim, rows)
+      integer :: s, l, k, d
+      do s = 1, rows
+         k = lanes*(s - 1)
+         do d = 1, ndim
+            !$omp simd
+            do l = 1, lanes
+               xi(l, d, s) = min(max((x(k + l, d) - lower(l, d))*inverse_size(l), edge_margin), 1 - edge_margin)
+            end do
+         end do
+      end do
+   end subroutine locate_reference
+
+   !> Local coordinates of the present positions, kept inside the cells, and by how much that has changed them: the sum by lane, in
+   !> cells. At most `rows` times 4 `edge_margin` is rounding; more, or what is not a number, tells that a particle has left.
+   pure subroutine locate_present(rows, ld, lower, inverse_size, x, u, xi, beyond)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: lower(lanes, ndim), inverse_size(lanes), x(ld, ndim), u(ld, ndim)
+      real(dp), intent(out) :: xi(lanes, ndim, rows)
+      real(dp), intent(out) :: beyond(lanes)
+      real(dp) :: total(lanes), free1, free2, inside1, inside2
+      integer :: s, l, k
+      !$omp simd
+      do l = 1, lanes
+         total(l) = 0
+      end do
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd private(free1, free2, inside1, inside2)
+         do l = 1, lanes
+            free1 = ((x(k + l, 1) - lower(l, 1)) + u(k + l, 1))*inverse_size(l)
+            free2 = ((x(k + l, 2) - lower(l, 2)) + u(k + l, 2))*inverse_size(l)
+            inside1 = min(max(free1, edge_margin), 1 - edge_margin)
+            inside2 = min(max(free2, edge_margin), 1 - edge_margin)
+            xi(l, 1, s) = inside1
+            xi(l, 2, s) = inside2
+            total(l) = total(l) + (abs(free1 - inside1) + abs(free2 - inside2))
+         end do
+      end do
+      beyond = total
+   end subroutine locate_present
+
+   !> v <- v + a: what is interpolated from the nodes.
+   pure subroutine add_field(rows, ld, xi, a, v)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: xi(lanes, ndim, rows), a(lanes, corners, ndim)
+      real(dp), intent(inout) :: v(ld, ndim)
+      integer :: s, l, k
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd
+         do l = 1, lanes
+            v(k + l, 1) = v(k + l, 1) + ((a(l, 1, 1) + xi(l, 1, s)*a(l, 2, 1)) + xi(l, 2, s)*(a(l, 3, 1) + xi(l, 1, s)*a(l, 4, 1)))
+            v(k + l, 2) = v(k + l, 2) + ((a(l, 1, 2) + xi(l, 1, s)*a(l, 2, 2)) + xi(l, 2, s)*(a(l, 3, 2) + xi(l, 1, s)*a(l, 4, 2)))
+         end do
+      end do
+   end subroutine add_field
+
+   !> H <- H + L, L being the gradient of what is interpolated from the nodes.
+   pure subroutine add_gradient(rows, ld, xi, a, h)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: xi(lanes, ndim, rows), a(lanes, corners, ndim)
+      real(dp), intent(inout) :: h(ld, ndim, ndim)
+      integer :: s, l, k, d
+      do s = 1, rows
+         k = lanes*(s - 1)
+         do d = 1, ndim
+            !$omp simd
+            do l = 1, lanes
+               h(k + l, d, 1) = h(k + l, d, 1) + (a(l, 2, d) + xi(l, 2, s)*a(l, 4, d))
+               h(k + l, d, 2) = h(k + l, d, 2) + (a(l, 3, d) + xi(l, 1, s)*a(l, 4, d))
+            end do
+         end do
+      end do
+   end subroutine add_gradient
+
+   !> H <- H + L (I + H), L as in `add_gradient`.
+   pure subroutine add_gradient_product(rows, ld, xi, a, h)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: xi(lanes, ndim, rows), a(lanes, corners, ndim)
+      real(dp), intent(inout) :: h(ld, ndim, ndim)
+      real(dp) :: l11, l12, l21, l22, h11, h12, h21, h22
+      integer :: s, l, k
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd private(l11, l12, l21, l22, h11, h12, h21, h22)
+         do l = 1, lanes
+            l11 = a(l, 2, 1) + xi(l, 2, s)*a(l, 4, 1)
+            l12 = a(l, 3, 1) + xi(l, 1, s)*a(l, 4, 1)
+            l21 = a(l, 2, 2) + xi(l, 2, s)*a(l, 4, 2)
+            l22 = a(l, 3, 2) + xi(l, 1, s)*a(l, 4, 2)
+            h11 = h(k + l, 1, 1)
+            h21 = h(k + l, 2, 1)
+            h12 = h(k + l, 1, 2)
+            h22 = h(k + l, 2, 2)
+            h(k + l, 1, 1) = h11 + (l11 + (l11*h11 + l12*h21))
+            h(k + l, 2, 1) = h21 + (l21 + (l21*h11 + l22*h21))
+            h(k + l, 1, 2) = h12 + (l12 + (l11*h12 + l12*h22))
+            h(k + l, 2, 2) = h22 + (l22 + (l21*h12 + l22*h22))
+         end do
+      end do
+   end subroutine add_gradient_product
+
+   !> Add the shares of the corners in the masses (9). Here and in the momenta each is a product: as differences they would lose
+   !> all digits at nodes whose mass is small, and the velocity of these with them.
+   pure subroutine add_mass(rows, ld, xi, mass, share)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld)
+      real(dp), intent(inout) :: share(lanes, corners)
+      real(dp), dimension(lanes) :: m1, m2, m3, m4
+      real(dp) :: left, right
+      integer :: s, l, k
+      m1 = share(:, 1)
+      m2 = share(:, 2)
+      m3 = share(:, 3)
+      m4 = share(:, 4)
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd private(left, right)
+         do l = 1, lanes
+            left = (1 - xi(l, 1, s))*mass(k + l)
+            right = xi(l, 1, s)*mass(k + l)
+            m1(l) = m1(l) + left*(1 - xi(l, 2, s))
+            m2(l) = m2(l) + right*(1 - xi(l, 2, s))
+            m3(l) = m3(l) + left*xi(l, 2, s)
+            m4(l) = m4(l) + right*xi(l, 2, s)
+         end do
+      end do
+      share(:, 1) = m1
+      share(:, 2) = m2
+      share(:, 3) = m3
+      share(:, 4) = m4
+   end subroutine add_mass
+
+   !> Add the shares of the corners in the momenta, the right-hand side of (8).
+   pure subroutine add_momentum(rows, ld, xi, mass, v, share)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld), v(ld, ndim)
+      real(dp), intent(inout) :: share(lanes, corners, ndim)
+      real(dp), dimension(lanes) :: p1, p2, p3, p4, q1, q2, q3, q4
+      real(dp) :: left, right, m1, m2, m3, m4
+      integer :: s, l, k
+      p1 = share(:, 1, 1)
+      p2 = share(:, 2, 1)
+      p3 = share(:, 3, 1)
+      p4 = share(:, 4, 1)
+      q1 = share(:, 1, 2)
+      q2 = share(:, 2, 2)
+      q3 = share(:, 3, 2)
+      q4 = share(:, 4, 2)
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd private(left, right, m1, m2, m3, m4)
+         do l = 1, lanes
+            left = (1 - xi(l, 1, s))*mass(k + l)
+            right = xi(l, 1, s)*mass(k + l)
+            m1 = left*(1 - xi(l, 2, s))
+            m2 = right*(1 - xi(l, 2, s))
+            m3 = left*xi(l, 2, s)
+            m4 = right*xi(l, 2, s)
+            p1(l) = p1(l) + m1*v(k + l, 1)
+            p2(l) = p2(l) + m2*v(k + l, 1)
+            p3(l) = p3(l) + m3*v(k + l, 1)
+            p4(l) = p4(l) + m4*v(k + l, 1)
+            q1(l) = q1(l) + m1*v(k + l, 2)
+            q2(l) = q2(l) + m2*v(k + l, 2)
+            q3(l) = q3(l) + m3*v(k + l, 2)
+            q4(l) = q4(l) + m4*v(k + l, 2)
+         end do
+      end do
+      share(:, 1, 1) = p1
+      share(:, 2, 1) = p2
+      share(:, 3, 1) = p3
+      share(:, 4, 1) = p4
+      share(:, 1, 2) = q1
+      share(:, 2, 2) = q2
+      share(:, 3, 2) = q3
+      share(:, 4, 2) = q4
+   end subroutine add_momentum
+
+   !> Add the mass matrices (6) of the particles to those of the cells, 0 being none.
+   pure subroutine add_matrix(rows, ld, xi, mass, cells, matrix)
+      integer, intent(in) :: rows, ld, cells(lanes)
+      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld)
+      real(dp), intent(inout) :: matrix(corners, corners, *)   !! by element
+      real(dp) :: shape(lanes, corners), sums(lanes, corners, corners)
+      integer :: s, l, k, c, d
+      sums = 0
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd
+         do l = 1, lanes
+            shape(l, 1) = (1 - xi(l, 1, s))*(1 - xi(l, 2, s))
+            shape(l, 2) = xi(l, 1, s)*(1 - xi(l, 2, s))
+            shape(l, 3) = (1 - xi(l, 1, s))*xi(l, 2, s)
+            shape(l, 4) = xi(l, 1, s)*xi(l, 2, s)
+         end do
+         do c = 1, corners
+            do d = 1, corners
+               !$omp simd
+               do l = 1, lanes
+                  sums(l, d, c) = sums(l, d, c) + (mass(k + l)*shape(l, c))*shape(l, d)
+               end do
+            end do
+         end do
+      end do
+      do l = 1, lanes
+         if (cells(l) > 0) matrix(:, :, cells(l)) = matrix(:, :, cells(l)) + sums(l, :, :)
+      end do
+   end subroutine add_matrix
+
+   !> Volume times stress of linear elastic particles of one material: the components 11, 21, 12, 22.
+   pure subroutine linear_forces(rows, ld, lambda, mu, volume, h, t)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: lambda, mu, volume(ld), h(ld, ndim, ndim)
+      real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
+      real(dp) :: pressure
+      integer :: s, l, k
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd private(pressure)
+         do l = 1, lanes
+            pressure = lambda*(h(k + l, 1, 1) + h(k + l, 2, 2))
+            t(l, 1, s) = volume(k + l)*(pressure + 2*mu*h(k + l, 1, 1))
+            t(l, 2, s) = volume(k + l)*(mu*(h(k + l, 1, 2) + h(k + l, 2, 1)))
+            t(l, 3, s) = volume(k + l)*(mu*(h(k + l, 1, 2) + h(k + l, 2, 1)))
+            t(l, 4, s) = volume(k + l)*(pressure + 2*mu*h(k + l, 2, 2))
+         end do
+      end do
+   end subroutine linear_forces
+
+   !> Add to the sums from which the internal forces (7) follow: those of volume times stress, and of the same times the local
+   !> coordinate across its direction; the second index is that of t in `linear_forces`.
+   pure subroutine add_stress(rows, xi, t, total, moment)
+      integer, intent(in) :: rows
+      real(dp), intent(in) :: xi(lanes, ndim, rows), t(lanes, ndim*ndim, rows)
+      real(dp), intent(inout) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp), dimension(lanes) :: t1, t2, t3, t4, m1, m2, m3, m4
+      integer :: s, l
+      t1 = total(:, 1)
+      t2 = total(:, 2)
+      t3 = total(:, 3)
+      t4 = total(:, 4)
+      m1 = moment(:, 1)
+      m2 = moment(:, 2)
+      m3 = moment(:, 3)
+      m4 = moment(:, 4)
+      do s = 1, rows
+         !$omp simd
+         do l = 1, lanes
+            t1(l) = t1(l) + t(l, 1, s)
+            t2(l) = t2(l) + t(l, 2, s)
+            t3(l) = t3(l) + t(l, 3, s)
+            t4(l) = t4(l) + t(l, 4, s)
+            m1(l) = m1(l) + xi(l, 2, s)*t(l, 1, s)
+            m2(l) = m2(l) + xi(l, 2, s)*t(l, 2, s)
+            m3(l) = m3(l) + xi(l, 1, s)*t(l, 3, s)
+            m4(l) = m4(l) + xi(l, 1, s)*t(l, 4, s)
+         end do
+      end do
+      total(:, 1) = t1
+      total(:, 2) = t2
+      total(:, 3) = t3
+      total(:, 4) = t4
+      moment(:, 1) = m1
+      moment(:, 2) = m2
+      moment(:, 3) = m3
+      moment(:, 4) = m4
+   end subroutine add_stress
+
+   !> The shares of the corners in the internal forces from the sums of `add_stress`.
+   pure subroutine divergence(inverse_size, total, moment, share)
+      real(dp), intent(in) :: inverse_size(lanes), total(lanes, ndim, ndim), moment(lanes, ndim, ndim)
+      real(dp), intent(out) :: share(lanes, corners, ndim)
+      real(dp) :: x_lower, x_upper, y_lower, y_upper
+      integer :: l, d
+      do d = 1, ndim
+         !$omp simd private(x_lower, x_upper, y_lower, y_upper)
+         do l = 1, lanes
+            x_upper = inverse_size(l)*moment(l, d, 1)
+            x_lower = inverse_size(l)*total(l, d, 1) - x_upper
+            y_upper = inverse_size(l)*moment(l, d, 2)
+            y_lower = inverse_size(l)*total(l, d, 2) - y_upper
+            share(l, 1, d) = x_lower + y_lower
+            share(l, 2, d) = y_upper - x_lower
+            share(l, 3, d) = x_upper - y_lower
+            share(l, 4, d) = -x_upper - y_upper
+         end do
+      end do
+   end subroutine divergence
+end module hampm_block_kernels
