@@ -13,7 +13,7 @@ module hampm_mass_matrix
    use hampm_nodal_rows, only: pattern_t, runs_t, find_runs, sum_rows
    implicit none
    private
-   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, assemble, &
+   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, invert_lumped, assemble, &
              eigenvalue_floor, nodes_per_block
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
@@ -40,6 +40,7 @@ module hampm_mass_matrix
       type(runs_t) :: runs                              !! its points, in blocks of `nodes_per_block`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
+      real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
       real(dp), allocatable :: cell(:, :, :)            !! M by cells [kg], (corners, corners, n_elements); not
                                                         !! allocated where all is lumped
       real(dp), allocatable :: cell_lumped(:, :)        !! D by cells [kg], (corners, n_elements); not allocated where all is lumped
@@ -146,6 +147,19 @@ contains
          well = rest(c + 1, c + 1) > 0
       end do
    end function is_well_determined
+
+   !> Find the inverse of the lumped matrix.
+   subroutine invert_lumped(matrix)
+      type(mass_matrix_t), intent(inout) :: matrix
+      integer :: a
+      associate (nodes => matrix%all%nodes)
+         !$omp parallel do schedule(static)
+         !GCC$ novector
+         do a = 1, matrix%all%n_nodes
+            matrix%inverse_lumped(nodes(a)) = 1/matrix%lumped(nodes(a))
+         end do
+      end associate
+   end subroutine invert_lumped
 
    !> Sum the cells into the rows of the coupled region, if they have changed.
    subroutine assemble(grid, matrix)

@@ -110,12 +110,12 @@ contains
       if (s%by /= by_lumped .and. s%version /= matrix%version) call follow_matrix(s, matrix)
       select case (s%by)
       case (by_lumped)
-         call divide(matrix%all%n_nodes, matrix%all%nodes, matrix%lumped, b, x)
+         call divide(matrix%all%n_nodes, matrix%all%nodes, matrix%inverse_lumped, b, x)
          call hold(s%constraints, x)
       case (by_fmpm)
          call add_series(s, grid, matrix, b, x)
       case default
-         call divide(size(matrix%apart), matrix%apart, matrix%lumped, b, x)
+         call divide(size(matrix%apart), matrix%apart, matrix%inverse_lumped, b, x)
          call hold(s%constraints, x)
          if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix, b, x, failure)
       end select
@@ -145,7 +145,7 @@ contains
       s%light_mass = light*sum(matrix%lumped(matrix%coupled%nodes(:matrix%coupled%n_nodes)))/max(1, matrix%coupled%n_nodes)
       !$omp parallel do schedule(static)
       do a = 1, matrix%coupled%n_nodes
-         s%inverse(:, matrix%coupled%nodes(a)) = 1/matrix%lumped(matrix%coupled%nodes(a))
+         s%inverse(:, matrix%coupled%nodes(a)) = matrix%inverse_lumped(matrix%coupled%nodes(a))
       end do
       call hold(s%constraints, s%inverse)
       if (s%layout /= matrix%layout .and. s%factorised) s%factorised = s%direct%fits(matrix)
@@ -162,8 +162,8 @@ contains
       real(dp) :: unused(ndim)
       integer :: j
       associate (region => matrix%coupled)
-         call divide(size(matrix%apart), matrix%apart, matrix%lumped, b, x)
-         call divide(region%n_nodes, region%nodes, matrix%lumped, b, x)
+         call divide(size(matrix%apart), matrix%apart, matrix%inverse_lumped, b, x)
+         call divide(region%n_nodes, region%nodes, matrix%inverse_lumped, b, x)
          call hold(s%constraints, x)
          if (s%order > 1) call combine(region, one, x, zero, s%d)
          do j = 2, s%order

@@ -35,16 +35,15 @@ contains
    end subroutine dot_of_nodes
 
    !> x = D^-1 b at some nodes.
-   subroutine divide(n, nodes, lumped, b, x)
+   subroutine divide(n, nodes, inverse, b, x)
       integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: lumped(*), b(ndim, *)
+      real(dp), intent(in) :: inverse(*), b(ndim, *)    !! D^-1 and b
       real(dp), intent(inout) :: x(ndim, *)
-      real(dp) :: inverse
       integer :: a
-      !$omp parallel do schedule(static) private(inverse)
+      !$omp parallel do schedule(static)
+      !GCC$ novector
       do a = 1, n
-         inverse = 1/lumped(nodes(a))
-         x(:, nodes(a)) = b(:, nodes(a))*inverse
+         x(:, nodes(a)) = b(:, nodes(a))*inverse(nodes(a))
       end do
    end subroutine divide
 

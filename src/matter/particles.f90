@@ -1,9 +1,9 @@
 !> The material points, as a structure of arrays kept sorted by the cell in which each point stands.
 !>
-!> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a sweep does the cells of a block side by side. Where
-!> all of them have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so on. In
-!> other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to `last_in(e)`
-!> at a stride of `stride_in(e)`.
+!> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a sweep does the cells of a block side by side.
+!> Where all of them have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so
+!> on. In other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to
+!> `last_in(e)` at a stride of `stride_in(e)`.
 !>
 !> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
 !> position and F, keeps all digits of small strains.

@@ -10,12 +10,25 @@ module hampm_block_kernels
    use hampm_particles, only: lanes
    implicit none
    private
-   public :: most_rows, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
+   public :: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
              add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
 
    integer, parameter :: most_rows = 16          !! that are done at a time
 
 contains
+
+   !> Set `n` sums to zero.
+   pure subroutine clear(n, sums)
+      integer, intent(in) :: n
+      real(dp), intent(out) :: sums(lanes, n)
+      integer :: l, k
+      do k = 1, n
+         !$omp simd
+         do l = 1, lanes
+            sums(l, k) = 0
+         end do
+      end do
+   end subroutine clear
 
    !> The polynomials of a nodal vector field in the cells of a block, times a factor.
    pure subroutine take_corners(factor, field, nodes, a)

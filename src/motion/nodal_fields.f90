@@ -4,12 +4,12 @@ module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
-   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, assemble, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble, nodes_per_block
    use hampm_particles, only: particles_t, lanes
    implicit none
    private
    public :: at_start, new, mapped, mass_share, momentum_share, force_share, shares, nodal_fields_t, new_nodal_fields, &
-             find_active_nodes, gather_mass, gather_momentum, gather_internal_force
+             find_active_nodes, gather
 
    ! The velocities of a node during a step
    integer, parameter :: at_start = 1            !! v_i, mapped from the particles at the start of the step, (10)
@@ -42,8 +42,8 @@ module hampm_nodal_fields
       real(dp), allocatable :: block_inverse_size(:, :) !! 1 / edge length of the cells [1/m], (lanes, n_blocks)
       real(dp), allocatable :: share(:, :, :, :)        !! of mass, momentum and internal force: `mass_share` and so on;
                                                         !! (lanes, corners, shares, 0:n_blocks), of block 0 always zero
-      integer, allocatable :: slot(:, :)                !! where in `share` the masses of the cells around a point stand, in the order
-                                                        !! of the cells; (corners, n_points)
+      integer, allocatable :: slot(:, :)                !! where in `share` the masses of the cells around a point stand, in
+                                                        !! the order of the cells; (corners, n_points)
       logical, allocatable :: left(:)                   !! whether a particle has left its cell, (n_blocks)
       real(dp), allocatable :: audit(:, :)              !! sums of the sweeps for the audit, (2, n_blocks)
       logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
@@ -60,7 +60,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       associate (n => grid%n_points, m => grid%n_elements)
-         allocate (f%is_active(n), f%mass_matrix%lumped(n), &
+         allocate (f%is_active(n), f%mass_matrix%lumped(n), f%mass_matrix%inverse_lumped(n), &
                    f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
                    f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%slot(corners, n), &
                    f%partial_power(2, n/nodes_per_block + 1), stat=status)
@@ -70,6 +70,7 @@ contains
          return
       end if
       f%mass_matrix%lumped = 0
+      f%mass_matrix%inverse_lumped = 0
       f%momentum = 0
       f%force = 0
       f%acceleration = 0
@@ -192,66 +193,56 @@ contains
       touches_particles = .false.
    end function touches_particles
 
-   !> Sum the cells' shares of the mass at each active node, always in the order of the cells, and those of the mass matrix where it
-   !> has changed.
-   subroutine gather_mass(grid, f)
+   !> Sum the cells' shares at each active point, always in the order of the cells: those of mass and mass matrix, of momentum,
+   !> and of the internal force. Forces on dependent points are not yet given to the nodes.
+   subroutine gather(grid, f, mass, momentum, force)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      associate (all => f%mass_matrix%all)
-         call gather_scalar(all%n_points, all%nodes, f%slot, f%share, f%mass_matrix%lumped)
-         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, f%mass_matrix%lumped)
+      logical, intent(in) :: mass, momentum, force
+      associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
+         call gather_shares(all%n_points, all%nodes, f%slot, f%share, mass, momentum, force, matrix%lumped, f%momentum, f%force)
+         associate (points => all%nodes(all%n_nodes + 1:all%n_points))
+            if (mass) call grid%dependents%collect(points, 1, matrix%lumped)
+            if (momentum) call grid%dependents%collect(points, ndim, f%momentum)
+         end associate
+         if (mass) call invert_lumped(matrix)
+         if (mass) call assemble(grid, matrix)
       end associate
-      call assemble(grid, f%mass_matrix)
-   end subroutine gather_mass
+   end subroutine gather
 
-   !> Sum the cells' shares of the momentum at each active node.
-   subroutine gather_momentum(grid, f)
-      type(grid_t), intent(in) :: grid
-      type(nodal_fields_t), intent(inout) :: f
-      associate (all => f%mass_matrix%all)
-         call gather_vector(all%n_points, all%nodes, f%slot, f%share(1, 1, momentum_share, 0), f%momentum)
-         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%momentum)
-      end associate
-   end subroutine gather_momentum
-
-   !> Sum the cells' shares of the internal force at each active point. Those of dependent points are not yet given to the nodes.
-   subroutine gather_internal_force(f)
-      type(nodal_fields_t), intent(inout) :: f
-      call gather_vector(f%mass_matrix%all%n_points, f%mass_matrix%all%nodes, f%slot, f%share(1, 1, force_share, 0), f%force)
-   end subroutine gather_internal_force
-
-   !> Nodal masses from the cells' shares.
-   subroutine gather_scalar(n_active, active, slot, share, nodal)
+   !> Nodal sums from the cells' shares.
+   subroutine gather_shares(n_active, active, slot, share, with_mass, with_momentum, with_force, mass, momentum, force)
       integer, intent(in) :: n_active, active(n_active) !! points to sum for
       integer, intent(in) :: slot(corners, *)
       real(dp), intent(in) :: share(*)
-      real(dp), intent(inout) :: nodal(*)               !! by point
-      integer :: a
-      !$omp parallel do schedule(static)
+      logical, intent(in) :: with_mass, with_momentum, with_force
+      real(dp), intent(inout) :: mass(*), momentum(ndim, *), force(ndim, *)  !! by point
+      integer, parameter :: to_momentum = stride*(momentum_share - mass_share), to_force = stride*(force_share - mass_share)
+      integer :: a, i, k1, k2, k3, k4
+      !$omp parallel do schedule(static) private(i, k1, k2, k3, k4)
       !GCC$ novector
       do a = 1, n_active
-         associate (k => slot(:, active(a)))
-            nodal(active(a)) = ((share(k(1)) + share(k(2))) + share(k(3))) + share(k(4))
-         end associate
+         i = active(a)
+         k1 = slot(1, i)
+         k2 = slot(2, i)
+         k3 = slot(3, i)
+         k4 = slot(4, i)
+         if (with_mass) mass(i) = around(share, k1, k2, k3, k4)
+         if (with_momentum) then
+            momentum(1, i) = around(share(1 + to_momentum), k1, k2, k3, k4)
+            momentum(2, i) = around(share(1 + to_momentum + stride), k1, k2, k3, k4)
+         end if
+         if (with_force) then
+            force(1, i) = around(share(1 + to_force), k1, k2, k3, k4)
+            force(2, i) = around(share(1 + to_force + stride), k1, k2, k3, k4)
+         end if
       end do
-   end subroutine gather_scalar
+   end subroutine gather_shares
 
-   !> Nodal vectors from the cells' shares.
-   subroutine gather_vector(n_active, active, slot, share, nodal)
-      integer, intent(in) :: n_active, active(n_active) !! points to sum for
-      integer, intent(in) :: slot(corners, *)
-      real(dp), intent(in) :: share(*)                  !! from the first component on
-      real(dp), intent(inout) :: nodal(ndim, *)         !! by point
-      integer :: a, d
-      !$omp parallel do schedule(static) private(d)
-      !GCC$ novector
-      do a = 1, n_active
-         associate (k => slot(:, active(a)))
-            do d = 1, ndim
-               nodal(d, active(a)) = ((share(k(1) + stride*(d - 1)) + share(k(2) + stride*(d - 1))) &
-                                      + share(k(3) + stride*(d - 1))) + share(k(4) + stride*(d - 1))
-            end do
-         end associate
-      end do
-   end subroutine gather_vector
+   !> Sum of the shares of the cells around a point.
+   pure real(dp) function around(share, k1, k2, k3, k4)
+      real(dp), intent(in) :: share(*)
+      integer, intent(in) :: k1, k2, k3, k4             !! where they stand
+      around = ((share(k1) + share(k2)) + share(k3)) + share(k4)
+   end function around
 end module hampm_nodal_fields

@@ -32,14 +32,15 @@ contains
    !>    mapping_power = dt sum F_i . a_i - sum f_i . (v_i + a_i dt),   F the total force, f the same without damping:
    !> with sum_p m dv**2/2 of the particles its first term is the kinetic energy that is lost between nodes and
    !> particles, and with the stress work and the work of the loads its second the energy that the scheme loses.
-   subroutine accelerate(grid, solver, damping_rate, dt, f, damping_power, mapping_power, failure)
+   subroutine accelerate(grid, solver, damping_rate, dt, audit, f, damping_power, mapping_power, failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
       real(dp), intent(in) :: damping_rate              !! alpha [1/s]
       real(dp), intent(in) :: dt                        !! [s]
+      logical, intent(in) :: audit                      !! whether the mapping power is wanted
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: damping_power            !! sum alpha p_i . (v_i + a_i dt) [W]
-      real(dp), intent(out) :: mapping_power            !! see above [W]
+      real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
       type(failure_t), intent(inout) :: failure
       integer :: block, blocks, first
       if (solver%iterates()) call guess_acceleration(f)
@@ -51,11 +52,11 @@ contains
       do block = 1, blocks
          first = (block - 1)*nodes_per_block + 1
          call kick_nodes(min(nodes_per_block, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
-                         damping_rate, dt, f%momentum, f%force, f%velocity(1, 1, at_start), f%acceleration, &
-                         f%velocity(1, 1, new), f%partial_power(1, block))
+                         damping_rate, dt, audit .or. damping_rate > 0, f%momentum, f%force, f%velocity(1, 1, at_start), &
+                         f%acceleration, f%velocity(1, 1, new), f%partial_power(1, block))
       end do
       damping_power = damping_rate*sum(f%partial_power(1, :blocks))
-      mapping_power = sum(f%partial_power(2, :blocks))
+      mapping_power = merge(sum(f%partial_power(2, :blocks)), 0.0_dp, audit)
    end subroutine accelerate
 
    !> Find the values at the dependent points.
@@ -80,21 +81,25 @@ contains
       f%past(:, :, 1) = f%acceleration
    end subroutine remember_acceleration
 
-   !> Damp the accelerations of `n` points and find their new velocities, with their share in the powers of `accelerate`.
-   pure subroutine kick_nodes(n, nodes, damping_rate, dt, momentum, force, velocity, acceleration, new_velocity, power)
+   !> Damp the accelerations of `n` points and find their new velocities and, where wanted, their share in the powers of
+   !> `accelerate`.
+   pure subroutine kick_nodes(n, nodes, damping_rate, dt, with_power, momentum, force, velocity, acceleration, new_velocity, power)
       integer, intent(in) :: n, nodes(n)
       real(dp), intent(in) :: damping_rate, dt, momentum(ndim, *), force(ndim, *), velocity(ndim, *)
+      logical, intent(in) :: with_power
       real(dp), intent(inout) :: acceleration(ndim, *), new_velocity(ndim, *)
       real(dp), intent(out) :: power(2)
       real(dp) :: a(ndim), v(ndim)
       integer :: k, i, d
       power = 0
+      !GCC$ novector
       do k = 1, n
          i = nodes(k)
          a = acceleration(:, i) - damping_rate*velocity(:, i)
          v = velocity(:, i) + dt*a
          acceleration(:, i) = a
          new_velocity(:, i) = v
+         if (.not. with_power) cycle
          do d = 1, ndim
             power(1) = power(1) + momentum(d, i)*v(d)
             power(2) = power(2) + dt*(force(d, i) - damping_rate*momentum(d, i))*a(d) - force(d, i)*v(d)

@@ -5,7 +5,7 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_nodal_fields, only: new, mapped, gather_internal_force
+   use hampm_nodal_fields, only: new, mapped, gather
    use hampm_step, only: motion_t, refresh_grid, when
    use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
    implicit none
@@ -86,7 +86,7 @@ contains
       type(sweep_report_t) :: report
       if (.not. m%scheme%map_at_start%map_force) call sweep_particles(sweep_t(map_force=.true.), 0.0_dp, m%materials, m%particles, &
                                                                       m%fields, .false., report)
-      call gather_internal_force(m%fields)
+      call gather(m%grid, m%fields, mass=.false., momentum=.false., force=.true.)
    end subroutine gather_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.

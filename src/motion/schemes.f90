@@ -22,8 +22,8 @@ module hampm_schemes
 
 contains
 
-   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the particles
-   !> stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
+   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the
+   !> particles stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
    pure function new_scheme(name, has_matrix, particles_stay) result(scheme)
       character(*), intent(in) :: name
       logical, intent(in) :: has_matrix, particles_stay

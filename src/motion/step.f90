@@ -10,8 +10,7 @@ module hampm_step
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
-   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, gather_mass, &
-                                 gather_momentum, gather_internal_force
+   use hampm_nodal_fields, only: at_start, new, mapped, nodal_fields_t, new_nodal_fields, find_active_nodes, gather
    use hampm_nodal_motion, only: find_velocity, accelerate
    use hampm_particles, only: particles_t, sort_into_cells
    use hampm_schemes, only: scheme_t, new_scheme
@@ -86,13 +85,20 @@ contains
       integer :: k
       left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
-      call gather_velocity(m, at_start, merge(mapped, new, m%scheme%remaps), failure)
-      if (m%scheme%map_at_start%map_force) call gather_acceleration(m, dt, failure)
+      associate (start => m%scheme%map_at_start)
+         call gather(m%grid, m%fields, mass=.true., momentum=.true., force=start%map_force)
+         call solve_velocity(m, at_start, merge(mapped, new, m%scheme%remaps), failure)
+         if (start%map_force) call solve_acceleration(m, dt, failure)
+      end associate
       do k = 1, size(m%scheme%sweeps)
          if (failure%failed()) return
-         call sweep_and_book(m, m%scheme%sweeps(k), dt, left_cell, failure)
-         if (k < size(m%scheme%sweeps) .and. m%scheme%sweeps(k)%map_momentum) call gather_velocity(m, mapped, new, failure)
-         if (k < size(m%scheme%sweeps) .and. m%scheme%sweeps(k)%map_force) call gather_acceleration(m, dt, failure)
+         associate (sweep => m%scheme%sweeps(k))
+            call sweep_and_book(m, sweep, dt, left_cell, failure)
+            if (k == size(m%scheme%sweeps)) exit
+            call gather(m%grid, m%fields, mass=.false., momentum=sweep%map_momentum, force=sweep%map_force)
+            if (sweep%map_momentum) call solve_velocity(m, mapped, new, failure)
+            if (sweep%map_force) call solve_acceleration(m, dt, failure)
+         end associate
       end do
       if (failure%failed()) return
       m%mapped = .not. left_cell
@@ -126,8 +132,7 @@ contains
    subroutine refresh_grid(m)
       type(motion_t), intent(inout) :: m
       if (.not. m%mapped) call map_to_grid(m)
-      call gather_mass(m%grid, m%fields)
-      call gather_momentum(m%grid, m%fields)
+      call gather(m%grid, m%fields, mass=.true., momentum=.true., force=.false.)
    end subroutine refresh_grid
 
    !> Do one sweep, and book for the audit what it finds.
@@ -144,38 +149,35 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
    end subroutine sweep_and_book
 
-   !> Velocities of the nodes, `at_start` or `mapped`, from the momentum in the cells.
-   subroutine gather_velocity(m, which, latest, failure)
+   !> Velocities of the nodes, `at_start` or `mapped`, from their momentum.
+   subroutine solve_velocity(m, which, latest, failure)
       type(motion_t), intent(inout) :: m
       integer, intent(in) :: which
       integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      if (which == at_start) call gather_mass(m%grid, m%fields)
-      call gather_momentum(m%grid, m%fields)
       call find_velocity(m%grid, m%solver, m%fields, which, latest, unsolved)
       if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
-   end subroutine gather_velocity
+   end subroutine solve_velocity
 
    !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
-   subroutine gather_acceleration(m, dt, failure)
+   subroutine solve_acceleration(m, dt, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       real(dp) :: damping_power, mapping_power
-      call gather_internal_force(m%fields)
       call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
       associate (all => m%fields%mass_matrix%all)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
       end associate
-      call accelerate(m%grid, m%solver, m%damping_rate, dt, m%fields, damping_power, mapping_power, unsolved)
+      call accelerate(m%grid, m%solver, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, unsolved)
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
-   end subroutine gather_acceleration
+   end subroutine solve_acceleration
 
    !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the grid or gone
    !> through a cut: it would go on as part of the other side.

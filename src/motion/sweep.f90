@@ -18,10 +18,10 @@
 module hampm_sweep
    use hampm_kinds, only: dp, ndim, corners
    use hampm_audit, only: kick_energy, strain_work
-   use hampm_block_kernels, only: most_rows, take_corners, locate_reference, locate_present, add_field, add_gradient, &
+   use hampm_block_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
                                   add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
    use hampm_basis, only: edge_margin
-   use hampm_mass_matrix, only: prepare_cell
+   use hampm_mass_matrix, only: mass_matrix_t, prepare_cell
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t, lanes
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mass_share, momentum_share, force_share, shares
@@ -67,7 +67,9 @@ contains
          call sweep_blocks(sweep, dt, materials, audit, blocks_per_task*(task - 1) + 1, &
                            min(blocks_per_task*task, p%n_blocks), p%total_frame, p%n, p%mass, p%volume, p%reference, &
                            p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, p%block_is_even, &
-                           p%block_material, p%first_in, p%count_in, p%block_cells, f)
+                           p%block_material, p%first_in, p%count_in, p%block_cells, f%block_nodes, f%block_lower, &
+                           f%block_inverse_size, f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
+                           f%share(1, 1, 1, 1), f%left, f%audit, f%mass_matrix)
       end do
       if (sweep%map_matrix) f%mass_matrix%assembled = .false.
       if (sweep%move .and. .not. p%total_frame) then
@@ -84,7 +86,8 @@ contains
    !> The sweep over some blocks. Arrays of particles come bare, so that the compiler knows that they do not overlap.
    subroutine sweep_blocks(sweep, dt, materials, audit, first, last, total_frame, n, mass, volume, reference, displacement, &
                            velocity, gradient, material, block_first, block_rows, block_is_even, block_material, first_in, &
-                           count_in, block_cells, f)
+                           count_in, block_cells, nodes, lower, inverse_size, acceleration, new_velocity, strain_velocity, &
+                           share, left, audited, matrix)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       type(material_t), intent(in) :: materials(:)
@@ -96,7 +99,12 @@ contains
       real(dp), intent(inout) :: displacement(n, ndim), velocity(n, ndim), gradient(n, ndim, ndim)
       integer, intent(in) :: block_first(*), block_rows(*), block_material(*), first_in(*), count_in(*), block_cells(lanes, *)
       logical, intent(in) :: block_is_even(*)
-      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: nodes(corners, lanes, *)
+      real(dp), intent(in) :: lower(lanes, ndim, *), inverse_size(lanes, *)
+      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
+      real(dp), intent(inout) :: share(lanes, corners, shares, *), audited(2, *)
+      logical, intent(inout) :: left(*)
+      type(mass_matrix_t), intent(inout) :: matrix
       integer, parameter :: room = lanes*most_rows
       real(dp) :: mass_of(room), volume_of(room), x(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
       integer :: material_of(room)
@@ -126,22 +134,26 @@ contains
       !> Prepare the nodal fields of a block and clear its sums.
       subroutine start_block()
          integer :: l
-         associate (nodes => f%block_nodes(:, :, b))
-            step = dt
-            if (sweep%kick) call take_corners(step, f%acceleration, nodes, kick_by)
-            if (sweep%move) call take_corners(step, f%velocity(:, :, new), nodes, move_by)
-            if (sweep%strain_fraction > 0) then
-               step = (sweep%strain_fraction*dt)*f%block_inverse_size(:, b)
-               call take_corners(step, f%velocity(:, :, sweep%strain_by), nodes, strain_by)
-            end if
-         end associate
-         if (sweep%map_mass) f%share(:, :, mass_share, b) = 0
-         if (sweep%map_momentum) f%share(:, :, momentum_share:momentum_share + ndim - 1, b) = 0
+         step = dt
+         if (sweep%kick) call take_corners(step, acceleration, nodes(1, 1, b), kick_by)
+         if (sweep%move) call take_corners(step, new_velocity, nodes(1, 1, b), move_by)
+         if (sweep%strain_fraction > 0) then
+            step = (sweep%strain_fraction*dt)*inverse_size(:, b)
+            call take_corners(step, strain_velocity, nodes(1, 1, b), strain_by)
+         end if
+         if (sweep%map_mass) call clear(corners, share(1, 1, mass_share, b))
+         if (sweep%map_momentum) call clear(corners*ndim, share(1, 1, momentum_share, b))
+         if (sweep%map_force) then
+            call clear(ndim*ndim, total)
+            call clear(ndim*ndim, moment)
+         end if
+         call clear(1, beyond)
          if (sweep%map_matrix) then
             do l = 1, lanes
-               if (block_cells(l, b) > 0) f%mass_matrix%cell(:, :, block_cells(l, b)) = 0
+               if (block_cells(l, b) > 0) matrix%cell(:, :, block_cells(l, b)) = 0
             end do
          end if
+         if (audit) audited(:, b) = 0
          is_linear = block_material(b) > 0
          if (is_linear) then
             associate (m => materials(block_material(b)))
@@ -150,10 +162,6 @@ contains
                mu = m%mu
             end associate
          end if
-         total = 0
-         moment = 0
-         beyond = 0
-         if (audit) f%audit(:, b) = 0
       end subroutine start_block
 
       !> Do some rows of particles, whose arrays have the leading dimension `ld`.
@@ -162,44 +170,42 @@ contains
          real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
          real(dp), intent(inout) :: u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
          real(dp) :: xi(lanes, ndim, most_rows), t(lanes, ndim*ndim, most_rows), outside(lanes)
-         associate (lower => f%block_lower(:, :, b), inverse_size => f%block_inverse_size(:, b), share => f%share(:, :, :, b))
+         if (total_frame) then
+            call locate_reference(rows, ld, lower(1, 1, b), inverse_size(1, b), x, xi)
+         else
+            call locate_present(rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
+         end if
+         if (sweep%kick) then
+            call add_field(rows, ld, xi, kick_by, v)
+            if (audit) audited(1, b) = audited(1, b) + kick_energy(rows, ld, xi, kick_by, mass)
+         end if
+         if (sweep%strain_fraction > 0) then
+            if (audit) audited(2, b) = audited(2, b) + strain_work(rows, ld, xi, strain_by, materials, material, volume, h, &
+                                                                   total_frame)
             if (total_frame) then
-               call locate_reference(rows, ld, lower, inverse_size, x, xi)
+               call add_gradient(rows, ld, xi, strain_by, h)
             else
-               call locate_present(rows, ld, lower, inverse_size, x, u, xi, outside)
+               call add_gradient_product(rows, ld, xi, strain_by, h)
             end if
-            if (sweep%kick) then
-               call add_field(rows, ld, xi, kick_by, v)
-               if (audit) f%audit(1, b) = f%audit(1, b) + kick_energy(rows, ld, xi, kick_by, mass)
+         end if
+         if (sweep%move) then
+            call add_field(rows, ld, xi, move_by, u)
+            if (.not. total_frame) then
+               call locate_present(rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
+               beyond = beyond + outside
             end if
-            if (sweep%strain_fraction > 0) then
-               if (audit) f%audit(2, b) = f%audit(2, b) + strain_work(rows, ld, xi, strain_by, materials, material, volume, h, &
-                                                                      total_frame)
-               if (total_frame) then
-                  call add_gradient(rows, ld, xi, strain_by, h)
-               else
-                  call add_gradient_product(rows, ld, xi, strain_by, h)
-               end if
+         end if
+         if (sweep%map_mass) call add_mass(rows, ld, xi, mass, share(1, 1, mass_share, b))
+         if (sweep%map_momentum) call add_momentum(rows, ld, xi, mass, v, share(1, 1, momentum_share, b))
+         if (sweep%map_matrix) call add_matrix(rows, ld, xi, mass, block_cells(1, b), matrix%cell)
+         if (sweep%map_force) then
+            if (is_linear) then
+               call linear_forces(rows, ld, lambda, mu, volume, h, t)
+            else
+               call forces(rows, ld, materials, material, volume, h, total_frame, t)
             end if
-            if (sweep%move) then
-               call add_field(rows, ld, xi, move_by, u)
-               if (.not. total_frame) then
-                  call locate_present(rows, ld, lower, inverse_size, x, u, xi, outside)
-                  beyond = beyond + outside
-               end if
-            end if
-            if (sweep%map_mass) call add_mass(rows, ld, xi, mass, share(1, 1, mass_share))
-            if (sweep%map_momentum) call add_momentum(rows, ld, xi, mass, v, share(1, 1, momentum_share))
-            if (sweep%map_matrix) call add_matrix(rows, ld, xi, mass, block_cells(:, b), f%mass_matrix%cell)
-            if (sweep%map_force) then
-               if (is_linear) then
-                  call linear_forces(rows, ld, lambda, mu, volume, h, t)
-               else
-                  call forces(rows, ld, materials, material, volume, h, total_frame, t)
-               end if
-               call add_stress(rows, xi, t, total, moment)
-            end if
-         end associate
+            call add_stress(rows, xi, t, total, moment)
+         end if
       end subroutine sweep_rows
 
       !> Copy some rows of a block whose cells have different numbers of particles into the buffer.
@@ -221,7 +227,7 @@ contains
                else
                   mass_of(k) = 0
                   volume_of(k) = 0
-                  x(k, :) = f%block_lower(l, :, b) + 0.5_dp/f%block_inverse_size(l, b)
+                  x(k, :) = lower(l, :, b) + 0.5_dp/inverse_size(l, b)
                   u(k, :) = 0
                   v(k, :) = 0
                   h(k, :, :) = 0
@@ -257,12 +263,11 @@ contains
       !> Complete the sums of a block.
       subroutine finish_block()
          integer :: l
-         if (sweep%map_force) call divergence(f%block_inverse_size(:, b), total, moment, &
-                                              f%share(:, :, force_share:force_share + ndim - 1, b))
-         if (sweep%move) f%left(b) = .not. all(beyond <= 4*block_rows(b)*edge_margin)
+         if (sweep%map_force) call divergence(inverse_size(1, b), total, moment, share(1, 1, force_share, b))
+         if (sweep%move) left(b) = .not. all(beyond <= 4*block_rows(b)*edge_margin)
          if (.not. sweep%map_matrix) return
          do l = 1, lanes
-            associate (e => block_cells(l, b), matrix => f%mass_matrix)
+            associate (e => block_cells(l, b))
                if (e == 0) exit
                matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
                call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))

@@ -15,7 +15,7 @@ program test_patch
    use hampm_energy, only: linear_momentum
    use hampm_material, only: material_t, new_material
    use hampm_matching, only: adopt_forest
-   use hampm_nodal_fields, only: gather_internal_force
+   use hampm_nodal_fields, only: gather
    use hampm_random_forests, only: random_integer, change_at_random
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    use hampm_step, only: motion_t, refresh_grid
@@ -127,7 +127,7 @@ contains
       real(dp) :: stress
       integer :: e, node
       call refresh_grid(m)
-      call gather_internal_force(m%fields)
+      call gather(m%grid, m%fields, mass=.false., momentum=.false., force=.true.)
       associate (all => m%fields%mass_matrix%all, p => m%particles, f => m%fields)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%force)
          stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient_of(1)))
