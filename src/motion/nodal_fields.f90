@@ -8,8 +8,8 @@ module hampm_nodal_fields
    use hampm_particles, only: particles_t, lanes
    implicit none
    private
-   public :: at_start, new, mapped, mass_share, momentum_share, force_share, shares, nodal_fields_t, new_nodal_fields, &
-             find_active_nodes, gather
+   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, gather, around, at_start, new, mapped, mass_share, &
+             momentum_share, force_share, shares, stride
 
    ! The velocities of a node during a step
    integer, parameter :: at_start = 1            !! v_i, mapped from the particles at the start of the step, (10)
@@ -34,6 +34,7 @@ module hampm_nodal_fields
       real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
                                                         !! (ndim, n_points, 2)
       ! The cells in blocks (`hampm_particles`), and their shares in the nodal sums
+      integer :: layout = 0                             !! how often the blocks have changed
       integer :: n_blocks = 0
       integer, allocatable :: block_cells(:, :)         !! elements of each block, 0 for none, (lanes, n_blocks)
       integer, allocatable :: block_nodes(:, :, :)      !! points at the corners of the cells, those of another cell where there is
@@ -152,6 +153,7 @@ contains
       integer, allocatable :: first_slot(:)
       integer :: b, l, e, point, c, k
       allocate (first_slot(grid%n_elements), source=0)
+      f%layout = f%layout + 1
       f%n_blocks = p%n_blocks
       f%block_cells(:, :p%n_blocks) = p%block_cells(:, :p%n_blocks)
       do b = 1, p%n_blocks

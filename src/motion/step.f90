@@ -14,8 +14,10 @@ module hampm_step
    use hampm_nodal_motion, only: find_velocity, accelerate
    use hampm_particles, only: particles_t, sort_into_cells
    use hampm_schemes, only: scheme_t, new_scheme
-   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
+   use hampm_pipeline, only: pipeline_t, plan_pipeline
+   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles, look_for_leavers
    use hampm_text, only: to_text
+   use hampm_tiled_step, only: step_in_tiles
    implicit none
    private
    public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, refresh_grid, stable_time_step, when, place
@@ -34,6 +36,7 @@ module hampm_step
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
+      type(pipeline_t) :: plan                   !! of steps in tiles
       logical :: mapped = .false.                !! whether the cells hold the sums for the next step
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       real(dp) :: time = 0                       !! [s]
@@ -64,6 +67,7 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
+      m%plan = pipeline_t()
       call fit_constraints(m%constraints, m%grid)
       call fit_contact(m%contact, m%grid)
       call new_nodal_fields(m%grid, m%fields, failure)
@@ -80,11 +84,46 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
+      type(sweep_report_t) :: report
       logical :: left_cell
       real(dp) :: work
-      integer :: k
       left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
+      if (is_plain(m)) then
+         if (.not. m%plan%fits(m%fields)) call plan_pipeline(m%fields, size(m%scheme%sweeps), m%plan)
+         call step_in_tiles(m%plan, m%scheme, dt, m%materials, m%constraints%free, m%particles, m%fields)
+         call look_for_leavers(m%particles, m%fields, report)
+         left_cell = report%left_cell
+         if (report%jumped) call report_jump(m, failure)
+      else
+         call step_in_stages(m, dt, left_cell, failure)
+      end if
+      if (failure%failed()) return
+      m%mapped = .not. left_cell
+      call book_work(m%loads, m%time, m%particles, work)
+      m%external_work = m%external_work + work
+      if (m%audit) m%numerical_loss = m%numerical_loss + work
+      m%time = m%time + dt
+      m%steps = m%steps + 1
+      m%sorted = left_cell
+      if (left_cell) call sort_anew(m, failure)
+   end subroutine advance
+
+   !> Whether nodes need no more than their own cells: then a step can be done in tiles.
+   pure logical function is_plain(m)
+      type(motion_t), intent(in) :: m
+      is_plain = m%solver%by == by_lumped .and. m%grid%dependents%n == 0 .and. m%contact%n == 0 .and. size(m%loads) == 0 &
+                 .and. .not. m%damping_rate > 0 .and. .not. m%audit
+   end function is_plain
+
+   !> Do the nodal sums and the sweeps of a step, one after the other.
+   subroutine step_in_stages(m, dt, left_cell, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      logical, intent(out) :: left_cell
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      left_cell = .false.
       associate (start => m%scheme%map_at_start)
          call gather(m%grid, m%fields, mass=.true., momentum=.true., force=start%map_force)
          call solve_velocity(m, at_start, merge(mapped, new, m%scheme%remaps), failure)
@@ -100,16 +139,7 @@ contains
             if (sweep%map_force) call solve_acceleration(m, dt, failure)
          end associate
       end do
-      if (failure%failed()) return
-      m%mapped = .not. left_cell
-      call book_work(m%loads, m%time, m%particles, work)
-      m%external_work = m%external_work + work
-      if (m%audit) m%numerical_loss = m%numerical_loss + work
-      m%time = m%time + dt
-      m%steps = m%steps + 1
-      m%sorted = left_cell
-      if (left_cell) call sort_anew(m, failure)
-   end subroutine advance
+   end subroutine step_in_stages
 
    !> Sort the particles, after some have moved to other cells or their number has changed.
    subroutine sort_anew(m, failure)

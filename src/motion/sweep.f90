@@ -27,7 +27,7 @@ module hampm_sweep
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mass_share, momentum_share, force_share, shares
    implicit none
    private
-   public :: sweep_t, sweep_report_t, sweep_particles
+   public :: sweep_t, sweep_report_t, sweep_particles, sweep_list, look_for_leavers
 
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
 
@@ -64,18 +64,11 @@ contains
       integer :: task, b
       !$omp parallel do schedule(static)
       do task = 1, (p%n_blocks - 1)/blocks_per_task + 1
-         call sweep_blocks(sweep, dt, materials, audit, blocks_per_task*(task - 1) + 1, &
-                           min(blocks_per_task*task, p%n_blocks), p%total_frame, p%n, p%mass, p%volume, p%reference, &
-                           p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, p%block_is_even, &
-                           p%block_material, p%first_in, p%count_in, p%block_cells, f%block_nodes, f%block_lower, &
-                           f%block_inverse_size, f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
-                           f%share(1, 1, 1, 1), f%left, f%audit, f%mass_matrix)
+         call sweep_list(sweep, dt, materials, p, f, audit, &
+                         [(b, b=blocks_per_task*(task - 1) + 1, min(blocks_per_task*task, p%n_blocks))])
       end do
       if (sweep%map_matrix) f%mass_matrix%assembled = .false.
-      if (sweep%move .and. .not. p%total_frame) then
-         report%left_cell = any(f%left(:p%n_blocks))
-         if (report%left_cell) report%jumped = any_has_jumped(p, f)
-      end if
+      if (sweep%move .and. .not. p%total_frame) call look_for_leavers(p, f, report)
       if (.not. audit) return
       do b = 1, p%n_blocks
          report%velocity_change_energy = report%velocity_change_energy + f%audit(1, b)
@@ -83,16 +76,41 @@ contains
       end do
    end subroutine sweep_particles
 
+   !> Do one sweep over some blocks.
+   subroutine sweep_list(sweep, dt, materials, p, f, audit, blocks)
+      type(sweep_t), intent(in) :: sweep
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: audit
+      integer, intent(in) :: blocks(:)
+      call sweep_blocks(sweep, dt, materials, audit, size(blocks), blocks, p%total_frame, p%n, p%mass, p%volume, p%reference, &
+                        p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, p%block_is_even, &
+                        p%block_material, p%first_in, p%count_in, p%block_cells, f%block_nodes, f%block_lower, &
+                        f%block_inverse_size, f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
+                        f%share(1, 1, 1, 1), f%left, f%audit, f%mass_matrix)
+   end subroutine sweep_list
+
+   !> Report whether particles have left their cells.
+   subroutine look_for_leavers(p, f, report)
+      type(particles_t), intent(in) :: p
+      type(nodal_fields_t), intent(in) :: f
+      type(sweep_report_t), intent(inout) :: report
+      report%left_cell = any(f%left(:p%n_blocks))
+      if (report%left_cell) report%jumped = any_has_jumped(p, f)
+   end subroutine look_for_leavers
+
    !> The sweep over some blocks. Arrays of particles come bare, so that the compiler knows that they do not overlap.
-   subroutine sweep_blocks(sweep, dt, materials, audit, first, last, total_frame, n, mass, volume, reference, displacement, &
-                           velocity, gradient, material, block_first, block_rows, block_is_even, block_material, first_in, &
-                           count_in, block_cells, nodes, lower, inverse_size, acceleration, new_velocity, strain_velocity, &
-                           share, left, audited, matrix)
+   subroutine sweep_blocks(sweep, dt, materials, audit, n_listed, listed, total_frame, n, mass, volume, reference, &
+                           displacement, velocity, gradient, material, block_first, block_rows, block_is_even, &
+                           block_material, first_in, count_in, block_cells, nodes, lower, inverse_size, acceleration, &
+                           new_velocity, strain_velocity, share, left, audited, matrix)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       type(material_t), intent(in) :: materials(:)
       logical, intent(in) :: audit
-      integer, intent(in) :: first, last                !! blocks
+      integer, intent(in) :: n_listed, listed(n_listed) !! blocks
       logical, intent(in) :: total_frame
       integer, intent(in) :: n, material(n)             !! particles, and by particle:
       real(dp), intent(in) :: mass(n), volume(n), reference(n, ndim)
@@ -112,8 +130,9 @@ contains
       real(dp), dimension(lanes, ndim*ndim) :: total, moment
       real(dp) :: beyond(lanes), step(lanes), lambda, mu
       logical :: is_linear
-      integer :: b, i, s, rows
-      do b = first, last
+      integer :: j, b, i, s, rows
+      do j = 1, n_listed
+         b = listed(j)
          call start_block()
          do s = 1, block_rows(b), most_rows
             rows = min(most_rows, block_rows(b) - s + 1)

@@ -14,6 +14,7 @@ module hampm_constraints
    type :: constraints_t
       type(box_t), allocatable, private :: boxes(:)
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
+      real(dp), allocatable :: free(:, :)        !! 0 where a component is fixed, else 1; (ndim, n_points)
       integer, allocatable :: node(:)            !! nodes with a fixed component, ascending
    contains
       procedure :: holds
@@ -39,8 +40,9 @@ contains
       real(dp), parameter :: slack = 1.0e-6_dp          ! of the smallest cell
       real(dp) :: margin
       integer :: i, k
-      if (allocated(c%fixed)) deallocate (c%fixed)
+      if (allocated(c%fixed)) deallocate (c%fixed, c%free)
       allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
+      allocate (c%free(ndim, grid%n_points), source=1.0_dp)
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
       margin = slack*grid%finest_cell
       do k = 1, size(c%boxes)
@@ -51,6 +53,7 @@ contains
             end associate
          end do
       end do
+      where (c%fixed) c%free(:, :grid%n_nodes) = 0
       c%node = pack([(i, i=1, grid%n_nodes)], any(c%fixed, dim=1))
    end subroutine fit_constraints
 

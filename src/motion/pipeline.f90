@@ -1,0 +1,171 @@
+!> The order in which the parts of a step are done so that they find their data in the cache.
+!>
+!> A step is a sequence of stages, by turns of nodes and of blocks (`hampm_sweep`): a node needs the blocks around it to have done
+!> the stage before, a block its nodes. Done one stage after the other, each moves all data through the memory. Instead
+!> `blocks_per_tile` blocks are done at a time, and then at once, stage by stage, whatever is ready. In the order of the grid
+!> most of that lies in the same or in the last tiles. The order of the parts changes no number.
+!>
+!> Each thread does a region: some tiles in succession. Nodes of the first stage that several regions need are done before, and
+!> what needs several regions, after all these.
+module hampm_pipeline
+   use hampm_kinds, only: corners
+   use hampm_nodal_fields, only: nodal_fields_t
+   use hampm_particles, only: lanes
+   use hampm_threads, only: thread_count
+   implicit none
+   private
+   public :: pipeline_t, plan_pipeline
+
+   integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
+
+   !> Items of one stage in the order in which they are done: those from start(t) to start(t + 1) - 1 in tile t.
+   type :: stage_t
+      integer, allocatable :: start(:), item(:)
+   end type stage_t
+
+   type :: pipeline_t
+      integer :: n_tiles = 0
+      integer :: n_regions = 0
+      integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
+      type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
+      integer, private :: layout = 0             !! that of the blocks for which it was made
+      integer, private :: n_threads = 0          !! and their number
+   contains
+      procedure :: fits
+   end type pipeline_t
+
+contains
+
+   !> Whether it was made for the present blocks and number of threads.
+   logical function fits(self, f)
+      class(pipeline_t), intent(in) :: self
+      type(nodal_fields_t), intent(in) :: f
+      fits = self%layout == f%layout .and. self%n_threads == thread_count()
+   end function fits
+
+   !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks and number of threads.
+   subroutine plan_pipeline(f, n_sweeps, plan)
+      type(nodal_fields_t), intent(in) :: f
+      integer, intent(in) :: n_sweeps
+      type(pipeline_t), intent(out) :: plan
+      integer, allocatable :: nodes(:), blocks(:), tile_of_block(:)
+      integer :: b, r, s
+      plan%layout = f%layout
+      plan%n_threads = thread_count()
+      plan%n_tiles = (f%n_blocks - 1)/blocks_per_tile + 1
+      plan%n_regions = min(plan%n_threads, plan%n_tiles)
+      plan%first_tile = [((r - 1)*plan%n_tiles/plan%n_regions + 1, r=1, plan%n_regions + 1)]
+      tile_of_block = [((b - 1)/blocks_per_tile + 1, b=1, f%n_blocks)]
+      allocate (plan%stages(2*n_sweeps), nodes(size(f%slot, 2)))
+      call nodes_first(plan, f, tile_of_block, nodes)
+      blocks = tile_of_block
+      do s = 1, n_sweeps
+         if (s > 1) then
+            call nodes_after_blocks(plan, f, blocks, nodes)
+            blocks = tile_of_block
+            call blocks_after_nodes(plan, f, nodes, blocks)
+         end if
+         call sort_items(plan, nodes, plan%stages(2*s - 1))
+         call sort_items(plan, blocks, plan%stages(2*s))
+      end do
+   end subroutine plan_pipeline
+
+   !> When nodes are done in the first stage: with the first tile that needs them, before all where several regions do. -1 for
+   !> nodes without blocks.
+   subroutine nodes_first(plan, f, tile_of_block, tile)
+      type(pipeline_t), intent(in) :: plan
+      type(nodal_fields_t), intent(in) :: f
+      integer, intent(in) :: tile_of_block(:)
+      integer, intent(out) :: tile(:)
+      integer :: b, l, c
+      tile = -1
+      do b = 1, f%n_blocks
+         do l = 1, count(f%block_cells(:, b) > 0)
+            do c = 1, corners
+               associate (t => tile(f%block_nodes(c, l, b)))
+                  if (t == -1) then
+                     t = tile_of_block(b)
+                  else if (t > 0) then
+                     if (region_of(plan, t) /= region_of(plan, tile_of_block(b))) t = 0
+                  end if
+               end associate
+            end do
+         end do
+      end do
+   end subroutine nodes_first
+
+   !> When nodes can be done after their blocks.
+   subroutine nodes_after_blocks(plan, f, blocks, nodes)
+      type(pipeline_t), intent(in) :: plan
+      type(nodal_fields_t), intent(in) :: f
+      integer, intent(in) :: blocks(:)
+      integer, intent(out) :: nodes(:)
+      integer :: b, l, c
+      nodes = -1
+      do b = 1, f%n_blocks
+         do l = 1, count(f%block_cells(:, b) > 0)
+            do c = 1, corners
+               associate (t => nodes(f%block_nodes(c, l, b)))
+                  t = after_both(plan, t, blocks(b))
+               end associate
+            end do
+         end do
+      end do
+   end subroutine nodes_after_blocks
+
+   !> When blocks, which were ready before, can be done after their nodes.
+   subroutine blocks_after_nodes(plan, f, nodes, blocks)
+      type(pipeline_t), intent(in) :: plan
+      type(nodal_fields_t), intent(in) :: f
+      integer, intent(in) :: nodes(:)
+      integer, intent(inout) :: blocks(:)
+      integer :: b, l, c
+      do b = 1, f%n_blocks
+         do l = 1, count(f%block_cells(:, b) > 0)
+            do c = 1, corners
+               blocks(b) = after_both(plan, blocks(b), nodes(f%block_nodes(c, l, b)))
+            end do
+         end do
+      end do
+   end subroutine blocks_after_nodes
+
+   !> The tile in which something can be done after what is done in the tiles a and b; a may be -1, nothing.
+   pure integer function after_both(plan, a, b) result(tile)
+      type(pipeline_t), intent(in) :: plan
+      integer, intent(in) :: a, b
+      tile = max(a, b)
+      if (a == -1 .or. tile > plan%n_tiles) return
+      if (region_of(plan, a) /= region_of(plan, b)) tile = plan%n_tiles + 1
+   end function after_both
+
+   !> The region of a tile.
+   pure integer function region_of(plan, tile)
+      type(pipeline_t), intent(in) :: plan
+      integer, intent(in) :: tile
+      region_of = count(plan%first_tile <= tile)
+   end function region_of
+
+   !> Sort items by tile, those of -1 left out.
+   subroutine sort_items(plan, tile, stage)
+      type(pipeline_t), intent(in) :: plan
+      integer, intent(in) :: tile(:)
+      type(stage_t), intent(out) :: stage
+      integer, allocatable :: next(:)
+      integer :: i, t
+      allocate (next(0:plan%n_tiles + 1), source=0)
+      do i = 1, size(tile)
+         if (tile(i) >= 0) next(tile(i)) = next(tile(i)) + 1
+      end do
+      allocate (stage%start(0:plan%n_tiles + 2), stage%item(sum(next)))
+      stage%start(0) = 1
+      do t = 0, plan%n_tiles + 1
+         stage%start(t + 1) = stage%start(t) + next(t)
+      end do
+      next = stage%start(:plan%n_tiles + 1)
+      do i = 1, size(tile)
+         if (tile(i) < 0) cycle
+         stage%item(next(tile(i))) = i
+         next(tile(i)) = next(tile(i)) + 1
+      end do
+   end subroutine sort_items
+end module hampm_pipeline

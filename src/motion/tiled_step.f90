@@ -1,0 +1,118 @@
+!> The step of a plain scene, tile by tile (`hampm_pipeline`): lumped masses, and no forces on the nodes but the internal ones.
+module hampm_tiled_step
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mapped, mass_share, momentum_share, force_share, around, stride
+   use hampm_particles, only: particles_t
+   use hampm_pipeline, only: pipeline_t
+   use hampm_schemes, only: scheme_t
+   use hampm_sweep, only: sweep_list
+   implicit none
+   private
+   public :: step_in_tiles
+
+   !> What a stage of the nodes finds.
+   type :: task_t
+      logical :: mass = .false.
+      logical :: velocity = .false.
+      logical :: acceleration = .false.
+      integer :: which = at_start                !! of the velocities
+   end type task_t
+
+contains
+
+   !> Do the nodal sums and the sweeps of a step.
+   subroutine step_in_tiles(plan, scheme, dt, materials, free, p, f)
+      type(pipeline_t), intent(in) :: plan
+      type(scheme_t), intent(in) :: scheme
+      real(dp), intent(in) :: dt                        !! [s]
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: free(:, :)                !! 0 for components of nodes that are held, else 1; (ndim, n_points)
+      type(particles_t), intent(inout) :: p
+      type(nodal_fields_t), intent(inout) :: f
+      integer :: region, tile
+      call do_tile(0)
+      !$omp parallel do schedule(static, 1) private(tile)
+      do region = 1, plan%n_regions
+         do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
+            call do_tile(tile)
+         end do
+      end do
+      call do_tile(plan%n_tiles + 1)
+   contains
+      !> Do what is ready in a tile, stage by stage.
+      subroutine do_tile(t)
+         integer, intent(in) :: t
+         integer :: s
+         do s = 1, size(plan%stages)
+            associate (items => plan%stages(s)%item, first => plan%stages(s)%start(t), last => plan%stages(s)%start(t + 1) - 1)
+               if (mod(s, 2) == 0) then
+                  call sweep_list(scheme%sweeps(s/2), dt, materials, p, f, .false., items(first:last))
+               else
+                  call do_nodes(task_of_stage(scheme, s), dt, items(first:last), free, f)
+               end if
+            end associate
+         end do
+      end subroutine do_tile
+   end subroutine step_in_tiles
+
+   !> What the nodes find before the first sweep, or between two.
+   pure type(task_t) function task_of_stage(scheme, stage) result(task)
+      type(scheme_t), intent(in) :: scheme
+      integer, intent(in) :: stage
+      if (stage == 1) then
+         task = task_t(.true., .true., scheme%map_at_start%map_force, at_start)
+      else
+         associate (sweep => scheme%sweeps(stage/2))
+            task = task_t(.false., sweep%map_momentum, sweep%map_force, mapped)
+         end associate
+      end if
+   end function task_of_stage
+
+   !> Do a stage of some nodes.
+   subroutine do_nodes(task, dt, nodes, free, f)
+      type(task_t), intent(in) :: task
+      real(dp), intent(in) :: dt
+      integer, intent(in) :: nodes(:)
+      real(dp), intent(in) :: free(:, :)
+      type(nodal_fields_t), intent(inout) :: f
+      call move_nodes(task, dt, size(nodes), nodes, size(f%slot, 2), f%slot, f%share, free, f%mass_matrix%lumped, &
+                      f%mass_matrix%inverse_lumped, f%velocity, f%acceleration)
+   end subroutine do_nodes
+
+   !> From the shares of the cells the mass (9), velocity (8) and acceleration (5) of nodes, as far as the task asks for them, and
+   !> with the acceleration the velocity v + a dt.
+   pure subroutine move_nodes(task, dt, n, nodes, n_points, slot, share, free, mass, inverse_mass, velocity, acceleration)
+      type(task_t), intent(in) :: task
+      real(dp), intent(in) :: dt
+      integer, intent(in) :: n, nodes(n), n_points, slot(corners, n_points)
+      real(dp), intent(in) :: share(*), free(ndim, n_points)
+      real(dp), intent(inout) :: mass(n_points), inverse_mass(n_points), velocity(ndim, n_points, *), &
+                                 acceleration(ndim, n_points)
+      integer, parameter :: p = 1 + stride*(momentum_share - mass_share), f = 1 + stride*(force_share - mass_share)
+      real(dp) :: inverse(ndim)
+      integer :: j, i, k1, k2, k3, k4
+      !GCC$ novector
+      do j = 1, n
+         i = nodes(j)
+         k1 = slot(1, i)
+         k2 = slot(2, i)
+         k3 = slot(3, i)
+         k4 = slot(4, i)
+         if (task%mass) then
+            mass(i) = around(share, k1, k2, k3, k4)
+            inverse_mass(i) = 1/mass(i)
+         end if
+         inverse = inverse_mass(i)*free(:, i)
+         if (task%velocity) then
+            velocity(1, i, task%which) = inverse(1)*around(share(p), k1, k2, k3, k4)
+            velocity(2, i, task%which) = inverse(2)*around(share(p + stride), k1, k2, k3, k4)
+         end if
+         if (task%acceleration) then
+            acceleration(1, i) = inverse(1)*around(share(f), k1, k2, k3, k4)
+            acceleration(2, i) = inverse(2)*around(share(f + stride), k1, k2, k3, k4)
+            velocity(:, i, new) = velocity(:, i, at_start) + dt*acceleration(:, i)
+         end if
+      end do
+   end subroutine move_nodes
+end module hampm_tiled_step
