@@ -11,7 +11,9 @@ HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhd
 ALGEBRA_LINK ?= -lumfpack -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
-release := -O3 -march=native -flto=auto -ffat-lto-objects -finline-limit=1000
+# Vectors of 512 bits are no faster on the processors that have them: cells come in blocks of four
+width := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=256)
+release := -O3 -march=native $(width) -flto=auto -ffat-lto-objects -finline-limit=1000
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # To be run under valgrind, which does not know every processor's instructions; simulation.f90 apart, so that what it calls is
 # counted by procedure

@@ -36,6 +36,8 @@ module hampm_particles
       integer(long), allocatable :: path(:)             !! which child it is of each split: a digit of base 2**ndim for each,
                                                         !! the last split last; (n)
       real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
+      real(dp), allocatable :: local(:, :)              !! where in its cell it was when it was mapped last, 0 to 1, and kept a
+                                                        !! little away from the edges; (n, ndim)
       integer, allocatable :: cell(:)                   !! the element in which the particle stands, (n)
       integer, allocatable :: count_in(:)               !! number of particles of each element, (n_elements)
       integer, allocatable :: first_in(:), last_in(:)   !! where the first and the last stand, 1 and 0 in empty ones, (n_elements)
@@ -92,15 +94,15 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       p%n = n
-      if (allocated(p%first_in)) deallocate (p%first_in, p%last_in, p%stride_in, p%count_in, p%occupied, p%block_cells, &
+      if (allocated(p%first_in)) deallocate (p%local, p%first_in, p%last_in, p%stride_in, p%count_in, p%occupied, p%block_cells, &
                                              p%block_first, p%block_rows, p%block_is_even, p%block_material, p%next, &
                                              p%new_place, p%run_from, p%run_to, p%run_length, p%integer_copy, p%real_copy)
       if (allocated(p%long_copy)) deallocate (p%long_copy)
       associate (blocks => (n_elements - 1)/lanes + 1)
-         allocate (p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), p%count_in(n_elements), &
-                   p%occupied(n_elements), p%block_cells(lanes, blocks), p%block_first(blocks), p%block_rows(blocks), &
-                   p%block_is_even(blocks), p%block_material(blocks), p%next(n_elements), p%new_place(n), p%run_from(n), &
-                   p%run_to(n), p%run_length(n), p%integer_copy(n), p%real_copy(n), stat=status)
+         allocate (p%local(n, ndim), p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), &
+                   p%count_in(n_elements), p%occupied(n_elements), p%block_cells(lanes, blocks), p%block_first(blocks), &
+                   p%block_rows(blocks), p%block_is_even(blocks), p%block_material(blocks), p%next(n_elements), p%new_place(n), &
+                   p%run_from(n), p%run_to(n), p%run_length(n), p%integer_copy(n), p%real_copy(n), stat=status)
       end associate
       if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
       if (status /= 0) call failure%report(exit_computation, too_many(n))

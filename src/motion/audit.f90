@@ -13,15 +13,15 @@ contains
    !> Sum of m |dv|**2 / 2, dv being interpolated from the nodes [J].
    pure real(dp) function kick_energy(rows, ld, xi, a, mass) result(energy)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld)
+      real(dp), intent(in) :: xi(ld, ndim), mass(ld)
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! dv of the nodes [m/s]
-      integer :: s, l, d
+      integer :: s, l, k, d
       energy = 0
       do s = 1, rows
          do l = 1, lanes
+            k = lanes*(s - 1) + l
             do d = 1, ndim
-               energy = energy + 0.5_dp*mass(lanes*(s - 1) + l)*(a(l, 1, d) + xi(l, 1, s)*a(l, 2, d) &
-                                                                 + xi(l, 2, s)*(a(l, 3, d) + xi(l, 1, s)*a(l, 4, d)))**2
+               energy = energy + 0.5_dp*mass(k)*(a(l, 1, d) + xi(k, 1)*a(l, 2, d) + xi(k, 2)*(a(l, 3, d) + xi(k, 1)*a(l, 4, d)))**2
             end do
          end do
       end do
@@ -30,7 +30,7 @@ contains
    !> Work of the stress in the strain step that follows, by Simpson's rule [J].
    pure real(dp) function strain_work(rows, ld, xi, a, materials, material, volume, h, total_frame) result(work)
       integer, intent(in) :: rows, ld, material(ld)
-      real(dp), intent(in) :: xi(lanes, ndim, rows), volume(ld), h(ld, ndim, ndim)
+      real(dp), intent(in) :: xi(ld, ndim), volume(ld), h(ld, ndim, ndim)
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! displacement of the nodes over the size of the cells [-]
       type(material_t), intent(in) :: materials(:)
       logical, intent(in) :: total_frame
@@ -42,8 +42,8 @@ contains
             k = lanes*(s - 1) + l
             before = h(k, :, :)
             do d = 1, ndim
-               change(d, 1) = a(l, 2, d) + xi(l, 2, s)*a(l, 4, d)
-               change(d, 2) = a(l, 3, d) + xi(l, 1, s)*a(l, 4, d)
+               change(d, 1) = a(l, 2, d) + xi(k, 2)*a(l, 4, d)
+               change(d, 2) = a(l, 3, d) + xi(k, 1)*a(l, 4, d)
             end do
             if (.not. total_frame) change = change + product_of(change, before)
             associate (m => materials(material(k)))

@@ -64,14 +64,14 @@ contains
    pure subroutine locate_reference(rows, ld, lower, inverse_size, x, xi)
       integer, intent(in) :: rows, ld
       real(dp), intent(in) :: lower(lanes, ndim), inverse_size(lanes), x(ld, ndim)
-      real(dp), intent(out) :: xi(lanes, ndim, rows)
+      real(dp), intent(inout) :: xi(ld, ndim)
       integer :: s, l, k, d
       do s = 1, rows
          k = lanes*(s - 1)
          do d = 1, ndim
             !$omp simd
             do l = 1, lanes
-               xi(l, d, s) = min(max((x(k + l, d) - lower(l, d))*inverse_size(l), edge_margin), 1 - edge_margin)
+               xi(k + l, d) = min(max((x(k + l, d) - lower(l, d))*inverse_size(l), edge_margin), 1 - edge_margin)
             end do
          end do
       end do
@@ -82,7 +82,7 @@ contains
    pure subroutine locate_present(rows, ld, lower, inverse_size, x, u, xi, beyond)
       integer, intent(in) :: rows, ld
       real(dp), intent(in) :: lower(lanes, ndim), inverse_size(lanes), x(ld, ndim), u(ld, ndim)
-      real(dp), intent(out) :: xi(lanes, ndim, rows)
+      real(dp), intent(inout) :: xi(ld, ndim)
       real(dp), intent(out) :: beyond(lanes)
       real(dp) :: total(lanes), free1, free2, inside1, inside2
       integer :: s, l, k
@@ -98,8 +98,8 @@ contains
             free2 = ((x(k + l, 2) - lower(l, 2)) + u(k + l, 2))*inverse_size(l)
             inside1 = min(max(free1, edge_margin), 1 - edge_margin)
             inside2 = min(max(free2, edge_margin), 1 - edge_margin)
-            xi(l, 1, s) = inside1
-            xi(l, 2, s) = inside2
+            xi(k + l, 1) = inside1
+            xi(k + l, 2) = inside2
             total(l) = total(l) + (abs(free1 - inside1) + abs(free2 - inside2))
          end do
       end do
@@ -109,15 +109,17 @@ contains
    !> v <- v + a: what is interpolated from the nodes.
    pure subroutine add_field(rows, ld, xi, a, v)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(lanes, ndim, rows), a(lanes, corners, ndim)
+      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim)
       real(dp), intent(inout) :: v(ld, ndim)
       integer :: s, l, k
       do s = 1, rows
          k = lanes*(s - 1)
          !$omp simd
          do l = 1, lanes
-            v(k + l, 1) = v(k + l, 1) + ((a(l, 1, 1) + xi(l, 1, s)*a(l, 2, 1)) + xi(l, 2, s)*(a(l, 3, 1) + xi(l, 1, s)*a(l, 4, 1)))
-            v(k + l, 2) = v(k + l, 2) + ((a(l, 1, 2) + xi(l, 1, s)*a(l, 2, 2)) + xi(l, 2, s)*(a(l, 3, 2) + xi(l, 1, s)*a(l, 4, 2)))
+            v(k + l, 1) = v(k + l, 1) + ((a(l, 1, 1) + xi(k + l, 1)*a(l, 2, 1)) &
+                                         + xi(k + l, 2)*(a(l, 3, 1) + xi(k + l, 1)*a(l, 4, 1)))
+            v(k + l, 2) = v(k + l, 2) + ((a(l, 1, 2) + xi(k + l, 1)*a(l, 2, 2)) &
+                                         + xi(k + l, 2)*(a(l, 3, 2) + xi(k + l, 1)*a(l, 4, 2)))
          end do
       end do
    end subroutine add_field
@@ -125,7 +127,7 @@ contains
    !> H <- H + L, L being the gradient of what is interpolated from the nodes.
    pure subroutine add_gradient(rows, ld, xi, a, h)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(lanes, ndim, rows), a(lanes, corners, ndim)
+      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim)
       real(dp), intent(inout) :: h(ld, ndim, ndim)
       integer :: s, l, k, d
       do s = 1, rows
@@ -133,8 +135,8 @@ contains
          do d = 1, ndim
             !$omp simd
             do l = 1, lanes
-               h(k + l, d, 1) = h(k + l, d, 1) + (a(l, 2, d) + xi(l, 2, s)*a(l, 4, d))
-               h(k + l, d, 2) = h(k + l, d, 2) + (a(l, 3, d) + xi(l, 1, s)*a(l, 4, d))
+               h(k + l, d, 1) = h(k + l, d, 1) + (a(l, 2, d) + xi(k + l, 2)*a(l, 4, d))
+               h(k + l, d, 2) = h(k + l, d, 2) + (a(l, 3, d) + xi(k + l, 1)*a(l, 4, d))
             end do
          end do
       end do
@@ -143,7 +145,7 @@ contains
    !> H <- H + L (I + H), L as in `add_gradient`.
    pure subroutine add_gradient_product(rows, ld, xi, a, h)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(lanes, ndim, rows), a(lanes, corners, ndim)
+      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim)
       real(dp), intent(inout) :: h(ld, ndim, ndim)
       real(dp) :: l11, l12, l21, l22, h11, h12, h21, h22
       integer :: s, l, k
@@ -151,10 +153,10 @@ contains
          k = lanes*(s - 1)
          !$omp simd private(l11, l12, l21, l22, h11, h12, h21, h22)
          do l = 1, lanes
-            l11 = a(l, 2, 1) + xi(l, 2, s)*a(l, 4, 1)
-            l12 = a(l, 3, 1) + xi(l, 1, s)*a(l, 4, 1)
-            l21 = a(l, 2, 2) + xi(l, 2, s)*a(l, 4, 2)
-            l22 = a(l, 3, 2) + xi(l, 1, s)*a(l, 4, 2)
+            l11 = a(l, 2, 1) + xi(k + l, 2)*a(l, 4, 1)
+            l12 = a(l, 3, 1) + xi(k + l, 1)*a(l, 4, 1)
+            l21 = a(l, 2, 2) + xi(k + l, 2)*a(l, 4, 2)
+            l22 = a(l, 3, 2) + xi(k + l, 1)*a(l, 4, 2)
             h11 = h(k + l, 1, 1)
             h21 = h(k + l, 2, 1)
             h12 = h(k + l, 1, 2)
@@ -171,7 +173,7 @@ contains
    !> all digits at nodes whose mass is small, and the velocity of these with them.
    pure subroutine add_mass(rows, ld, xi, mass, share)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld)
+      real(dp), intent(in) :: xi(ld, ndim), mass(ld)
       real(dp), intent(inout) :: share(lanes, corners)
       real(dp), dimension(lanes) :: m1, m2, m3, m4
       real(dp) :: left, right
@@ -184,12 +186,12 @@ contains
          k = lanes*(s - 1)
          !$omp simd private(left, right)
          do l = 1, lanes
-            left = (1 - xi(l, 1, s))*mass(k + l)
-            right = xi(l, 1, s)*mass(k + l)
-            m1(l) = m1(l) + left*(1 - xi(l, 2, s))
-            m2(l) = m2(l) + right*(1 - xi(l, 2, s))
-            m3(l) = m3(l) + left*xi(l, 2, s)
-            m4(l) = m4(l) + right*xi(l, 2, s)
+            left = (1 - xi(k + l, 1))*mass(k + l)
+            right = xi(k + l, 1)*mass(k + l)
+            m1(l) = m1(l) + left*(1 - xi(k + l, 2))
+            m2(l) = m2(l) + right*(1 - xi(k + l, 2))
+            m3(l) = m3(l) + left*xi(k + l, 2)
+            m4(l) = m4(l) + right*xi(k + l, 2)
          end do
       end do
       share(:, 1) = m1
@@ -201,7 +203,7 @@ contains
    !> Add the shares of the corners in the momenta, the right-hand side of (8).
    pure subroutine add_momentum(rows, ld, xi, mass, v, share)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld), v(ld, ndim)
+      real(dp), intent(in) :: xi(ld, ndim), mass(ld), v(ld, ndim)
       real(dp), intent(inout) :: share(lanes, corners, ndim)
       real(dp), dimension(lanes) :: p1, p2, p3, p4, q1, q2, q3, q4
       real(dp) :: left, right, m1, m2, m3, m4
@@ -218,12 +220,12 @@ contains
          k = lanes*(s - 1)
          !$omp simd private(left, right, m1, m2, m3, m4)
          do l = 1, lanes
-            left = (1 - xi(l, 1, s))*mass(k + l)
-            right = xi(l, 1, s)*mass(k + l)
-            m1 = left*(1 - xi(l, 2, s))
-            m2 = right*(1 - xi(l, 2, s))
-            m3 = left*xi(l, 2, s)
-            m4 = right*xi(l, 2, s)
+            left = (1 - xi(k + l, 1))*mass(k + l)
+            right = xi(k + l, 1)*mass(k + l)
+            m1 = left*(1 - xi(k + l, 2))
+            m2 = right*(1 - xi(k + l, 2))
+            m3 = left*xi(k + l, 2)
+            m4 = right*xi(k + l, 2)
             p1(l) = p1(l) + m1*v(k + l, 1)
             p2(l) = p2(l) + m2*v(k + l, 1)
             p3(l) = p3(l) + m3*v(k + l, 1)
@@ -247,7 +249,7 @@ contains
    !> Add the mass matrices (6) of the particles to those of the cells, 0 being none.
    pure subroutine add_matrix(rows, ld, xi, mass, cells, matrix)
       integer, intent(in) :: rows, ld, cells(lanes)
-      real(dp), intent(in) :: xi(lanes, ndim, rows), mass(ld)
+      real(dp), intent(in) :: xi(ld, ndim), mass(ld)
       real(dp), intent(inout) :: matrix(corners, corners, *)   !! by element
       real(dp) :: shape(lanes, corners), sums(lanes, corners, corners)
       integer :: s, l, k, c, d
@@ -256,10 +258,10 @@ contains
          k = lanes*(s - 1)
          !$omp simd
          do l = 1, lanes
-            shape(l, 1) = (1 - xi(l, 1, s))*(1 - xi(l, 2, s))
-            shape(l, 2) = xi(l, 1, s)*(1 - xi(l, 2, s))
-            shape(l, 3) = (1 - xi(l, 1, s))*xi(l, 2, s)
-            shape(l, 4) = xi(l, 1, s)*xi(l, 2, s)
+            shape(l, 1) = (1 - xi(k + l, 1))*(1 - xi(k + l, 2))
+            shape(l, 2) = xi(k + l, 1)*(1 - xi(k + l, 2))
+            shape(l, 3) = (1 - xi(k + l, 1))*xi(k + l, 2)
+            shape(l, 4) = xi(k + l, 1)*xi(k + l, 2)
          end do
          do c = 1, corners
             do d = 1, corners
@@ -297,12 +299,12 @@ contains
 
    !> Add to the sums from which the internal forces (7) follow: those of volume times stress, and of the same times the local
    !> coordinate across its direction; the second index is that of t in `linear_forces`.
-   pure subroutine add_stress(rows, xi, t, total, moment)
-      integer, intent(in) :: rows
-      real(dp), intent(in) :: xi(lanes, ndim, rows), t(lanes, ndim*ndim, rows)
+   pure subroutine add_stress(rows, ld, xi, t, total, moment)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: xi(ld, ndim), t(lanes, ndim*ndim, rows)
       real(dp), intent(inout) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
       real(dp), dimension(lanes) :: t1, t2, t3, t4, m1, m2, m3, m4
-      integer :: s, l
+      integer :: s, l, k
       t1 = total(:, 1)
       t2 = total(:, 2)
       t3 = total(:, 3)
@@ -312,16 +314,17 @@ contains
       m3 = moment(:, 3)
       m4 = moment(:, 4)
       do s = 1, rows
+         k = lanes*(s - 1)
          !$omp simd
          do l = 1, lanes
             t1(l) = t1(l) + t(l, 1, s)
             t2(l) = t2(l) + t(l, 2, s)
             t3(l) = t3(l) + t(l, 3, s)
             t4(l) = t4(l) + t(l, 4, s)
-            m1(l) = m1(l) + xi(l, 2, s)*t(l, 1, s)
-            m2(l) = m2(l) + xi(l, 2, s)*t(l, 2, s)
-            m3(l) = m3(l) + xi(l, 1, s)*t(l, 3, s)
-            m4(l) = m4(l) + xi(l, 1, s)*t(l, 4, s)
+            m1(l) = m1(l) + xi(k + l, 2)*t(l, 1, s)
+            m2(l) = m2(l) + xi(k + l, 2)*t(l, 2, s)
+            m3(l) = m3(l) + xi(k + l, 1)*t(l, 3, s)
+            m4(l) = m4(l) + xi(k + l, 1)*t(l, 4, s)
          end do
       end do
       total(:, 1) = t1

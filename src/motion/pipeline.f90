@@ -40,7 +40,9 @@ contains
    logical function fits(self, f)
       class(pipeline_t), intent(in) :: self
       type(nodal_fields_t), intent(in) :: f
-      fits = self%layout == f%layout .and. self%n_threads == thread_count()
+      integer :: n_threads
+      n_threads = thread_count()
+      fits = self%layout == f%layout .and. self%n_threads == n_threads
    end function fits
 
    !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks and number of threads.

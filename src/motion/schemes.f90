@@ -53,6 +53,7 @@ contains
                                           sweep_t(strain_fraction=1.0_dp, strain_by=mapped, move=.true., &
                                                   map_momentum=.not. particles_stay, map_force=.true.)])
       end select
+      scheme%map_at_start%locate = .true.
       scheme%map_at_start%map_mass = .true.
       scheme%map_at_start%map_momentum = .true.
       scheme%map_at_start%map_matrix = has_matrix

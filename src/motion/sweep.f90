@@ -1,6 +1,7 @@
 !> The one loop over the particles. A sweep visits each block of cells, and in it the particles of its cells side by side. It
 !> does what its `sweep_t` asks for, always in this order:
 !>
+!>   0. locate: find the local coordinates in the cells, which are kept for the sweeps that follow;
 !>   1. kick:   v <- v + a dt;
 !>   2. strain: H <- H + dt L (I + H), L = grad of a nodal velocity;
 !>   3. move:   u <- u + (v_i + a_i dt) dt, and look whether the particle has left its cell;
@@ -32,6 +33,7 @@ module hampm_sweep
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
 
    type :: sweep_t
+      logical :: locate = .false.                !! find the local coordinates; else they are those of the last sweep
       logical :: kick = .false.                  !! v <- v + a dt
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
       integer :: strain_by = at_start            !! which nodal velocity strains the particles
@@ -86,8 +88,8 @@ contains
       logical, intent(in) :: audit
       integer, intent(in) :: blocks(:)
       call sweep_blocks(sweep, dt, materials, audit, size(blocks), blocks, p%total_frame, p%n, p%mass, p%volume, p%reference, &
-                        p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, p%block_is_even, &
-                        p%block_material, p%first_in, p%count_in, p%block_cells, f%block_nodes, f%block_lower, &
+                        p%local, p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, &
+                        p%block_is_even, p%block_material, p%first_in, p%count_in, p%block_cells, f%block_nodes, f%block_lower, &
                         f%block_inverse_size, f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
                         f%share(1, 1, 1, 1), f%left, f%audit, f%mass_matrix)
    end subroutine sweep_list
@@ -102,10 +104,10 @@ contains
    end subroutine look_for_leavers
 
    !> The sweep over some blocks. Arrays of particles come bare, so that the compiler knows that they do not overlap.
-   subroutine sweep_blocks(sweep, dt, materials, audit, n_listed, listed, total_frame, n, mass, volume, reference, &
+   subroutine sweep_blocks(sweep, dt, materials, audit, n_listed, listed, total_frame, n, mass, volume, reference, local, &
                            displacement, velocity, gradient, material, block_first, block_rows, block_is_even, &
-                           block_material, first_in, count_in, block_cells, nodes, lower, inverse_size, acceleration, &
-                           new_velocity, strain_velocity, share, left, audited, matrix)
+                           block_material, first_in, count_in, block_cells, nodes, lower, inverse_size, &
+                           acceleration, new_velocity, strain_velocity, share, left, audited, matrix)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       type(material_t), intent(in) :: materials(:)
@@ -114,7 +116,7 @@ contains
       logical, intent(in) :: total_frame
       integer, intent(in) :: n, material(n)             !! particles, and by particle:
       real(dp), intent(in) :: mass(n), volume(n), reference(n, ndim)
-      real(dp), intent(inout) :: displacement(n, ndim), velocity(n, ndim), gradient(n, ndim, ndim)
+      real(dp), intent(inout) :: local(n, ndim), displacement(n, ndim), velocity(n, ndim), gradient(n, ndim, ndim)
       integer, intent(in) :: block_first(*), block_rows(*), block_material(*), first_in(*), count_in(*), block_cells(lanes, *)
       logical, intent(in) :: block_is_even(*)
       integer, intent(in) :: nodes(corners, lanes, *)
@@ -124,7 +126,7 @@ contains
       logical, intent(inout) :: left(*)
       type(mass_matrix_t), intent(inout) :: matrix
       integer, parameter :: room = lanes*most_rows
-      real(dp) :: mass_of(room), volume_of(room), x(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
+      real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
       integer :: material_of(room)
       real(dp), dimension(lanes, corners, ndim) :: kick_by, strain_by, move_by
       real(dp), dimension(lanes, ndim*ndim) :: total, moment
@@ -134,17 +136,19 @@ contains
       do j = 1, n_listed
          b = listed(j)
          call start_block()
-         do s = 1, block_rows(b), most_rows
+         s = 1
+         do while (s <= block_rows(b))
             rows = min(most_rows, block_rows(b) - s + 1)
             if (block_is_even(b)) then
                i = block_first(b) + lanes*(s - 1)
-               call sweep_rows(n, mass(i), volume(i), reference(i, 1), displacement(i, 1), velocity(i, 1), gradient(i, 1, 1), &
-                               material(i))
+               call sweep_rows(n, mass(i), volume(i), reference(i, 1), local(i, 1), displacement(i, 1), velocity(i, 1), &
+                               gradient(i, 1, 1), material(i))
             else
                call load_rows()
-               call sweep_rows(room, mass_of, volume_of, x, u, v, h, material_of)
+               call sweep_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of)
                call store_rows()
             end if
+            s = s + rows
          end do
          call finish_block()
       end do
@@ -184,15 +188,17 @@ contains
       end subroutine start_block
 
       !> Do some rows of particles, whose arrays have the leading dimension `ld`.
-      subroutine sweep_rows(ld, mass, volume, x, u, v, h, material)
+      subroutine sweep_rows(ld, mass, volume, x, xi, u, v, h, material)
          integer, intent(in) :: ld, material(ld)
          real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
-         real(dp), intent(inout) :: u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
-         real(dp) :: xi(lanes, ndim, most_rows), t(lanes, ndim*ndim, most_rows), outside(lanes)
-         if (total_frame) then
-            call locate_reference(rows, ld, lower(1, 1, b), inverse_size(1, b), x, xi)
-         else
-            call locate_present(rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
+         real(dp), intent(inout) :: xi(ld, ndim), u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
+         real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes)
+         if (sweep%locate) then
+            if (total_frame) then
+               call locate_reference(rows, ld, lower(1, 1, b), inverse_size(1, b), x, xi)
+            else
+               call locate_present(rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
+            end if
          end if
          if (sweep%kick) then
             call add_field(rows, ld, xi, kick_by, v)
@@ -223,7 +229,7 @@ contains
             else
                call forces(rows, ld, materials, material, volume, h, total_frame, t)
             end if
-            call add_stress(rows, xi, t, total, moment)
+            call add_stress(rows, ld, xi, t, total, moment)
          end if
       end subroutine sweep_rows
 
@@ -239,6 +245,7 @@ contains
                   mass_of(k) = mass(i)
                   volume_of(k) = volume(i)
                   x(k, :) = reference(i, :)
+                  xi(k, :) = local(i, :)
                   u(k, :) = displacement(i, :)
                   v(k, :) = velocity(i, :)
                   h(k, :, :) = gradient(i, :, :)
@@ -247,6 +254,7 @@ contains
                   mass_of(k) = 0
                   volume_of(k) = 0
                   x(k, :) = lower(l, :, b) + 0.5_dp/inverse_size(l, b)
+                  xi(k, :) = 0.5_dp
                   u(k, :) = 0
                   v(k, :) = 0
                   h(k, :, :) = 0
@@ -265,6 +273,7 @@ contains
                if (.not. holds(e, s + r - 1)) exit
                k = lanes*(r - 1) + l
                i = first_in(e) + s + r - 2
+               if (sweep%locate .or. sweep%move) local(i, :) = xi(k, :)
                if (sweep%move) displacement(i, :) = u(k, :)
                if (sweep%kick) velocity(i, :) = v(k, :)
                if (sweep%strain_fraction > 0) gradient(i, :, :) = h(k, :, :)
