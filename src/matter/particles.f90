@@ -51,6 +51,8 @@ module hampm_particles
       logical, allocatable :: block_is_even(:)          !! whether they have equal numbers, (n_blocks)
       integer, allocatable :: block_material(:)         !! the material of all its particles, if it is linear elastic; else 0,
                                                         !! (n_blocks)
+      logical, allocatable :: changed(:)                !! elements that particles have left or entered since the sort before the
+                                                        !! last, where only leavers were looked for; (n_elements)
       ! Workspace of the sort
       integer, allocatable :: new_place(:)              !! where the last sort moved each particle, (n)
       integer :: n_runs = 0                             !! of particles that move together to other places
@@ -94,15 +96,17 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: status
       p%n = n
-      if (allocated(p%first_in)) deallocate (p%local, p%first_in, p%last_in, p%stride_in, p%count_in, p%occupied, p%block_cells, &
-                                             p%block_first, p%block_rows, p%block_is_even, p%block_material, p%next, &
-                                             p%new_place, p%run_from, p%run_to, p%run_length, p%integer_copy, p%real_copy)
+      if (allocated(p%first_in)) deallocate (p%local, p%first_in, p%last_in, p%stride_in, p%count_in, p%changed, p%occupied, &
+                                             p%block_cells, p%block_first, p%block_rows, p%block_is_even, p%block_material, &
+                                             p%next, p%new_place, p%run_from, p%run_to, p%run_length, p%integer_copy, &
+                                             p%real_copy)
       if (allocated(p%long_copy)) deallocate (p%long_copy)
       associate (blocks => (n_elements - 1)/lanes + 1)
          allocate (p%local(n, ndim), p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), &
-                   p%count_in(n_elements), p%occupied(n_elements), p%block_cells(lanes, blocks), p%block_first(blocks), &
-                   p%block_rows(blocks), p%block_is_even(blocks), p%block_material(blocks), p%next(n_elements), p%new_place(n), &
-                   p%run_from(n), p%run_to(n), p%run_length(n), p%integer_copy(n), p%real_copy(n), stat=status)
+                   p%count_in(n_elements), p%changed(n_elements), p%occupied(n_elements), p%block_cells(lanes, blocks), &
+                   p%block_first(blocks), p%block_rows(blocks), p%block_is_even(blocks), p%block_material(blocks), &
+                   p%next(n_elements), p%new_place(n), p%run_from(n), p%run_to(n), p%run_length(n), p%integer_copy(n), &
+                   p%real_copy(n), stat=status)
       end associate
       if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
       if (status /= 0) call failure%report(exit_computation, too_many(n))
@@ -141,8 +145,8 @@ contains
    end function gradient_of
 
    !> Find the cell of every particle and sort all arrays by cell, keeping the order within a cell. `new_place` then
-   !> tells where each particle went. Where it is known which blocks some particle has left, no other is looked at. Fails where
-   !> a particle has left the grid or its position is not a number.
+   !> tells where each particle went. Where it is known which blocks some particle has left, no other is looked at, and `changed`
+   !> tells which cells are no longer as they were. Fails where a particle has left the grid or its position is not a number.
    subroutine sort_into_cells(p, grid, failure, left)
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
@@ -158,6 +162,7 @@ contains
       call permute_reals(p, p%volume)
       do d = 1, ndim
          call permute_reals(p, p%reference(:, d))
+         call permute_reals(p, p%local(:, d))
          call permute_reals(p, p%displacement(:, d))
          call permute_reals(p, p%velocity(:, d))
          do k = 1, ndim
@@ -182,6 +187,7 @@ contains
       integer :: b, i, lost
       lost = 0
       if (present(left)) then
+         p%changed = .false.
          do b = 1, p%n_blocks
             if (.not. left(b)) cycle
             do i = p%block_first(b), last_of(p, b)
@@ -198,8 +204,15 @@ contains
       !> Set the cell of a particle.
       subroutine locate_particle(i)
          integer, intent(in) :: i
-         p%cell(i) = grid%element_at(p%place_in_grid(i))
-         if (p%cell(i) == outside .and. lost == 0) lost = i
+         integer :: e
+         e = grid%element_at(p%place_in_grid(i))
+         if (e == outside) then
+            if (lost == 0) lost = i
+         else if (present(left) .and. e /= p%cell(i)) then
+            p%changed(e) = .true.
+            p%changed(p%cell(i)) = .true.
+         end if
+         p%cell(i) = e
       end subroutine locate_particle
    end subroutine locate
 

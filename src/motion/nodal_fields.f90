@@ -29,6 +29,7 @@ module hampm_nodal_fields
       type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells
       real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_points)
       real(dp), allocatable :: force(:, :)              !! (7), internal and of the loads, without damping [N], (ndim, n_points)
+      real(dp), allocatable :: external(:, :)           !! force of the loads, where it is kept apart [N], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_points)
       real(dp), allocatable :: velocity(:, :, :)        !! `at_start`, `new` and `mapped` [m/s], (ndim, n_points, 3)
       real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
@@ -63,7 +64,7 @@ contains
       associate (n => grid%n_points, m => grid%n_elements)
          allocate (f%is_active(n), f%mass_matrix%lumped(n), f%mass_matrix%inverse_lumped(n), &
                    f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
-                   f%force(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%slot(corners, n), &
+                   f%force(ndim, n), f%external(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), f%slot(corners, n), &
                    f%partial_power(2, n/nodes_per_block + 1), stat=status)
       end associate
       if (status /= 0) then
@@ -74,6 +75,7 @@ contains
       f%mass_matrix%inverse_lumped = 0
       f%momentum = 0
       f%force = 0
+      f%external = 0
       f%acceleration = 0
       f%velocity = 0
    end subroutine new_nodal_fields

@@ -5,13 +5,12 @@
 !> `blocks_per_tile` blocks are done at a time, and then at once, stage by stage, whatever is ready. In the order of the grid
 !> most of that lies in the same or in the last tiles. The order of the parts changes no number.
 !>
-!> Each thread does a region: some tiles in succession. Nodes of the first stage that several regions need are done before, and
-!> what needs several regions, after all these.
+!> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
+!> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
 module hampm_pipeline
    use hampm_kinds, only: corners
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_particles, only: lanes
-   use hampm_threads, only: thread_count
    implicit none
    private
    public :: pipeline_t, plan_pipeline
@@ -29,23 +28,20 @@ module hampm_pipeline
       integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
       type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
       integer, private :: layout = 0             !! that of the blocks for which it was made
-      integer, private :: n_threads = 0          !! and their number
    contains
       procedure :: fits
    end type pipeline_t
 
 contains
 
-   !> Whether it was made for the present blocks and number of threads.
-   logical function fits(self, f)
+   !> Whether it was made for the present blocks.
+   pure logical function fits(self, f)
       class(pipeline_t), intent(in) :: self
       type(nodal_fields_t), intent(in) :: f
-      integer :: n_threads
-      n_threads = thread_count()
-      fits = self%layout == f%layout .and. self%n_threads == n_threads
+      fits = self%layout == f%layout
    end function fits
 
-   !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks and number of threads.
+   !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks.
    subroutine plan_pipeline(f, n_sweeps, plan)
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: n_sweeps
@@ -53,9 +49,8 @@ contains
       integer, allocatable :: nodes(:), blocks(:), tile_of_block(:)
       integer :: b, r, s
       plan%layout = f%layout
-      plan%n_threads = thread_count()
       plan%n_tiles = (f%n_blocks - 1)/blocks_per_tile + 1
-      plan%n_regions = min(plan%n_threads, plan%n_tiles)
+      plan%n_regions = max(1, 2*nint(sqrt(real(plan%n_tiles))/4))
       plan%first_tile = [((r - 1)*plan%n_tiles/plan%n_regions + 1, r=1, plan%n_regions + 1)]
       tile_of_block = [((b - 1)/blocks_per_tile + 1, b=1, f%n_blocks)]
       allocate (plan%stages(2*n_sweeps), nodes(size(f%slot, 2)))

@@ -15,7 +15,7 @@ module hampm_step
    use hampm_particles, only: particles_t, sort_into_cells
    use hampm_schemes, only: scheme_t, new_scheme
    use hampm_pipeline, only: pipeline_t, plan_pipeline
-   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles, look_for_leavers
+   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles, sweep_list, look_for_leavers
    use hampm_text, only: to_text
    use hampm_tiled_step, only: step_in_tiles
    implicit none
@@ -84,17 +84,11 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      type(sweep_report_t) :: report
       logical :: left_cell
       real(dp) :: work
-      left_cell = .false.
       if (.not. m%mapped) call map_to_grid(m)
-      if (is_plain(m)) then
-         if (.not. m%plan%fits(m%fields)) call plan_pipeline(m%fields, size(m%scheme%sweeps), m%plan)
-         call step_in_tiles(m%plan, m%scheme, dt, m%materials, m%constraints%free, m%particles, m%fields)
-         call look_for_leavers(m%particles, m%fields, report)
-         left_cell = report%left_cell
-         if (report%jumped) call report_jump(m, failure)
+      if (is_local(m)) then
+         call step_through_tiles(m, dt, left_cell, failure)
       else
          call step_in_stages(m, dt, left_cell, failure)
       end if
@@ -106,15 +100,56 @@ contains
       m%time = m%time + dt
       m%steps = m%steps + 1
       m%sorted = left_cell
-      if (left_cell) call sort_anew(m, failure)
+      if (left_cell) call change_cells(m, failure)
    end subroutine advance
 
-   !> Whether nodes need no more than their own cells: then a step can be done in tiles.
-   pure logical function is_plain(m)
+   !> Sort the particles after some have moved to other cells, and map the blocks that they have left or entered anew.
+   subroutine change_cells(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      integer :: layout, b, l
+      logical, allocatable :: touched(:)
+      layout = m%fields%layout
+      call sort_particles(m, failure, m%fields%left(:m%particles%n_blocks))
+      if (failure%failed()) return
+      call find_active_nodes(m%grid, m%particles, m%fields, failure)
+      m%mapped = m%fields%layout == layout
+      if (.not. m%mapped) return
+      associate (p => m%particles)
+         allocate (touched(p%n_blocks))
+         do b = 1, p%n_blocks
+            touched(b) = any([(p%changed(p%block_cells(l, b)), l=1, count(p%block_cells(:, b) > 0))])
+         end do
+         call sweep_list(m%scheme%map_at_start, 0.0_dp, m%materials, p, m%fields, .false., pack([(b, b=1, p%n_blocks)], touched))
+      end associate
+   end subroutine change_cells
+
+   !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
+   pure logical function is_local(m)
       type(motion_t), intent(in) :: m
-      is_plain = m%solver%by == by_lumped .and. m%grid%dependents%n == 0 .and. m%contact%n == 0 .and. size(m%loads) == 0 &
-                 .and. .not. m%damping_rate > 0 .and. .not. m%audit
-   end function is_plain
+      is_local = m%solver%by == by_lumped .and. m%grid%dependents%n == 0 .and. m%contact%n == 0 .and. .not. m%audit
+   end function is_local
+
+   !> Do the nodal sums and the sweeps of a step tile by tile, and book what the damping does.
+   subroutine step_through_tiles(m, dt, left_cell, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      logical, intent(out) :: left_cell
+      type(failure_t), intent(inout) :: failure
+      type(sweep_report_t) :: report
+      real(dp) :: damping_power
+      if (.not. m%plan%fits(m%fields)) call plan_pipeline(m%fields, size(m%scheme%sweeps), m%plan)
+      if (size(m%loads) > 0) then
+         m%fields%external = 0
+         call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
+      end if
+      call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, m%particles, m%fields, &
+                         damping_power)
+      m%damping_loss = m%damping_loss + dt*damping_power
+      if (.not. m%particles%total_frame) call look_for_leavers(m%particles, m%fields, report)
+      left_cell = report%left_cell
+      if (report%jumped) call report_jump(m, failure)
+   end subroutine step_through_tiles
 
    !> Do the nodal sums and the sweeps of a step, one after the other.
    subroutine step_in_stages(m, dt, left_cell, failure)
@@ -211,11 +246,12 @@ contains
 
    !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the grid or gone
    !> through a cut: it would go on as part of the other side.
-   subroutine sort_particles(m, failure)
+   subroutine sort_particles(m, failure, left)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: left(:)   !! the blocks that some particle has left, where that is known
       type(failure_t) :: lost
-      call sort_into_cells(m%particles, m%grid, lost)
+      call sort_into_cells(m%particles, m%grid, lost, left)
       call pass_on(m, m%steps, lost, failure)
       if (failure%failed()) return
       call follow_sort(m%loads, m%particles%new_place)

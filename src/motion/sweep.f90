@@ -311,11 +311,13 @@ contains
       real(dp), intent(in) :: volume(ld), h(ld, ndim, ndim)
       logical, intent(in) :: total_frame
       real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
+      real(dp) :: h_of(ndim, ndim)
       integer :: s, l, k
       do s = 1, rows
          do l = 1, lanes
             k = lanes*(s - 1) + l
-            t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h(k, :, :), total_frame), [ndim*ndim])
+            h_of = h(k, :, :)
+            t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h_of, total_frame), [ndim*ndim])
          end do
       end do
    end subroutine forces

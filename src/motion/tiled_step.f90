@@ -1,4 +1,5 @@
-!> The step of a plain scene, tile by tile (`hampm_pipeline`): lumped masses, and no forces on the nodes but the internal ones.
+!> The step of a scene in which nodes need no more than the cells around them, tile by tile (`hampm_pipeline`): masses are
+!> lumped, no point depends on others, and no faces touch.
 module hampm_tiled_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_material, only: material_t
@@ -22,15 +23,19 @@ module hampm_tiled_step
 contains
 
    !> Do the nodal sums and the sweeps of a step.
-   subroutine step_in_tiles(plan, scheme, dt, materials, free, p, f)
+   subroutine step_in_tiles(plan, scheme, dt, damping_rate, materials, free, p, f, damping_power)
       type(pipeline_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
       real(dp), intent(in) :: dt                        !! [s]
+      real(dp), intent(in) :: damping_rate              !! alpha of the force -alpha m v [1/s]
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: free(:, :)                !! 0 for components of nodes that are held, else 1; (ndim, n_points)
       type(particles_t), intent(inout) :: p
-      type(nodal_fields_t), intent(inout) :: f
+      type(nodal_fields_t), intent(inout) :: f          !! whose `force` holds that of the loads
+      real(dp), intent(out) :: damping_power            !! sum alpha m v_i . (v_i + a_i dt) [W]
+      real(dp) :: power(0:plan%n_tiles + 1)
       integer :: region, tile
+      power = 0
       call do_tile(0)
       !$omp parallel do schedule(static, 1) private(tile)
       do region = 1, plan%n_regions
@@ -39,6 +44,7 @@ contains
          end do
       end do
       call do_tile(plan%n_tiles + 1)
+      damping_power = sum(power)
    contains
       !> Do what is ready in a tile, stage by stage.
       subroutine do_tile(t)
@@ -49,7 +55,7 @@ contains
                if (mod(s, 2) == 0) then
                   call sweep_list(scheme%sweeps(s/2), dt, materials, p, f, .false., items(first:last))
                else
-                  call do_nodes(task_of_stage(scheme, s), dt, items(first:last), free, f)
+                  call do_nodes(task_of_stage(scheme, s), dt, damping_rate, items(first:last), free, f, power(t))
                end if
             end associate
          end do
@@ -69,28 +75,30 @@ contains
       end if
    end function task_of_stage
 
-   !> Do a stage of some nodes.
-   subroutine do_nodes(task, dt, nodes, free, f)
+   !> Do a stage of some nodes, and add to the damping power.
+   subroutine do_nodes(task, dt, damping_rate, nodes, free, f, power)
       type(task_t), intent(in) :: task
-      real(dp), intent(in) :: dt
+      real(dp), intent(in) :: dt, damping_rate
       integer, intent(in) :: nodes(:)
       real(dp), intent(in) :: free(:, :)
       type(nodal_fields_t), intent(inout) :: f
-      call move_nodes(task, dt, size(nodes), nodes, size(f%slot, 2), f%slot, f%share, free, f%mass_matrix%lumped, &
-                      f%mass_matrix%inverse_lumped, f%velocity, f%acceleration)
+      real(dp), intent(inout) :: power
+      call find_motion(task, dt, damping_rate, size(nodes), nodes, size(f%slot, 2), f%slot, f%share, f%external, free, &
+                       f%mass_matrix%lumped, f%mass_matrix%inverse_lumped, f%velocity, f%acceleration, power)
    end subroutine do_nodes
 
    !> From the shares of the cells the mass (9), velocity (8) and acceleration (5) of nodes, as far as the task asks for them, and
    !> with the acceleration the velocity v + a dt.
-   pure subroutine move_nodes(task, dt, n, nodes, n_points, slot, share, free, mass, inverse_mass, velocity, acceleration)
+   pure subroutine find_motion(task, dt, damping_rate, n, nodes, n_points, slot, share, external, free, mass, inverse_mass, &
+                               velocity, acceleration, power)
       type(task_t), intent(in) :: task
-      real(dp), intent(in) :: dt
+      real(dp), intent(in) :: dt, damping_rate
       integer, intent(in) :: n, nodes(n), n_points, slot(corners, n_points)
-      real(dp), intent(in) :: share(*), free(ndim, n_points)
+      real(dp), intent(in) :: share(*), external(ndim, n_points), free(ndim, n_points)
       real(dp), intent(inout) :: mass(n_points), inverse_mass(n_points), velocity(ndim, n_points, *), &
-                                 acceleration(ndim, n_points)
+                                 acceleration(ndim, n_points), power
       integer, parameter :: p = 1 + stride*(momentum_share - mass_share), f = 1 + stride*(force_share - mass_share)
-      real(dp) :: inverse(ndim)
+      real(dp) :: inverse(ndim), a(ndim), v(ndim)
       integer :: j, i, k1, k2, k3, k4
       !GCC$ novector
       do j = 1, n
@@ -109,10 +117,13 @@ contains
             velocity(2, i, task%which) = inverse(2)*around(share(p + stride), k1, k2, k3, k4)
          end if
          if (task%acceleration) then
-            acceleration(1, i) = inverse(1)*around(share(f), k1, k2, k3, k4)
-            acceleration(2, i) = inverse(2)*around(share(f + stride), k1, k2, k3, k4)
-            velocity(:, i, new) = velocity(:, i, at_start) + dt*acceleration(:, i)
+            v = velocity(:, i, at_start)
+            a(1) = inverse(1)*(around(share(f), k1, k2, k3, k4) + external(1, i)) - damping_rate*v(1)
+            a(2) = inverse(2)*(around(share(f + stride), k1, k2, k3, k4) + external(2, i)) - damping_rate*v(2)
+            acceleration(:, i) = a
+            velocity(:, i, new) = v + dt*a
+            if (damping_rate > 0) power = power + damping_rate*mass(i)*sum(v*(v + dt*a))
          end if
       end do
-   end subroutine move_nodes
+   end subroutine find_motion
 end module hampm_tiled_step

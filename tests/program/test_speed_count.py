@@ -16,7 +16,7 @@ CELLS = 50  # along an edge: 10 000 particles
 
 @pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
 @pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="the sweeps do not work by blocks of cells yet")
 def test_a_step_takes_hardly_more_instructions_than_the_least():
     program, least = (instructions(COUNTED_BENCH, f"{code}:updated:musl:{CELLS}:1") for code in ("program", "minimal"))
+    print(f"{program:.1f} instructions a particle and step, {program / least:.2f} of the least")
     assert program / least <= LIMIT
