@@ -28,27 +28,35 @@ module hampm_pipeline
       integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
       type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
       integer, private :: layout = 0             !! that of the blocks for which it was made
+      logical, private :: is_lasting = .false.   !! whether for more than one step
    contains
       procedure :: fits
    end type pipeline_t
 
 contains
 
-   !> Whether it was made for the present blocks.
+   !> Whether it was made for the present blocks, and need not be made better.
    pure logical function fits(self, f)
       class(pipeline_t), intent(in) :: self
       type(nodal_fields_t), intent(in) :: f
-      fits = self%layout == f%layout
+      fits = self%layout == f%layout .and. self%is_lasting
    end function fits
 
-   !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks.
+   !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks. A plan takes longer than it saves in
+   !> one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
    subroutine plan_pipeline(f, n_sweeps, plan)
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: n_sweeps
-      type(pipeline_t), intent(out) :: plan
+      type(pipeline_t), intent(inout) :: plan
       integer, allocatable :: nodes(:), blocks(:), tile_of_block(:)
       integer :: b, r, s
+      plan%is_lasting = plan%layout == f%layout .or. f%n_blocks <= blocks_per_tile
       plan%layout = f%layout
+      if (allocated(plan%stages)) deallocate (plan%stages)
+      if (.not. plan%is_lasting) then
+         call plan_whole(f, n_sweeps, plan)
+         return
+      end if
       plan%n_tiles = (f%n_blocks - 1)/blocks_per_tile + 1
       plan%n_regions = max(1, 2*nint(sqrt(real(plan%n_tiles))/4))
       plan%first_tile = [((r - 1)*plan%n_tiles/plan%n_regions + 1, r=1, plan%n_regions + 1)]
@@ -66,6 +74,28 @@ contains
          call sort_items(plan, blocks, plan%stages(2*s))
       end do
    end subroutine plan_pipeline
+
+   !> Plan steps in one tile.
+   subroutine plan_whole(f, n_sweeps, plan)
+      type(nodal_fields_t), intent(in) :: f
+      integer, intent(in) :: n_sweeps
+      type(pipeline_t), intent(inout) :: plan
+      integer :: b, s
+      plan%n_tiles = 1
+      plan%n_regions = 1
+      plan%first_tile = [1, 2]
+      allocate (plan%stages(2*n_sweeps))
+      associate (all => f%mass_matrix%all)
+         do s = 1, n_sweeps
+            plan%stages(2*s - 1)%item = all%nodes(:all%n_nodes)
+            plan%stages(2*s)%item = [(b, b=1, f%n_blocks)]
+         end do
+      end associate
+      do s = 1, size(plan%stages)
+         allocate (plan%stages(s)%start(0:3), source=1)
+         plan%stages(s)%start(2:) = size(plan%stages(s)%item) + 1
+      end do
+   end subroutine plan_whole
 
    !> When nodes are done in the first stage: with the first tile that needs them, before all where several regions do. -1 for
    !> nodes without blocks.
