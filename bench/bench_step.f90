@@ -153,26 +153,26 @@ contains
       end do
    end subroutine take_steps
 
-   !> Bytes of particle data that the sweeps of a step read and write, 8 a real and 4 for the material: the least that has
-   !> to be moved where the particles do not fit into the caches.
+   !> Bytes of particle data that the sweeps of a step read and write, 8 a real: what has to be moved where nothing of a tile
+   !> stays in the caches.
    pure integer function bytes_per_step(scheme, total_frame) result(bytes)
       character(*), intent(in) :: scheme
       logical, intent(in) :: total_frame
-      integer, parameter :: x = ndim, u = ndim, v = ndim, h = ndim*ndim, m = 1, volume = 1
-      integer, parameter :: place_and_move = x + 2*u
-      integer :: place, reals
-      place = merge(x, x + u, total_frame)
+      integer, parameter :: x = ndim, xi = ndim, u = ndim, v = ndim, h = ndim*ndim, m = 1, volume = 1
+      integer :: move, remap, reals
+      move = merge(2*u, x + xi + 2*u, total_frame)      ! also finds where the particle stands then
+      remap = merge(0, v + m, total_frame)              ! of velocities that are not new
       select case (scheme)
       case ('usl')
-         reals = place_and_move + 2*v + 2*h + m + volume
+         reals = xi + 2*v + 2*h + move + m + volume
       case ('usf')
-         reals = (place + 2*h + volume) + (place_and_move + 2*v + m)
+         reals = (xi + 2*h + volume) + (xi + 2*v + move + m)
       case ('musl')
-         reals = (place + 2*v + m) + (place_and_move + v + 2*h + m + volume)
+         reals = (xi + 2*v + m) + (xi + 2*h + move + remap + volume)
       case default
-         reals = (place + 2*h + volume) + (place + 2*v + m) + (place_and_move + v + 2*h + m)
+         reals = (xi + 2*h + volume) + (xi + 2*v + m) + (xi + 2*h + move + remap)
       end select
-      bytes = 8*reals + 4
+      bytes = 8*reals
    end function bytes_per_step
 
    !> A number of the command line.
