@@ -1,8 +1,9 @@
 !> The material points, as a structure of arrays kept sorted by the cell in which each point stands.
 !>
 !> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a sweep does the cells of a block side by side.
-!> Where all of them have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so
-!> on. In other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to
+!> Where the time step fits the size of the cells, those of a block are of one group, and blocks stand in the order of the groups.
+!> Where all cells of a block have the same number of particles, these stand in rows: the first of each cell, then the second of
+!> each, and so on. In other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to
 !> `last_in(e)` at a stride of `stride_in(e)`.
 !>
 !> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
@@ -11,7 +12,8 @@ module hampm_particles
    use hampm_kinds, only: dp, ndim, long
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_forest, only: outside
+   use hampm_forest, only: outside, deepest
+   use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
    use hampm_text, only: to_text
    implicit none
    private
@@ -44,6 +46,9 @@ module hampm_particles
       integer, allocatable :: stride_in(:)              !! distance from one to the next, (n_elements)
       integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
       integer :: n_occupied = 0
+      logical :: by_group = .false.                     !! whether blocks are those of `groups`
+      type(step_groups_t) :: groups                     !! of the cells, if so
+      integer :: sorts = 0                              !! how often blocks have been formed
       integer :: n_blocks = 0
       integer, allocatable :: block_cells(:, :)         !! elements of each block, 0 after the last, (lanes, n_blocks)
       integer, allocatable :: block_first(:)            !! its first particle, (n_blocks)
@@ -101,7 +106,7 @@ contains
                                              p%next, p%new_place, p%run_from, p%run_to, p%run_length, p%integer_copy, &
                                              p%real_copy)
       if (allocated(p%long_copy)) deallocate (p%long_copy)
-      associate (blocks => (n_elements - 1)/lanes + 1)
+      associate (blocks => (n_elements - 1)/lanes + 1 + deepest)
          allocate (p%local(n, ndim), p%first_in(n_elements), p%last_in(n_elements), p%stride_in(n_elements), &
                    p%count_in(n_elements), p%changed(n_elements), p%occupied(n_elements), p%block_cells(lanes, blocks), &
                    p%block_first(blocks), p%block_rows(blocks), p%block_is_even(blocks), p%block_material(blocks), &
@@ -156,7 +161,7 @@ contains
       call locate(p, grid, failure, left)
       if (failure%failed()) return
       call count_cells(p)
-      call form_blocks(p)
+      call take_cells(p, grid)
       call find_places(p)
       call permute_reals(p, p%mass)
       call permute_reals(p, p%volume)
@@ -258,19 +263,69 @@ contains
       end do
    end subroutine count_cells
 
-   !> Take the cells with particles in blocks, and find where their particles will stand.
-   subroutine form_blocks(p)
+   !> Take the cells with particles in blocks, by group if need be.
+   subroutine take_cells(p, grid)
       type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      integer, allocatable :: cells(:)
+      integer :: n
+      p%sorts = p%sorts + 1
+      if (p%by_group) then
+         call find_groups(grid, p%occupied(:p%n_occupied), p%groups)
+         call order_by_group(p%groups, p%occupied(:p%n_occupied), cells, n)
+         call form_blocks(p, n, cells)
+      else
+         call form_blocks(p, p%n_occupied, p%occupied)
+      end if
+   end subroutine take_cells
+
+   !> Order cells by group, the finest first, and in a group those that wait first. The last block of a group is filled up with 0.
+   pure subroutine order_by_group(groups, occupied, cells, n)
+      type(step_groups_t), intent(in) :: groups
+      integer, intent(in) :: occupied(:)
+      integer, allocatable, intent(out) :: cells(:)
+      integer, intent(out) :: n                         !! number of `cells`, with those that are 0
+      integer :: next(plain:waiting, 0:groups%largest)  ! where the next cell of a kind of a group stands
+      integer :: g, kind, k
+      next = 0
+      do k = 1, size(occupied)
+         associate (total => next(groups%kind(occupied(k)), groups%of_cell(occupied(k))))
+            total = total + 1
+         end associate
+      end do
+      n = 0
+      do g = 0, groups%largest
+         do kind = waiting, plain, -1
+            k = next(kind, g)
+            next(kind, g) = n + 1
+            n = n + k
+         end do
+         n = lanes*((n + lanes - 1)/lanes)
+      end do
+      allocate (cells(n), source=0)
+      do k = 1, size(occupied)
+         associate (place => next(groups%kind(occupied(k)), groups%of_cell(occupied(k))))
+            cells(place) = occupied(k)
+            place = place + 1
+         end associate
+      end do
+   end subroutine order_by_group
+
+   !> Form blocks of listed cells, and find where their particles will stand.
+   subroutine form_blocks(p, n, listed)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: n
+      integer, intent(in) :: listed(*)                  !! 0 for none
       integer :: b, l, e, place, cells(lanes), counts(lanes)
-      p%n_blocks = (p%n_occupied - 1)/lanes + 1
+      p%n_blocks = (n - 1)/lanes + 1
       p%first_in = 1
       p%last_in = 0
       p%stride_in = 1
       place = 1
       do b = 1, p%n_blocks
          cells = 0
-         l = min(lanes*b, p%n_occupied)
-         cells(:l - lanes*(b - 1)) = p%occupied(lanes*(b - 1) + 1:l)
+         l = min(lanes*b, n)
+         cells(:l - lanes*(b - 1)) = listed(lanes*(b - 1) + 1:l)
          p%block_cells(:, b) = cells
          p%block_first(b) = place
          do l = 1, lanes

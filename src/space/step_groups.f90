@@ -1,0 +1,109 @@
+!> Which cells take which time step, where each takes one that fits its size: cells of group g take 2**g of the finest steps at once.
+!>
+!> A cell's group is how often its size is twice that of the smallest one with particles. Next to cells of the next finer group a
+!> layer of cells takes the step of that group: a buffer, without which the step that is stable would be shorter. So groups of cells
+!> that share a node differ by one at most.
+!>
+!> The rates follow: a node gets forces as often as the finest cell around it exerts them, and its velocity changes as often as that
+!> of any particle around it is known to. Cells among nodes that are faster than they are have to sum up what these do.
+module hampm_step_groups
+   use hampm_grid, only: grid_t
+   implicit none
+   private
+   public :: step_groups_t, find_groups, limit_groups, plain, summing, waiting
+
+   ! The kinds of cells
+   integer, parameter :: plain = 0               !! all around it happens at its own turns
+   integer, parameter :: summing = 1             !! velocities of its nodes change between its turns
+   integer, parameter :: waiting = 2             !! and so do the forces on them: an interface between groups
+
+   !> Groups and, as exponents of 2, the intervals in finest steps. A turn of g comes every 2**g of these.
+   type :: step_groups_t
+      integer :: largest = 0                     !! group of the coarsest cells
+      integer, allocatable :: by_size(:)         !! group of each cell with particles, (n_elements)
+      integer, allocatable :: of_cell(:)         !! the same, not above a limit, (n_elements)
+      integer, allocatable :: kick_rate(:)       !! when forces meet a node of the cell, (n_elements)
+      integer, allocatable :: kind(:)            !! `plain`, `summing` or `waiting`, (n_elements)
+      integer, allocatable :: force_rate(:)      !! when forces act on a point, (n_points)
+      integer, allocatable :: velocity_rate(:)   !! when the velocity of a point changes, (n_points)
+   end type step_groups_t
+
+contains
+
+   !> Find the groups of the cells with particles.
+   pure subroutine find_groups(grid, occupied, groups)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: occupied(:)         !! cells with particles
+      type(step_groups_t), intent(inout) :: groups
+      integer, allocatable :: least(:)           ! group at a point
+      integer :: k, finest
+      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_rate, groups%kind, &
+                                                 groups%force_rate, groups%velocity_rate)
+      allocate (groups%by_size(grid%n_elements), groups%of_cell(grid%n_elements), groups%kick_rate(grid%n_elements), &
+                groups%kind(grid%n_elements), source=0)
+      allocate (least(grid%n_points), groups%force_rate(grid%n_points), groups%velocity_rate(grid%n_points), source=0)
+      finest = exponent(minval(grid%element_size(occupied)))
+      do k = 1, size(occupied)
+         groups%by_size(occupied(k)) = exponent(grid%element_size(occupied(k))) - finest
+      end do
+      call least_at_points(grid, occupied, groups%by_size, least)
+      do k = 1, size(occupied)
+         associate (e => occupied(k))
+            if (minval(least(grid%element_nodes(:, e))) < groups%by_size(e)) groups%by_size(e) = groups%by_size(e) - 1
+         end associate
+      end do
+      groups%largest = maxval(groups%by_size(occupied))
+      call limit_groups(grid, occupied, groups%largest, groups)
+   end subroutine find_groups
+
+   !> Let no cell take a longer step than those of a group, and find the rates.
+   pure subroutine limit_groups(grid, occupied, limit, groups)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: occupied(:)
+      integer, intent(in) :: limit
+      type(step_groups_t), intent(inout) :: groups
+      integer :: k
+      groups%of_cell = min(groups%by_size, limit)
+      call least_at_points(grid, occupied, groups%of_cell, groups%force_rate)
+      do k = 1, size(occupied)
+         groups%kick_rate(occupied(k)) = minval(groups%force_rate(grid%element_nodes(:, occupied(k))))
+      end do
+      call least_at_points(grid, occupied, groups%kick_rate, groups%velocity_rate)
+      do k = 1, size(occupied)
+         associate (e => occupied(k))
+            groups%kind(e) = plain
+            if (minval(groups%velocity_rate(grid%element_nodes(:, e))) < groups%of_cell(e)) groups%kind(e) = summing
+            if (groups%kick_rate(e) < groups%of_cell(e)) groups%kind(e) = waiting
+         end associate
+      end do
+   end subroutine limit_groups
+
+   !> The least value of the cells around each point; those around a dependent point are around its nodes, too, and the value
+   !> of the point is the least of these.
+   pure subroutine least_at_points(grid, occupied, value, least)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: occupied(:)
+      integer, intent(in) :: value(:)            !! by element
+      integer, intent(out) :: least(:)           !! by point, huge where there are no particles
+      integer :: k, c, i, j
+      least = huge(least)
+      do k = 1, size(occupied)
+         do c = 1, size(grid%element_nodes, 1)
+            i = grid%element_nodes(c, occupied(k))
+            least(i) = min(least(i), value(occupied(k)))
+         end do
+      end do
+      associate (points => grid%dependents, n => grid%n_nodes)
+         do k = 1, points%n
+            do j = points%start(k), points%start(k + 1) - 1
+               least(points%node(j)) = min(least(points%node(j)), least(n + k))
+            end do
+         end do
+         do k = 1, points%n
+            do j = points%start(k), points%start(k + 1) - 1
+               least(n + k) = min(least(n + k), least(points%node(j)))
+            end do
+         end do
+      end associate
+   end subroutine least_at_points
+end module hampm_step_groups
