@@ -12,7 +12,7 @@ module hampm_loads
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, book_work, point_displacement
+   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, add_load, book_work, point_displacement
 
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
@@ -78,37 +78,51 @@ contains
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_points)
-      real(dp) :: n(corners), point_force(ndim)
-      integer :: l, k, c, node
+      integer :: l
       do l = 1, size(loads)
-         associate (load => loads(l))
-            do k = 1, size(load%host)
-               n = weights(load, k, grid, p)
-               point_force = load%share(k)*load%history%factor(time)*load%force
-               do c = 1, corners
-                  node = grid%element_nodes(c, p%cell(load%host(k)))
-                  force(:, node) = force(:, node) + n(c)*point_force
-               end do
-            end do
-         end associate
+         call add_load(loads(l), loads(l)%history%factor(time), grid, p, force)
       end do
    end subroutine add_loads
 
+   !> Add one load times a factor to the nodal `force` [N].
+   subroutine add_load(load, factor, grid, p, force)
+      type(load_t), intent(in) :: load
+      real(dp), intent(in) :: factor
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_points)
+      real(dp) :: n(corners), point_force(ndim)
+      integer :: k, c, node
+      do k = 1, size(load%host)
+         n = weights(load, k, grid, p)
+         point_force = load%share(k)*factor*load%force
+         do c = 1, corners
+            node = grid%element_nodes(c, p%cell(load%host(k)))
+            force(:, node) = force(:, node) + n(c)*point_force
+         end do
+      end do
+   end subroutine add_load
+
    !> Book the work of the loads [J] in the step that began at `time`: the force there times the way that the loaded
-   !> material has gone. It is not the power on the nodes: a node that has little mass may have any velocity.
-   pure subroutine book_work(loads, time, p, work)
+   !> material has gone. It is not the power on the nodes: a node that has little mass may have any velocity. Where particles
+   !> were moved for several steps `dt` at once, the force is the mean of theirs.
+   pure subroutine book_work(loads, time, p, work, dt, steps)
       type(load_t), intent(inout) :: loads(:)
       real(dp), intent(in) :: time               !! [s]
       type(particles_t), intent(in) :: p
       real(dp), intent(out) :: work
-      real(dp) :: u(ndim)
+      real(dp), intent(in), optional :: dt       !! [s]
+      integer, intent(in), optional :: steps
+      real(dp) :: u(ndim), factor
       integer :: l, k
       work = 0
       do l = 1, size(loads)
          associate (load => loads(l))
+            factor = load%history%factor(time)
+            if (present(steps)) factor = sum([(load%history%factor(time + k*dt), k=0, steps - 1)])/steps
             do k = 1, size(load%host)
                u = point_displacement(load, k, p)
-               work = work + load%share(k)*load%history%factor(time)*dot_product(load%force, u - load%moved(:, k))
+               work = work + load%share(k)*factor*dot_product(load%force, u - load%moved(:, k))
                load%moved(:, k) = u
             end do
          end associate

@@ -20,7 +20,8 @@ module hampm_step
    use hampm_tiled_step, only: step_in_tiles
    implicit none
    private
-   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, refresh_grid, stable_time_step, when, place
+   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, map_to_grid, report_jump, end_step, &
+             refresh_grid, stable_time_step, when, place
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -85,23 +86,38 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       logical :: left_cell
-      real(dp) :: work
       if (.not. m%mapped) call map_to_grid(m)
       if (is_local(m)) then
          call step_through_tiles(m, dt, left_cell, failure)
       else
          call step_in_stages(m, dt, left_cell, failure)
       end if
-      if (failure%failed()) return
+      if (.not. failure%failed()) call end_step(m, dt, 1, left_cell, failure)
+   end subroutine advance
+
+   !> Book what the loads have done, and sort the particles if any has left its cell. Particles may have moved for several steps `dt`
+   !> at once.
+   subroutine end_step(m, dt, steps, left_cell, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      integer, intent(in) :: steps
+      logical, intent(in) :: left_cell
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: work
       m%mapped = .not. left_cell
-      call book_work(m%loads, m%time, m%particles, work)
+      call book_work(m%loads, m%time, m%particles, work, dt, steps)
       m%external_work = m%external_work + work
       if (m%audit) m%numerical_loss = m%numerical_loss + work
-      m%time = m%time + dt
-      m%steps = m%steps + 1
+      m%time = m%time + steps*dt
+      m%steps = m%steps + steps
       m%sorted = left_cell
-      if (left_cell) call change_cells(m, failure)
-   end subroutine advance
+      if (.not. left_cell) return
+      if (m%particles%by_group) then
+         call sort_anew(m, failure)
+      else
+         call change_cells(m, failure)
+      end if
+   end subroutine end_step
 
    !> Sort the particles after some have moved to other cells, and map the blocks that they have left or entered anew.
    subroutine change_cells(m, failure)

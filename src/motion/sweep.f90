@@ -28,7 +28,7 @@ module hampm_sweep
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mass_share, momentum_share, force_share, shares
    implicit none
    private
-   public :: sweep_t, sweep_report_t, sweep_particles, sweep_list, look_for_leavers
+   public :: sweep_t, sweep_report_t, sweep_particles, sweep_list, sweep_between, look_for_leavers, blocks_per_task
 
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
 
@@ -87,12 +87,27 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: audit
       integer, intent(in) :: blocks(:)
+      call sweep_between(sweep, dt, materials, p, f, audit, blocks, f%block_nodes, f%acceleration, f%velocity(1, 1, new), &
+                         f%velocity(1, 1, sweep%strain_by))
+   end subroutine sweep_list
+
+   !> Do one sweep over some blocks by given fields of given points at the corners of the cells.
+   subroutine sweep_between(sweep, dt, materials, p, f, audit, blocks, nodes, acceleration, new_velocity, strain_velocity)
+      type(sweep_t), intent(in) :: sweep
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: audit
+      integer, intent(in) :: blocks(:)
+      integer, intent(in) :: nodes(corners, lanes, *)   !! by block
+      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       call sweep_blocks(sweep, dt, materials, audit, size(blocks), blocks, p%total_frame, p%n, p%mass, p%volume, p%reference, &
                         p%local, p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, &
-                        p%block_is_even, p%block_material, p%first_in, p%count_in, p%block_cells, f%block_nodes, f%block_lower, &
-                        f%block_inverse_size, f%acceleration, f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by), &
-                        f%share(1, 1, 1, 1), f%left, f%audit, f%mass_matrix)
-   end subroutine sweep_list
+                        p%block_is_even, p%block_material, p%first_in, p%count_in, p%block_cells, nodes, f%block_lower, &
+                        f%block_inverse_size, acceleration, new_velocity, strain_velocity, f%share(1, 1, 1, 1), f%left, &
+                        f%audit, f%mass_matrix)
+   end subroutine sweep_between
 
    !> Report whether particles have left their cells.
    subroutine look_for_leavers(p, f, report)
