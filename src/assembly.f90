@@ -166,6 +166,7 @@ contains
       call new_particles(sum(product(points, dim=1)), grid%n_elements, p, failure)
       if (failure%failed()) return
       p%total_frame = scene%method%frame == 'total'
+      p%by_group = scene%method%time_steps == 'local'
       first = 1
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))

@@ -9,6 +9,7 @@ module hampm_simulation
    use hampm_failure, only: failure_t
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_tip
+   use hampm_local_steps, only: local_steps_t, choose_coarse_step, advance_coarsely
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
    use hampm_particles, only: smallest_occupied_cell
    use hampm_placement, only: point_text, length_text, decimal
@@ -17,7 +18,7 @@ module hampm_simulation
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: block_t
-   use hampm_step, only: motion_t, advance, stable_time_step
+   use hampm_step, only: motion_t, stable_time_step
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_version, only: version
@@ -35,6 +36,7 @@ module hampm_simulation
       type(measurements_t) :: measurements
       type(results_t) :: results
       type(refinement_t) :: refinement
+      type(local_steps_t) :: local_steps
       type(progress_t) :: progress
       real(dp) :: longest_step = 0               !! time step (31) [s]
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
@@ -109,33 +111,35 @@ contains
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
-      integer(long) :: steps, k
+      integer(long) :: steps, k, before
       real(dp) :: limit
       do while (.not. is_due(s, time))
          limit = s%longest_step
-         steps = max(1_long, ceiling((time - s%motion%time)/limit - rounding, long))
-         s%dt = (time - s%motion%time)/steps
+         call choose_coarse_step(s%local_steps, s%motion, time - s%motion%time, limit, steps)
+         s%dt = (time - s%motion%time)/(steps*2**s%local_steps%largest)
          do k = 1, steps
-            call advance(s%motion, s%dt, failure)
-            if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, failure)
+            before = s%motion%steps
+            call advance_coarsely(s%local_steps, s%motion, s%dt, failure)
+            if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, before, failure)
             if (failure%failed()) return
             call show_progress(s, last=.false.)
-            if (abs(s%longest_step - limit) > 0) exit
+            if (abs(s%longest_step - limit) > 0 .or. s%motion%particles%groups%largest < s%local_steps%largest) exit
          end do
       end do
       s%motion%time = time
    end subroutine advance_to
 
    !> After a step: let particles and, at its interval, mesh follow the motion.
-   subroutine adapt(s, failure)
+   subroutine adapt(s, steps_before, failure)
       type(simulation_t), intent(inout) :: s
+      integer(long), intent(in) :: steps_before  !! how many steps had been done before it
       type(failure_t), intent(inout) :: failure
       logical :: adapted
       if (s%motion%sorted) then
          call follow_particles(s%motion, failure)
          call limit_time_step(s)
       end if
-      if (failure%failed() .or. .not. s%refinement%is_due(s%motion%time, s%motion%steps)) return
+      if (failure%failed() .or. .not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
       call refine(s%refinement, s%motion, adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
    end subroutine adapt

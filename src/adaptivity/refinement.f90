@@ -57,12 +57,13 @@ contains
       follows_motion = self%is_active() .and. self%indicator /= 'tip'
    end function follows_motion
 
-   !> Whether after a step it is time to look.
-   pure logical function is_due(self, time, steps)
+   !> Whether after a step, or several at once, it is time to look.
+   pure logical function is_due(self, time, before, steps)
       class(refinement_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
-      integer(long), intent(in) :: steps         !! done
-      is_due = self%follows_motion() .and. time >= self%start .and. mod(steps, int(self%interval, long)) == 0
+      integer(long), intent(in) :: before        !! steps done before
+      integer(long), intent(in) :: steps         !! and now
+      is_due = self%follows_motion() .and. time >= self%start .and. steps/self%interval > before/self%interval
    end function is_due
 
    !> Refine before the first step as far as that does not depend on the motion.

@@ -16,6 +16,7 @@ module hampm_consistency
 
    real(dp), parameter :: most_cells = 1e9_dp       !! cells of the lattice
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
+   real(dp), parameter :: most_local_courant = 0.55_dp !! for time steps that differ, by the shear wave speed
    real(dp), parameter :: most_samples = 1e8_dp     !! of a history
 
 contains
@@ -40,6 +41,7 @@ contains
       call check_crack(scene, settings, has_grid, mistakes)
       call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
+      call check_time_steps(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency
 
@@ -60,6 +62,29 @@ contains
             '''refined'' needs a group &refine with an indicator other than ''none''')
       end select
    end subroutine check_mass
+
+   !> Time steps that fit the size of the cells are there for one scheme, with forces that act between no cells but neighbours, and up
+   !> to a length for which they are stable.
+   pure subroutine check_time_steps(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: key = 'time_steps', intro = '''local'' goes with '
+      integer :: b
+      b = settings%find('method', 1)
+      if (scene%method%time_steps /= 'local') return
+      if (settings%good(b, 'scheme') .and. scene%method%scheme /= 'musl') &
+         call settings%complain(mistakes, b, key, intro//'scheme = ''musl'' only')
+      if (settings%good(b, 'mass') .and. scene%method%mass /= 'lumped') &
+         call settings%complain(mistakes, b, key, intro//'mass = ''lumped'' only')
+      if (scene%crack%contact) call settings%complain(mistakes, b, key, intro//'&crack contact = ''none'' only')
+      if (scene%energy_release%energy_balance) &
+         call settings%complain(mistakes, b, key, 'needs estimators of &energy_release other than ''energy_balance'': '// &
+                                'with ''local'' the loss of the method is not known')
+      if (settings%good(b, 'courant') .and. scene%method%wave_speed == 'shear' .and. scene%method%courant > most_local_courant) &
+         call settings%complain(mistakes, b, 'courant', 'must be in [0, '//to_text(most_local_courant)// &
+                                '] for time_steps = ''local'' to be stable')
+   end subroutine check_time_steps
 
    !> The box in which a partial mass matrix is full has cells in it.
    pure subroutine check_full_box(scene, settings, b, mistakes)

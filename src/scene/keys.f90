@@ -130,6 +130,8 @@ module hampm_keys
             '[0, 10]', 'time step over cell size / wave speed; 0: 0.1, but 0.05 for full, partial in the updated frame'), &
       key_t('method', 'wave_speed', kind_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed limits the time step'), &
+      key_t('method', 'time_steps', kind_name, 1, 1, may, 'global', '', '', &
+            'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
       key_t('method', 'frame', kind_name, 1, 1, may, 'updated', '', '', &
             'updated|total', 'shape functions at the present or always at the initial positions'), &
       key_t('method', 'mass', kind_name, 1, 1, may, 'lumped', '', '', &

@@ -133,6 +133,7 @@ contains
       scene%method%scheme = settings%text(b, 'scheme')
       scene%method%courant = settings%number(b, 'courant')
       scene%method%wave_speed = settings%text(b, 'wave_speed')
+      scene%method%time_steps = settings%text(b, 'time_steps')
       scene%method%frame = settings%text(b, 'frame')
       scene%method%mass = settings%text(b, 'mass')
       scene%method%order = nint(settings%number(b, 'order'))

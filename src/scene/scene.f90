@@ -65,6 +65,7 @@ module hampm_scene
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       real(dp) :: courant = 0                    !! [-]
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
+      character(name_len) :: time_steps = 'global' !! 'global' or 'local'
       character(name_len) :: frame = 'updated'   !! 'updated' or 'total'
       character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
       integer :: order = 1                       !! of fmpm
