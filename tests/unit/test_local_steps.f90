@@ -1,0 +1,296 @@
+!> Time steps that fit the size of the cells, against the step of all cells together:
+!>
+!>    groups      differ by one at most between cells that share a node, and no rate is slower than what it follows;
+!>    same bytes  where all cells are of one size, and on any number of threads;
+!>    momentum    of a free body is conserved, whatever the mesh;
+!>    energy      of a vibrating body neither grows nor decays over many periods;
+!>    motion      is that of short common steps, the closer the shorter the steps: with second order;
+!>    audit       damping and work of the loads are booked such that the balance stays closed within the method's own ripple.
+program test_local_steps
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_constraints, only: constrain_box
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_loads, only: load_on_particles
+   use hampm_local_steps, only: local_steps_t, choose_coarse_step, advance_coarsely
+   use hampm_material, only: new_material
+   use hampm_particles, only: particles_t, sort_into_cells
+   use hampm_refined, only: refine_box
+   use hampm_samples, only: rectangle_t, place_bodies, start, run_steps, total_energy
+   use hampm_step, only: motion_t
+   use hampm_text, only: to_text
+   use hampm_threads, only: use_threads
+   implicit none
+
+   real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
+   real(dp), parameter :: limit = 1/sqrt(2.6_dp) !! shear wave speed with E = 1, nu = 0.3
+
+   call repeat_random_numbers()
+   call test_groups()
+   call test_one_size()
+   call test_threads()
+   call test_momentum()
+   call test_energy()
+   call test_convergence()
+   call test_balance()
+   call test_choice()
+   call finish()
+
+contains
+
+   !> A body of cells of up to 8 sizes, in which all particles are as close as two in a cell of the finest.
+   subroutine place(levels, law, m, frame)
+      integer, intent(in) :: levels
+      character(*), intent(in) :: law, frame
+      type(motion_t), intent(out) :: m
+      type(forest_t) :: forest
+      type(failure_t) :: failure
+      integer :: points
+      forest = forest_t([0.0_dp, 0.0_dp], cell, [8, 6])
+      call refine_box(forest, [2.45_dp, 2.45_dp], [3.55_dp, 3.55_dp], levels)
+      points = 2*2**levels
+      call place_bodies(forest, new_material('', law, .true., 1.0_dp, 0.3_dp, 1.0_dp), &
+                        [rectangle_t([1.0_dp, 2.0_dp], [7.0_dp, 4.0_dp], points*[6, 2])], m)
+      m%particles%total_frame = frame == 'total'
+      m%particles%by_group = .true.
+      call sort_into_cells(m%particles, m%grid, failure)
+      call check(.not. failure%failed(), 'the particles are sorted')
+   end subroutine place
+
+   !> Do some coarse steps.
+   subroutine run_coarsely(m, dt, largest, steps)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt
+      integer, intent(in) :: largest, steps
+      type(local_steps_t) :: c
+      type(failure_t) :: failure
+      integer :: k
+      c%largest = largest
+      do k = 1, steps
+         call advance_coarsely(c, m, dt, failure)
+         if (failure%failed()) exit
+      end do
+      if (failure%failed()) call check(.false., failure%message)
+   end subroutine run_coarsely
+
+   subroutine test_groups()
+      type(motion_t) :: m
+      integer :: b, e, k, c
+      integer, allocatable :: least(:), most(:)
+      real(dp) :: size_of_group
+      call place(4, 'linear_elastic', m, 'updated')
+      associate (p => m%particles, g => m%particles%groups, grid => m%grid)
+         call check(g%largest >= 3, 'there are groups')
+         allocate (least(grid%n_points), source=huge(1))
+         allocate (most(grid%n_points), source=-1)
+         do k = 1, p%n_occupied
+            e = p%occupied(k)
+            size_of_group = cell*2.0_dp**(g%of_cell(e) - 4)
+            call check(size_of_group < 1.01_dp*grid%element_size(e), 'no cell takes a step that its size does not allow')
+            call check(size_of_group > 0.49_dp*grid%element_size(e), 'or less than half of that')
+            do c = 1, 4
+               least(grid%element_nodes(c, e)) = min(least(grid%element_nodes(c, e)), g%of_cell(e))
+               most(grid%element_nodes(c, e)) = max(most(grid%element_nodes(c, e)), g%of_cell(e))
+            end do
+            call check(g%kick_rate(e) == minval(g%force_rate(grid%element_nodes(:, e))), 'a cell is kicked when its nodes are')
+         end do
+         call check(all(most - least <= 1 .or. most < 0), 'cells that share a node differ by one group at most')
+         call check(all(g%force_rate <= least .and. g%velocity_rate <= g%force_rate), 'nodes are as fast as the cells around them')
+         do b = 1, p%n_blocks
+            associate (cells => p%block_cells(:, b))
+               do k = 2, count(cells > 0)
+                  call check(g%by_size(cells(k)) == g%by_size(cells(1)), 'blocks are of one group')
+               end do
+               if (b > 1) call check(g%by_size(cells(1)) >= g%by_size(p%block_cells(1, b - 1)), 'blocks stand in order')
+            end associate
+         end do
+      end associate
+   end subroutine test_groups
+
+   !> With cells of one size a coarse step is two ordinary ones, in which particles stay: in the total frame that is no difference.
+   subroutine test_one_size()
+      type(motion_t) :: together, apart
+      call place(0, 'linear_elastic', apart, 'total')
+      together = apart
+      call vibrate(apart)
+      call vibrate(together)
+      call run_coarsely(apart, 0.4_dp, 1, 10)
+      call run_steps(together, 0.4_dp, 20)
+      call check(same_numbers(apart%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
+                 same_numbers(apart%particles%gradient(:, 1, 2), together%particles%gradient(:, 1, 2)), &
+                 'cells of one size: velocities and strains have the same bytes')
+      call check(maxval(abs(apart%particles%displacement - together%particles%displacement)) < 1.0e-18_dp, &
+                 'cells of one size: displacements are the same but for rounding')
+      call run_coarsely(apart, 0.4_dp, 0, 1)
+      call run_steps(together, 0.4_dp, 1)
+      call check(same_numbers(apart%particles%velocity(:, 2), together%particles%velocity(:, 2)), 'a coarse step of one is a step')
+   end subroutine test_one_size
+
+   subroutine test_threads()
+      type(motion_t) :: alone, together
+      call place(3, 'neo_hookean', alone, 'updated')
+      call push(alone)
+      together = alone
+      call start(alone, 'musl')
+      call start(together, 'musl')
+      call run_coarsely(alone, 0.05_dp, 3, 10)
+      call use_threads(2, together%particles%n)
+      call run_coarsely(together, 0.05_dp, 3, 10)
+      call use_threads(1, together%particles%n)
+      call check(all(alone%particles%id == together%particles%id) .and. &
+                 same_numbers(alone%particles%displacement(:, 1), together%particles%displacement(:, 1)) .and. &
+                 same_numbers(alone%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
+                 same_numbers([alone%damping_loss, alone%external_work], [together%damping_loss, together%external_work]), &
+                 'the same bytes on one and two threads')
+      call check(alone%particles%sorts > 1, 'particles crossed')
+   end subroutine test_threads
+
+   !> Random velocities, a load and damping.
+   subroutine push(m)
+      type(motion_t), intent(inout) :: m
+      real(dp) :: noise(m%particles%n, ndim)
+      call random_number(noise)
+      m%particles%velocity = 0.02_dp*(noise - 0.5_dp)
+      m%damping_rate = 0.1_dp
+      allocate (m%loads(1))
+      m%loads(1)%force = [0.01_dp, 0.02_dp]
+      call load_on_particles(m%particles, [1.0_dp, 2.0_dp], [2.0_dp, 4.0_dp], m%loads(1))
+   end subroutine push
+
+   subroutine test_momentum()
+      type(motion_t) :: m
+      real(dp) :: before(ndim), after(ndim), scale
+      real(dp), allocatable :: noise(:, :)
+      integer :: levels
+      do levels = 1, 3
+         call place(levels, 'linear_elastic', m, 'updated')
+         allocate (noise(m%particles%n, ndim))
+         call random_number(noise)
+         m%particles%velocity = 1.0e-4_dp*(noise - 0.4_dp)
+         deallocate (noise)
+         call start(m, 'musl')
+         before = matmul(m%particles%mass, m%particles%velocity)
+         scale = sum(m%particles%mass)*maxval(abs(m%particles%velocity))
+         call run_coarsely(m, 0.5_dp*limit_of(levels), levels, 100/2**levels)
+         after = matmul(m%particles%mass, m%particles%velocity)
+         call check_close(maxval(abs(after - before))/scale, 0.0_dp, 1.0e-13_dp, &
+                          to_text(levels)//' levels: momentum is conserved')
+      end do
+   end subroutine test_momentum
+
+   !> Longest step of the finest cells, for a courant number of 1 [s].
+   pure real(dp) function limit_of(levels)
+      integer, intent(in) :: levels
+      limit_of = cell*2.0_dp**(-levels)/limit
+   end function limit_of
+
+   !> Let a beam vibrate in bending, clamped at one end.
+   subroutine vibrate(m)
+      type(motion_t), intent(inout) :: m
+      call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
+      m%particles%velocity(:, 2) = 1.0e-8_dp*(m%particles%reference(:, 1) - 1)**2
+      call start(m, 'musl')
+   end subroutine vibrate
+
+   !> The mean energy in the last of many coarse steps is that in the first of them. The length of the steps is the default of runs
+   !> with these steps, close to the longest that is allowed.
+   subroutine test_energy()
+      type(motion_t) :: m
+      real(dp) :: first, last
+      integer, parameter :: averaged = 300
+      integer :: levels
+      do levels = 1, 2
+         call place(levels, 'linear_elastic', m, 'updated')
+         call vibrate(m)
+         first = mean_energy(m, levels, averaged)
+         call run_coarsely(m, 0.5_dp*limit_of(levels), levels, 800/2**levels)
+         last = mean_energy(m, levels, averaged)
+         write (*, '(a,i0,a,es10.2)') 'levels: ', levels, '  change of the mean energy', last/first - 1
+         call check_close(last/first, 1.0_dp, 3.0e-3_dp, to_text(levels)//' levels: the energy does not drift')
+      end do
+   end subroutine test_energy
+
+   real(dp) function mean_energy(m, levels, steps)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: levels, steps
+      integer :: k
+      mean_energy = 0
+      do k = 1, steps
+         call run_coarsely(m, 0.5_dp*limit_of(levels), levels, 1)
+         mean_energy = mean_energy + total_energy(m)/steps
+      end do
+   end function mean_energy
+
+   !> Some bending, with coarse steps and with very short common ones. Strains are compared: what moves particles in musl, the
+   !> velocities v + a dt of the nodes, differs with the length of the step from those that the particles have.
+   subroutine test_convergence()
+      type(motion_t) :: m, exact
+      real(dp) :: dt, error(2)
+      integer :: k
+      integer, parameter :: steps = 24
+      dt = 0.5_dp*limit_of(2)
+      call place(2, 'linear_elastic', exact, 'total')
+      call vibrate(exact)
+      call run_steps(exact, dt/8, 8*4*steps)
+      do k = 1, 2
+         call place(2, 'linear_elastic', m, 'total')
+         call vibrate(m)
+         call run_coarsely(m, dt/k, 2, k*steps)
+         error(k) = norm2(m%particles%gradient - exact%particles%gradient)/norm2(exact%particles%gradient)
+      end do
+      write (*, '(a,2es10.2)') 'error of the strains', error
+      call check(error(1) < 0.02_dp, 'the strains are those of common steps')
+      call check_close(log(error(1)/error(2))/log(2.0_dp), 2.0_dp, 0.5_dp, 'they converge with second order')
+   end subroutine test_convergence
+
+   !> A damped beam under a load that grows: what is brought in is stored or taken by the damping.
+   subroutine test_balance()
+      type(motion_t) :: m
+      integer :: k
+      real(dp) :: error(2)
+      do k = 1, 2
+         call place(3, 'linear_elastic', m, 'updated')
+         allocate (m%loads(1))
+         m%loads(1)%force = [0.0_dp, 1.0e-8_dp]
+         m%loads(1)%history%kind = 'ramp'
+         m%loads(1)%history%rise_time = 20
+         call load_on_particles(m%particles, [6.5_dp, 2.0_dp], [7.0_dp, 4.0_dp], m%loads(1))
+         m%damping_rate = 0.1_dp
+         call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
+         call start(m, 'musl')
+         call run_coarsely(m, 0.5_dp*limit_of(3)/k, 3, 120*k)
+         error(k) = (total_energy(m) + m%damping_loss - m%external_work)/m%external_work
+      end do
+      write (*, '(a,2es10.2)') 'error of the energy balance', error
+      call check(abs(error(1)) < 5.0e-3_dp, 'the energy balance is closed')
+      call check(m%damping_loss > 0.1_dp*m%external_work, 'damping took energy')
+      call check(m%steps == 8*120*2 .and. abs(m%time - 120*8*0.5_dp*limit_of(3)) < 1.0e-9_dp*m%time, 'steps and time are counted')
+   end subroutine test_balance
+
+   !> Coarse steps fill a time, none being longer than the limit, and fast bodies take none.
+   subroutine test_choice()
+      type(motion_t) :: m
+      type(local_steps_t) :: c
+      integer(long) :: steps
+      integer :: k
+      call place(3, 'linear_elastic', m, 'updated')
+      call start(m, 'musl')
+      do k = 1, 40
+         call choose_coarse_step(c, m, real(k, dp), 1.0_dp, steps)
+         call check(steps*2**c%largest >= k .and. c%largest <= m%particles%groups%largest, 'the coarse steps fill the time')
+      end do
+      call choose_coarse_step(c, m, 1.0e9_dp, 1.0_dp, steps)
+      call check(c%largest == m%particles%groups%largest, 'a long time has the longest coarse steps')
+      call choose_coarse_step(c, m, 0.5_dp, 1.0_dp, steps)
+      call check(c%largest == 0 .and. steps == 1, 'a short time is one step')
+      m%particles%velocity = 1
+      call choose_coarse_step(c, m, 1.0e3_dp, 1.0_dp, steps)
+      call check(c%largest == 0, 'fast particles take common steps')
+   end subroutine test_choice
+
+   logical function same_numbers(a, b)
+      real(dp), intent(in) :: a(:), b(:)
+      same_numbers = all(transfer(a, [0_long]) == transfer(b, [0_long]))
+   end function same_numbers
+end program test_local_steps
