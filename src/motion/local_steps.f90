@@ -34,7 +34,7 @@ module hampm_local_steps
    !> Blocks side by side whose cells have their turns together.
    type :: run_t
       integer :: group = 0
-      integer :: kind = plain                    !! the largest of the kinds of its cells: the others are treated as if they were, too
+      integer :: kind = plain                    !! the largest of the kinds of its cells, as which all are treated
       integer :: kick_rate = 0                   !! when the first of its cells get forces
       integer :: velocity_rate = 0               !! and when the velocity of the first of their corners changes
       integer :: blocks(2) = 0                   !! the first and the last

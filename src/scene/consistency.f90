@@ -63,8 +63,8 @@ contains
       end select
    end subroutine check_mass
 
-   !> Time steps that fit the size of the cells are there for one scheme, with forces that act between no cells but neighbours, and up
-   !> to a length for which they are stable.
+   !> Time steps that fit the size of the cells are there for one scheme, with forces that act between no cells but neighbours,
+   !> and up to a length for which they are stable.
    pure subroutine check_time_steps(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings

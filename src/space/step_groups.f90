@@ -1,4 +1,4 @@
-!> Which cells take which time step, where each takes one that fits its size: cells of group g take 2**g of the finest steps at once.
+!> Which cells take which time step, where it fits their size: cells of group g take 2**g of the finest steps at once.
 !>
 !> A cell's group is how often its size is twice that of the smallest one with particles. Next to cells of the next finer group a
 !> layer of cells takes the step of that group: a buffer, without which the step that is stable would be shorter. So groups of cells
