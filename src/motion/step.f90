@@ -95,7 +95,7 @@ contains
       if (.not. failure%failed()) call end_step(m, dt, 1, left_cell, failure)
    end subroutine advance
 
-   !> Book what the loads have done, and sort the particles if any has left its cell. Particles may have moved for several steps `dt`
+   !> Book what the loads have done, and sort the particles if any has left its cell. Particles may have moved for several `dt`
    !> at once.
    subroutine end_step(m, dt, steps, left_cell, failure)
       type(motion_t), intent(inout) :: m

@@ -223,6 +223,26 @@ def test_one_mistake_is_refused_with_its_line(hampm, tmp_path, old, new, fragmen
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: ", phrase)
 
 
+@pytest.mark.parametrize(("old", "new", "key", "phrase"), [
+    ("'musl'", "'usf'\n  time_steps = 'local'", "time_steps", "'local' goes with scheme = 'musl' only"),
+    ("'musl'", "'musl'\n  mass = 'full'\n  time_steps = 'local'", "time_steps", "'local' goes with mass = 'lumped' only"),
+    ("courant = 0.1", "time_steps = 'local'\n  courant = 0.6", "courant",
+     "must be in [0, 0.55] for time_steps = 'local' to be stable"),
+])
+def test_what_local_time_steps_do_not_go_with(hampm, tmp_path, old, new, key, phrase):
+    text = changed((old, new))
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, f"case.nml:{line_of(text, f'{key} = ')}: &method {key} = ", phrase)
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_local_time_steps_do_not_go_with_the_energy_balance(hampm, tmp_path):
+    text = changed(("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'energy_balance'"))
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(hampm("case.nml"), 2, "&method time_steps = 'local': needs estimators of &energy_release other than")
+
+
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), REFINEMENT)
 def test_one_mistake_of_refinement_is_refused_alone_with_its_line(hampm, tmp_path, old, new, fragment, phrase):
     text = changed((old, new), scene=GOOD + REFINE)
