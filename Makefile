@@ -34,11 +34,11 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
 
-.PHONY: help run figures test bench minimal masses adaptivity tip program unit setup clean
+.PHONY: help run figures test bench minimal masses adaptivity local_steps tip program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z_]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' Makefile
 
 run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
 	@$(MAKE) --no-print-directory program
@@ -76,6 +76,12 @@ adaptivity: setup  ## measure what refinement reaches on the double cantilever b
 	$(PYTHON) bench/adaptivity.py --output results/adaptivity
 	$(PYTHON) bench/refined_meshes.py --output results/adaptivity
 
+local_steps: setup  ## measure what time steps that fit the size of the cells cost and change
+	@tools/setup.sh valgrind
+	@$(MAKE) --no-print-directory program
+	@$(MAKE) --no-print-directory build=counted program
+	$(PYTHON) bench/local_time_steps.py --output results/local_time_steps
+
 tip: setup  ## measure how far from its node the discrete crack tip acts
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/effective_tip.py --output results/effective_tip
@@ -112,6 +118,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test bench minimal masses adaptivity tip,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test bench minimal masses adaptivity local_steps tip,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif
