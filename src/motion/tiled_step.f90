@@ -12,6 +12,8 @@ module hampm_tiled_step
    private
    public :: step_in_tiles
 
+   integer, parameter :: items_at_a_time = 64    !! that a thread does, of those of no region
+
    !> What a stage of the nodes finds.
    type :: task_t
       logical :: mass = .false.
@@ -33,33 +35,62 @@ contains
       type(particles_t), intent(inout) :: p
       type(nodal_fields_t), intent(inout) :: f          !! whose `force` holds that of the loads
       real(dp), intent(out) :: damping_power            !! sum alpha m v_i . (v_i + a_i dt) [W]
-      real(dp) :: power(0:plan%n_tiles + 1)
+      real(dp) :: power(plan%n_tiles)
       integer :: region, tile
       power = 0
-      call do_tile(0)
+      damping_power = 0
+      call do_across(0)
       !$omp parallel do schedule(static, 1) private(tile)
       do region = 1, plan%n_regions
          do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
             call do_tile(tile)
          end do
       end do
-      call do_tile(plan%n_tiles + 1)
-      damping_power = sum(power)
+      damping_power = damping_power + sum(power)
+      call do_across(plan%n_tiles + 1)
    contains
       !> Do what is ready in a tile, stage by stage.
       subroutine do_tile(t)
          integer, intent(in) :: t
          integer :: s
          do s = 1, size(plan%stages)
-            associate (items => plan%stages(s)%item, first => plan%stages(s)%start(t), last => plan%stages(s)%start(t + 1) - 1)
-               if (mod(s, 2) == 0) then
-                  call sweep_list(scheme%sweeps(s/2), dt, materials, p, f, .false., items(first:last))
-               else
-                  call do_nodes(task_of_stage(scheme, s), dt, damping_rate, items(first:last), free, f, power(t))
-               end if
+            associate (first => plan%stages(s)%start(t), last => plan%stages(s)%start(t + 1) - 1)
+               call do_items(s, first, last, power(t))
             end associate
          end do
       end subroutine do_tile
+
+      !> Do what belongs to no region, stage by stage, each by all threads.
+      subroutine do_across(t)
+         integer, intent(in) :: t
+         real(dp), allocatable :: part(:)
+         integer :: s, k
+         do s = 1, size(plan%stages)
+            associate (first => plan%stages(s)%start(t), last => plan%stages(s)%start(t + 1) - 1)
+               if (last < first) cycle
+               allocate (part((last - first)/items_at_a_time + 1), source=0.0_dp)
+               !$omp parallel do schedule(static)
+               do k = 1, size(part)
+                  call do_items(s, first + items_at_a_time*(k - 1), min(first + items_at_a_time*k - 1, last), part(k))
+               end do
+               damping_power = damping_power + sum(part)
+               deallocate (part)
+            end associate
+         end do
+      end subroutine do_across
+
+      !> Do some items of a stage, and add to the damping power.
+      subroutine do_items(s, first, last, power)
+         integer, intent(in) :: s, first, last
+         real(dp), intent(inout) :: power
+         associate (items => plan%stages(s)%item)
+            if (mod(s, 2) == 0) then
+               call sweep_list(scheme%sweeps(s/2), dt, materials, p, f, .false., items(first:last))
+            else
+               call do_nodes(task_of_stage(scheme, s), dt, damping_rate, items(first:last), free, f, power)
+            end if
+         end associate
+      end subroutine do_items
    end subroutine step_in_tiles
 
    !> What the nodes find before the first sweep, or between two.
