@@ -91,8 +91,7 @@ def judged(value, target):
 
 def take_turns(program, repeats, cases):
     """Measure cases in turn within one run; a list of turns for each."""
-    result = subprocess.run([str(program), "time", str(repeats), *map(str, cases)], capture_output=True, text=True, check=True,
-                            env={**os.environ, "OMP_WAIT_POLICY": "passive"})
+    result = subprocess.run([str(program), "time", str(repeats), *map(str, cases)], capture_output=True, text=True, check=True)
     by_name = defaultdict(list)
     for line in result.stdout.splitlines():
         name, particles, moved, *times = line.split()
