@@ -10,7 +10,6 @@
 module hampm_pipeline
    use hampm_kinds, only: corners
    use hampm_nodal_fields, only: nodal_fields_t
-   use hampm_particles, only: lanes
    implicit none
    private
    public :: pipeline_t, plan_pipeline
@@ -104,12 +103,12 @@ contains
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: tile_of_block(:)
       integer, intent(out) :: tile(:)
-      integer :: b, l, c
+      integer :: b, k
       tile = -1
       do b = 1, f%n_blocks
-         do l = 1, count(f%block_cells(:, b) > 0)
-            do c = 1, corners
-               associate (t => tile(f%block_nodes(c, l, b)))
+         associate (around => nodes_of(f, b))
+            do k = 1, size(around)
+               associate (t => tile(around(k)))
                   if (t == -1) then
                      t = tile_of_block(b)
                   else if (t > 0) then
@@ -117,7 +116,7 @@ contains
                   end if
                end associate
             end do
-         end do
+         end associate
       end do
    end subroutine nodes_first
 
@@ -127,16 +126,14 @@ contains
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: blocks(:)
       integer, intent(out) :: nodes(:)
-      integer :: b, l, c
+      integer :: b, k
       nodes = -1
       do b = 1, f%n_blocks
-         do l = 1, count(f%block_cells(:, b) > 0)
-            do c = 1, corners
-               associate (t => nodes(f%block_nodes(c, l, b)))
-                  t = after_both(plan, t, blocks(b))
-               end associate
+         associate (around => nodes_of(f, b))
+            do k = 1, size(around)
+               nodes(around(k)) = after_both(plan, nodes(around(k)), blocks(b))
             end do
-         end do
+         end associate
       end do
    end subroutine nodes_after_blocks
 
@@ -146,15 +143,23 @@ contains
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: nodes(:)
       integer, intent(inout) :: blocks(:)
-      integer :: b, l, c
+      integer :: b, k
       do b = 1, f%n_blocks
-         do l = 1, count(f%block_cells(:, b) > 0)
-            do c = 1, corners
-               blocks(b) = after_both(plan, blocks(b), nodes(f%block_nodes(c, l, b)))
+         associate (around => nodes_of(f, b))
+            do k = 1, size(around)
+               blocks(b) = after_both(plan, blocks(b), nodes(around(k)))
             end do
-         end do
+         end associate
       end do
    end subroutine blocks_after_nodes
+
+   !> The nodes around the cells of a block, each once for each cell.
+   pure function nodes_of(f, block) result(nodes)
+      type(nodal_fields_t), intent(in) :: f
+      integer, intent(in) :: block
+      integer :: nodes(corners*count(f%block_cells(:, block) > 0))
+      nodes = reshape(f%block_nodes(:, :count(f%block_cells(:, block) > 0), block), [size(nodes)])
+   end function nodes_of
 
    !> The tile in which something can be done after what is done in the tiles a and b; a may be -1, nothing.
    pure integer function after_both(plan, a, b) result(tile)
