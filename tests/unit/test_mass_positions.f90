@@ -31,7 +31,7 @@
 !> infinite at one corner, of which it loses eps/edge_margin.
 program test_mass_positions
    use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: edge_margin, inside_cell, interpolate
+   use hampm_basis, only: edge_margin, inside_cell, shape_functions
    use hampm_energy, only: linear_momentum
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
@@ -232,8 +232,8 @@ contains
       associate (p => m%particles, matrix => m%fields%mass_matrix)
          do i = 1, p%n
             associate (e => p%cell(i))
-               back(:, i) = interpolate(inside_cell(m%grid%local_coordinate(e, p%position(i))), &
-                                        m%fields%velocity(:, m%grid%element_nodes(:, e), at_start))
+               back(:, i) = matmul(m%fields%velocity(:, m%grid%element_nodes(:, e), at_start), &
+                                   shape_functions(inside_cell(m%grid%local_coordinate(e, p%position(i)))))
             end associate
          end do
          c = (maxval(p%velocity(:, 1)) + minval(p%velocity(:, 1)))/2
