@@ -13,6 +13,7 @@ module hampm_particles
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_forest, only: outside, deepest
+   use hampm_large_pages, only: prefer_large_pages
    use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
    use hampm_text, only: to_text
    implicit none
@@ -87,6 +88,12 @@ contains
       end if
       call fit_workspace(p, n, n_elements, failure)
       if (failure%failed()) return
+      call prefer_large_pages(size(p%mass), p%mass)
+      call prefer_large_pages(size(p%volume), p%volume)
+      call prefer_large_pages(size(p%reference), p%reference)
+      call prefer_large_pages(size(p%displacement), p%displacement)
+      call prefer_large_pages(size(p%velocity), p%velocity)
+      call prefer_large_pages(size(p%gradient), p%gradient)
       p%displacement = 0
       p%velocity = 0
       p%gradient = 0
@@ -115,6 +122,7 @@ contains
       end associate
       if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
       if (status /= 0) call failure%report(exit_computation, too_many(n))
+      if (status == 0) call prefer_large_pages(size(p%local), p%local)
    end subroutine fit_workspace
 
    !> Message about a lack of memory.

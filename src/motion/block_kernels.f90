@@ -1,12 +1,14 @@
-!> What a sweep does with the particles of a block: `lanes` cells side by side, in rows of one particle of each. The loop over the
-!> lanes is the vector loop: it loads and stores with unit stride, and what is summed over the particles of a cell stays in
-!> registers. Each procedure does one thing with some rows; the sweep calls those that it needs.
+!> What a sweep does with the particles of a run: blocks of `lanes` cells side by side, one block after the other, each in as many
+!> rows of one particle of each cell. The loop over the lanes is the vector loop: it loads and stores with unit stride, and what
+!> is summed over the particles of a cell stays in registers. Each procedure does one thing with all blocks of a run; the
+!> sweep calls those that it needs.
 !>
-!> The k-th place of a block is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
-!> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells.
+!> The k-th place of a run is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
+!> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells, by block.
 module hampm_block_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: edge_margin
+   use hampm_nodal_fields, only: mass_share, momentum_share, force_share, shares
    use hampm_particles, only: lanes
    implicit none
    private
@@ -17,24 +19,67 @@ module hampm_block_kernels
 
 contains
 
-   !> Set `n` sums to zero.
-   pure subroutine clear(n, sums)
-      integer, intent(in) :: n
-      real(dp), intent(out) :: sums(lanes, n)
-      integer :: l, k
-      do k = 1, n
-         !$omp simd
-         do l = 1, lanes
-            sums(l, k) = 0
+   !> Set sums of the blocks of a run to zero: the first `m` of every `ld` of each lane. (A constant gfortran 12 would store number by
+   !> number.)
+   pure subroutine clear(n, m, ld, zeros, sums)
+      integer, intent(in) :: n, m, ld
+      real(dp), intent(in) :: zeros(lanes)
+      real(dp), intent(inout) :: sums(lanes, ld, n)
+      integer :: l, k, b
+      do b = 1, n
+         do k = 1, m
+            !$omp simd
+            do l = 1, lanes
+               sums(l, k, b) = zeros(l)
+            end do
          end do
       end do
    end subroutine clear
 
-   !> The polynomials of a nodal vector field in the cells of a block, times a factor.
-   pure subroutine take_corners(factor, field, nodes, a)
-      real(dp), intent(in) :: factor(lanes)
+   !> The polynomials of a nodal vector field in the cells of a run, times a factor.
+   pure subroutine take_corners(n, factor, field, nodes, in_row, a)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: factor(lanes, n)
       real(dp), intent(in) :: field(ndim, *)            !! by point
-      integer, intent(in) :: nodes(corners, lanes)      !! points at the corners of the cells
+      integer, intent(in) :: nodes(corners, lanes, n)   !! points at the corners of the cells
+      logical, intent(in) :: in_row(n)                  !! whether the points of a block are two rows, each numbered on
+      real(dp), intent(out) :: a(lanes, corners, ndim, n)
+      integer :: b
+      do b = 1, n
+         if (in_row(b)) then
+            call take_rows(factor(1, b), field(1, nodes(1, 1, b)), field(1, nodes(3, 1, b)), a(1, 1, 1, b))
+         else
+            call take_points(factor(1, b), field, nodes(1, 1, b), a(1, 1, 1, b))
+         end if
+      end do
+   end subroutine take_corners
+
+   !> The polynomials in the cells of a block, from the points at its lower and at its upper edge.
+   pure subroutine take_rows(factor, lower, upper, a)
+      real(dp), intent(in) :: factor(lanes), lower(ndim, lanes + 1), upper(ndim, lanes + 1)
+      real(dp), intent(out) :: a(lanes, corners, ndim)
+      real(dp) :: f1, f2, f3, f4
+      integer :: l, d
+      do d = 1, ndim
+         !$omp simd private(f1, f2, f3, f4)
+         do l = 1, lanes
+            f1 = factor(l)*lower(d, l)
+            f2 = factor(l)*lower(d, l + 1)
+            f3 = factor(l)*upper(d, l)
+            f4 = factor(l)*upper(d, l + 1)
+            a(l, 1, d) = f1
+            a(l, 2, d) = f2 - f1
+            a(l, 3, d) = f3 - f1
+            a(l, 4, d) = (f4 - f3) - (f2 - f1)
+         end do
+      end do
+   end subroutine take_rows
+
+   !> The polynomials in the cells of a block, from any points.
+   pure subroutine take_points(factor, field, nodes, a)
+      real(dp), intent(in) :: factor(lanes)
+      real(dp), intent(in) :: field(ndim, *)
+      integer, intent(in) :: nodes(corners, lanes)
       real(dp), intent(out) :: a(lanes, corners, ndim)
       real(dp) :: f1, f2, f3, f4
       integer :: l, c, d
@@ -58,192 +103,203 @@ contains
             a(l, 4, d) = (f4 - f3) - (f2 - f1)
          end do
       end do
-   end subroutine take_corners
+   end subroutine take_points
 
    !> Local coordinates of the reference positions, kept inside the cells.
-   pure subroutine locate_reference(rows, ld, lower, inverse_size, x, xi)
-      integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: lower(lanes, ndim), inverse_size(lanes), x(ld, ndim)
+   pure subroutine locate_reference(n, rows, ld, lower, inverse_size, x, xi)
+      integer, intent(in) :: n, rows, ld
+      real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n), x(ld, ndim)
       real(dp), intent(inout) :: xi(ld, ndim)
-      integer :: s, l, k, d
-      do s = 1, rows
-         k = lanes*(s - 1)
-         do d = 1, ndim
-            !$omp simd
-            do l = 1, lanes
-               xi(k + l, d) = min(max((x(k + l, d) - lower(l, d))*inverse_size(l), edge_margin), 1 - edge_margin)
+      integer :: b, s, l, k, d
+      do b = 1, n
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            do d = 1, ndim
+               !$omp simd
+               do l = 1, lanes
+                  xi(k + l, d) = min(max((x(k + l, d) - lower(l, d, b))*inverse_size(l, b), edge_margin), 1 - edge_margin)
+               end do
             end do
          end do
       end do
    end subroutine locate_reference
 
-   !> Local coordinates of the present positions, kept inside the cells, and by how much that has changed them: the sum by lane, in
-   !> cells. At most `rows` times 4 `edge_margin` is rounding; more, or what is not a number, tells that a particle has left.
-   pure subroutine locate_present(rows, ld, lower, inverse_size, x, u, xi, beyond)
-      integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: lower(lanes, ndim), inverse_size(lanes), x(ld, ndim), u(ld, ndim)
+   !> Local coordinates of the present positions, kept inside the cells, and by how much that has changed them: add the sums by
+   !> lane, in cells. At most `rows` times 4 `edge_margin` is rounding; more, or what is not a number, tells that a particle has left.
+   pure subroutine locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
+      integer, intent(in) :: n, rows, ld
+      real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n), x(ld, ndim), u(ld, ndim)
       real(dp), intent(inout) :: xi(ld, ndim)
-      real(dp), intent(out) :: beyond(lanes)
+      real(dp), intent(inout) :: beyond(lanes, n)
       real(dp) :: total(lanes), free1, free2, inside1, inside2
-      integer :: s, l, k
-      !$omp simd
-      do l = 1, lanes
-         total(l) = 0
-      end do
-      do s = 1, rows
-         k = lanes*(s - 1)
-         !$omp simd private(free1, free2, inside1, inside2)
-         do l = 1, lanes
-            free1 = ((x(k + l, 1) - lower(l, 1)) + u(k + l, 1))*inverse_size(l)
-            free2 = ((x(k + l, 2) - lower(l, 2)) + u(k + l, 2))*inverse_size(l)
-            inside1 = min(max(free1, edge_margin), 1 - edge_margin)
-            inside2 = min(max(free2, edge_margin), 1 - edge_margin)
-            xi(k + l, 1) = inside1
-            xi(k + l, 2) = inside2
-            total(l) = total(l) + (abs(free1 - inside1) + abs(free2 - inside2))
+      integer :: b, s, l, k
+      do b = 1, n
+         total = beyond(:, b)
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            !$omp simd private(free1, free2, inside1, inside2)
+            do l = 1, lanes
+               free1 = ((x(k + l, 1) - lower(l, 1, b)) + u(k + l, 1))*inverse_size(l, b)
+               free2 = ((x(k + l, 2) - lower(l, 2, b)) + u(k + l, 2))*inverse_size(l, b)
+               inside1 = min(max(free1, edge_margin), 1 - edge_margin)
+               inside2 = min(max(free2, edge_margin), 1 - edge_margin)
+               xi(k + l, 1) = inside1
+               xi(k + l, 2) = inside2
+               total(l) = total(l) + (abs(free1 - inside1) + abs(free2 - inside2))
+            end do
          end do
+         beyond(:, b) = total
       end do
-      beyond = total
    end subroutine locate_present
 
    !> v <- v + a: what is interpolated from the nodes.
-   pure subroutine add_field(rows, ld, xi, a, v)
-      integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim)
+   pure subroutine add_field(n, rows, ld, xi, a, v)
+      integer, intent(in) :: n, rows, ld
+      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
       real(dp), intent(inout) :: v(ld, ndim)
-      integer :: s, l, k
-      do s = 1, rows
-         k = lanes*(s - 1)
-         !$omp simd
-         do l = 1, lanes
-            v(k + l, 1) = v(k + l, 1) + ((a(l, 1, 1) + xi(k + l, 1)*a(l, 2, 1)) &
-                                         + xi(k + l, 2)*(a(l, 3, 1) + xi(k + l, 1)*a(l, 4, 1)))
-            v(k + l, 2) = v(k + l, 2) + ((a(l, 1, 2) + xi(k + l, 1)*a(l, 2, 2)) &
-                                         + xi(k + l, 2)*(a(l, 3, 2) + xi(k + l, 1)*a(l, 4, 2)))
+      integer :: b, s, l, k
+      do b = 1, n
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            !$omp simd
+            do l = 1, lanes
+               v(k + l, 1) = v(k + l, 1) + ((a(l, 1, 1, b) + xi(k + l, 1)*a(l, 2, 1, b)) &
+                                            + xi(k + l, 2)*(a(l, 3, 1, b) + xi(k + l, 1)*a(l, 4, 1, b)))
+               v(k + l, 2) = v(k + l, 2) + ((a(l, 1, 2, b) + xi(k + l, 1)*a(l, 2, 2, b)) &
+                                            + xi(k + l, 2)*(a(l, 3, 2, b) + xi(k + l, 1)*a(l, 4, 2, b)))
+            end do
          end do
       end do
    end subroutine add_field
 
    !> H <- H + L, L being the gradient of what is interpolated from the nodes.
-   pure subroutine add_gradient(rows, ld, xi, a, h)
-      integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim)
+   pure subroutine add_gradient(n, rows, ld, xi, a, h)
+      integer, intent(in) :: n, rows, ld
+      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
       real(dp), intent(inout) :: h(ld, ndim, ndim)
-      integer :: s, l, k, d
-      do s = 1, rows
-         k = lanes*(s - 1)
-         do d = 1, ndim
-            !$omp simd
-            do l = 1, lanes
-               h(k + l, d, 1) = h(k + l, d, 1) + (a(l, 2, d) + xi(k + l, 2)*a(l, 4, d))
-               h(k + l, d, 2) = h(k + l, d, 2) + (a(l, 3, d) + xi(k + l, 1)*a(l, 4, d))
+      integer :: b, s, l, k, d
+      do b = 1, n
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            do d = 1, ndim
+               !$omp simd
+               do l = 1, lanes
+                  h(k + l, d, 1) = h(k + l, d, 1) + (a(l, 2, d, b) + xi(k + l, 2)*a(l, 4, d, b))
+                  h(k + l, d, 2) = h(k + l, d, 2) + (a(l, 3, d, b) + xi(k + l, 1)*a(l, 4, d, b))
+               end do
             end do
          end do
       end do
    end subroutine add_gradient
 
    !> H <- H + L (I + H), L as in `add_gradient`.
-   pure subroutine add_gradient_product(rows, ld, xi, a, h)
-      integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim)
+   pure subroutine add_gradient_product(n, rows, ld, xi, a, h)
+      integer, intent(in) :: n, rows, ld
+      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
       real(dp), intent(inout) :: h(ld, ndim, ndim)
       real(dp) :: l11, l12, l21, l22, h11, h12, h21, h22
-      integer :: s, l, k
-      do s = 1, rows
-         k = lanes*(s - 1)
-         !$omp simd private(l11, l12, l21, l22, h11, h12, h21, h22)
-         do l = 1, lanes
-            l11 = a(l, 2, 1) + xi(k + l, 2)*a(l, 4, 1)
-            l12 = a(l, 3, 1) + xi(k + l, 1)*a(l, 4, 1)
-            l21 = a(l, 2, 2) + xi(k + l, 2)*a(l, 4, 2)
-            l22 = a(l, 3, 2) + xi(k + l, 1)*a(l, 4, 2)
-            h11 = h(k + l, 1, 1)
-            h21 = h(k + l, 2, 1)
-            h12 = h(k + l, 1, 2)
-            h22 = h(k + l, 2, 2)
-            h(k + l, 1, 1) = h11 + (l11 + (l11*h11 + l12*h21))
-            h(k + l, 2, 1) = h21 + (l21 + (l21*h11 + l22*h21))
-            h(k + l, 1, 2) = h12 + (l12 + (l11*h12 + l12*h22))
-            h(k + l, 2, 2) = h22 + (l22 + (l21*h12 + l22*h22))
+      integer :: b, s, l, k
+      do b = 1, n
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            !$omp simd private(l11, l12, l21, l22, h11, h12, h21, h22)
+            do l = 1, lanes
+               l11 = a(l, 2, 1, b) + xi(k + l, 2)*a(l, 4, 1, b)
+               l12 = a(l, 3, 1, b) + xi(k + l, 1)*a(l, 4, 1, b)
+               l21 = a(l, 2, 2, b) + xi(k + l, 2)*a(l, 4, 2, b)
+               l22 = a(l, 3, 2, b) + xi(k + l, 1)*a(l, 4, 2, b)
+               h11 = h(k + l, 1, 1)
+               h21 = h(k + l, 2, 1)
+               h12 = h(k + l, 1, 2)
+               h22 = h(k + l, 2, 2)
+               h(k + l, 1, 1) = h11 + (l11 + (l11*h11 + l12*h21))
+               h(k + l, 2, 1) = h21 + (l21 + (l21*h11 + l22*h21))
+               h(k + l, 1, 2) = h12 + (l12 + (l11*h12 + l12*h22))
+               h(k + l, 2, 2) = h22 + (l22 + (l21*h12 + l22*h22))
+            end do
          end do
       end do
    end subroutine add_gradient_product
 
    !> Add the shares of the corners in the masses (9). Here and in the momenta each is a product: as differences they would lose
    !> all digits at nodes whose mass is small, and the velocity of these with them.
-   pure subroutine add_mass(rows, ld, xi, mass, share)
-      integer, intent(in) :: rows, ld
+   pure subroutine add_mass(n, rows, ld, xi, mass, share)
+      integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
-      real(dp), intent(inout) :: share(lanes, corners)
+      real(dp), intent(inout) :: share(lanes, corners, shares, n)
       real(dp), dimension(lanes) :: m1, m2, m3, m4
       real(dp) :: left, right
-      integer :: s, l, k
-      m1 = share(:, 1)
-      m2 = share(:, 2)
-      m3 = share(:, 3)
-      m4 = share(:, 4)
-      do s = 1, rows
-         k = lanes*(s - 1)
-         !$omp simd private(left, right)
-         do l = 1, lanes
-            left = (1 - xi(k + l, 1))*mass(k + l)
-            right = xi(k + l, 1)*mass(k + l)
-            m1(l) = m1(l) + left*(1 - xi(k + l, 2))
-            m2(l) = m2(l) + right*(1 - xi(k + l, 2))
-            m3(l) = m3(l) + left*xi(k + l, 2)
-            m4(l) = m4(l) + right*xi(k + l, 2)
+      integer :: b, s, l, k
+      do b = 1, n
+         m1 = share(:, 1, mass_share, b)
+         m2 = share(:, 2, mass_share, b)
+         m3 = share(:, 3, mass_share, b)
+         m4 = share(:, 4, mass_share, b)
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            !$omp simd private(left, right)
+            do l = 1, lanes
+               left = (1 - xi(k + l, 1))*mass(k + l)
+               right = xi(k + l, 1)*mass(k + l)
+               m1(l) = m1(l) + left*(1 - xi(k + l, 2))
+               m2(l) = m2(l) + right*(1 - xi(k + l, 2))
+               m3(l) = m3(l) + left*xi(k + l, 2)
+               m4(l) = m4(l) + right*xi(k + l, 2)
+            end do
          end do
+         share(:, 1, mass_share, b) = m1
+         share(:, 2, mass_share, b) = m2
+         share(:, 3, mass_share, b) = m3
+         share(:, 4, mass_share, b) = m4
       end do
-      share(:, 1) = m1
-      share(:, 2) = m2
-      share(:, 3) = m3
-      share(:, 4) = m4
    end subroutine add_mass
 
    !> Add the shares of the corners in the momenta, the right-hand side of (8).
-   pure subroutine add_momentum(rows, ld, xi, mass, v, share)
-      integer, intent(in) :: rows, ld
+   pure subroutine add_momentum(n, rows, ld, xi, mass, v, share)
+      integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld), v(ld, ndim)
-      real(dp), intent(inout) :: share(lanes, corners, ndim)
+      real(dp), intent(inout) :: share(lanes, corners, shares, n)
       real(dp), dimension(lanes) :: p1, p2, p3, p4, q1, q2, q3, q4
       real(dp) :: left, right, m1, m2, m3, m4
-      integer :: s, l, k
-      p1 = share(:, 1, 1)
-      p2 = share(:, 2, 1)
-      p3 = share(:, 3, 1)
-      p4 = share(:, 4, 1)
-      q1 = share(:, 1, 2)
-      q2 = share(:, 2, 2)
-      q3 = share(:, 3, 2)
-      q4 = share(:, 4, 2)
-      do s = 1, rows
-         k = lanes*(s - 1)
-         !$omp simd private(left, right, m1, m2, m3, m4)
-         do l = 1, lanes
-            left = (1 - xi(k + l, 1))*mass(k + l)
-            right = xi(k + l, 1)*mass(k + l)
-            m1 = left*(1 - xi(k + l, 2))
-            m2 = right*(1 - xi(k + l, 2))
-            m3 = left*xi(k + l, 2)
-            m4 = right*xi(k + l, 2)
-            p1(l) = p1(l) + m1*v(k + l, 1)
-            p2(l) = p2(l) + m2*v(k + l, 1)
-            p3(l) = p3(l) + m3*v(k + l, 1)
-            p4(l) = p4(l) + m4*v(k + l, 1)
-            q1(l) = q1(l) + m1*v(k + l, 2)
-            q2(l) = q2(l) + m2*v(k + l, 2)
-            q3(l) = q3(l) + m3*v(k + l, 2)
-            q4(l) = q4(l) + m4*v(k + l, 2)
+      integer :: b, s, l, k
+      do b = 1, n
+         p1 = share(:, 1, momentum_share, b)
+         p2 = share(:, 2, momentum_share, b)
+         p3 = share(:, 3, momentum_share, b)
+         p4 = share(:, 4, momentum_share, b)
+         q1 = share(:, 1, momentum_share + 1, b)
+         q2 = share(:, 2, momentum_share + 1, b)
+         q3 = share(:, 3, momentum_share + 1, b)
+         q4 = share(:, 4, momentum_share + 1, b)
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            !$omp simd private(left, right, m1, m2, m3, m4)
+            do l = 1, lanes
+               left = (1 - xi(k + l, 1))*mass(k + l)
+               right = xi(k + l, 1)*mass(k + l)
+               m1 = left*(1 - xi(k + l, 2))
+               m2 = right*(1 - xi(k + l, 2))
+               m3 = left*xi(k + l, 2)
+               m4 = right*xi(k + l, 2)
+               p1(l) = p1(l) + m1*v(k + l, 1)
+               p2(l) = p2(l) + m2*v(k + l, 1)
+               p3(l) = p3(l) + m3*v(k + l, 1)
+               p4(l) = p4(l) + m4*v(k + l, 1)
+               q1(l) = q1(l) + m1*v(k + l, 2)
+               q2(l) = q2(l) + m2*v(k + l, 2)
+               q3(l) = q3(l) + m3*v(k + l, 2)
+               q4(l) = q4(l) + m4*v(k + l, 2)
+            end do
          end do
+         share(:, 1, momentum_share, b) = p1
+         share(:, 2, momentum_share, b) = p2
+         share(:, 3, momentum_share, b) = p3
+         share(:, 4, momentum_share, b) = p4
+         share(:, 1, momentum_share + 1, b) = q1
+         share(:, 2, momentum_share + 1, b) = q2
+         share(:, 3, momentum_share + 1, b) = q3
+         share(:, 4, momentum_share + 1, b) = q4
       end do
-      share(:, 1, 1) = p1
-      share(:, 2, 1) = p2
-      share(:, 3, 1) = p3
-      share(:, 4, 1) = p4
-      share(:, 1, 2) = q1
-      share(:, 2, 2) = q2
-      share(:, 3, 2) = q3
-      share(:, 4, 2) = q4
    end subroutine add_momentum
 
    !> Add the mass matrices (6) of the particles to those of the cells, 0 being none.
@@ -299,61 +355,66 @@ contains
 
    !> Add to the sums from which the internal forces (7) follow: those of volume times stress, and of the same times the local
    !> coordinate across its direction; the second index is that of t in `linear_forces`.
-   pure subroutine add_stress(rows, ld, xi, t, total, moment)
-      integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: xi(ld, ndim), t(lanes, ndim*ndim, rows)
-      real(dp), intent(inout) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+   pure subroutine add_stress(n, rows, ld, xi, t, total, moment)
+      integer, intent(in) :: n, rows, ld
+      real(dp), intent(in) :: xi(ld, ndim), t(lanes, ndim*ndim, rows, n)
+      real(dp), intent(inout) :: total(lanes, ndim*ndim, n), moment(lanes, ndim*ndim, n)
       real(dp), dimension(lanes) :: t1, t2, t3, t4, m1, m2, m3, m4
-      integer :: s, l, k
-      t1 = total(:, 1)
-      t2 = total(:, 2)
-      t3 = total(:, 3)
-      t4 = total(:, 4)
-      m1 = moment(:, 1)
-      m2 = moment(:, 2)
-      m3 = moment(:, 3)
-      m4 = moment(:, 4)
-      do s = 1, rows
-         k = lanes*(s - 1)
-         !$omp simd
-         do l = 1, lanes
-            t1(l) = t1(l) + t(l, 1, s)
-            t2(l) = t2(l) + t(l, 2, s)
-            t3(l) = t3(l) + t(l, 3, s)
-            t4(l) = t4(l) + t(l, 4, s)
-            m1(l) = m1(l) + xi(k + l, 2)*t(l, 1, s)
-            m2(l) = m2(l) + xi(k + l, 2)*t(l, 2, s)
-            m3(l) = m3(l) + xi(k + l, 1)*t(l, 3, s)
-            m4(l) = m4(l) + xi(k + l, 1)*t(l, 4, s)
+      integer :: b, s, l, k
+      do b = 1, n
+         t1 = total(:, 1, b)
+         t2 = total(:, 2, b)
+         t3 = total(:, 3, b)
+         t4 = total(:, 4, b)
+         m1 = moment(:, 1, b)
+         m2 = moment(:, 2, b)
+         m3 = moment(:, 3, b)
+         m4 = moment(:, 4, b)
+         do s = 1, rows
+            k = lanes*(rows*(b - 1) + s - 1)
+            !$omp simd
+            do l = 1, lanes
+               t1(l) = t1(l) + t(l, 1, s, b)
+               t2(l) = t2(l) + t(l, 2, s, b)
+               t3(l) = t3(l) + t(l, 3, s, b)
+               t4(l) = t4(l) + t(l, 4, s, b)
+               m1(l) = m1(l) + xi(k + l, 2)*t(l, 1, s, b)
+               m2(l) = m2(l) + xi(k + l, 2)*t(l, 2, s, b)
+               m3(l) = m3(l) + xi(k + l, 1)*t(l, 3, s, b)
+               m4(l) = m4(l) + xi(k + l, 1)*t(l, 4, s, b)
+            end do
          end do
+         total(:, 1, b) = t1
+         total(:, 2, b) = t2
+         total(:, 3, b) = t3
+         total(:, 4, b) = t4
+         moment(:, 1, b) = m1
+         moment(:, 2, b) = m2
+         moment(:, 3, b) = m3
+         moment(:, 4, b) = m4
       end do
-      total(:, 1) = t1
-      total(:, 2) = t2
-      total(:, 3) = t3
-      total(:, 4) = t4
-      moment(:, 1) = m1
-      moment(:, 2) = m2
-      moment(:, 3) = m3
-      moment(:, 4) = m4
    end subroutine add_stress
 
    !> The shares of the corners in the internal forces from the sums of `add_stress`.
-   pure subroutine divergence(inverse_size, total, moment, share)
-      real(dp), intent(in) :: inverse_size(lanes), total(lanes, ndim, ndim), moment(lanes, ndim, ndim)
-      real(dp), intent(out) :: share(lanes, corners, ndim)
+   pure subroutine divergence(n, inverse_size, total, moment, share)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: inverse_size(lanes, n), total(lanes, ndim, ndim, n), moment(lanes, ndim, ndim, n)
+      real(dp), intent(inout) :: share(lanes, corners, shares, n)
       real(dp) :: x_lower, x_upper, y_lower, y_upper
-      integer :: l, d
-      do d = 1, ndim
-         !$omp simd private(x_lower, x_upper, y_lower, y_upper)
-         do l = 1, lanes
-            x_upper = inverse_size(l)*moment(l, d, 1)
-            x_lower = inverse_size(l)*total(l, d, 1) - x_upper
-            y_upper = inverse_size(l)*moment(l, d, 2)
-            y_lower = inverse_size(l)*total(l, d, 2) - y_upper
-            share(l, 1, d) = x_lower + y_lower
-            share(l, 2, d) = y_upper - x_lower
-            share(l, 3, d) = x_upper - y_lower
-            share(l, 4, d) = -x_upper - y_upper
+      integer :: b, l, d
+      do b = 1, n
+         do d = 1, ndim
+            !$omp simd private(x_lower, x_upper, y_lower, y_upper)
+            do l = 1, lanes
+               x_upper = inverse_size(l, b)*moment(l, d, 1, b)
+               x_lower = inverse_size(l, b)*total(l, d, 1, b) - x_upper
+               y_upper = inverse_size(l, b)*moment(l, d, 2, b)
+               y_lower = inverse_size(l, b)*total(l, d, 2, b) - y_upper
+               share(l, 1, force_share + d - 1, b) = x_lower + y_lower
+               share(l, 2, force_share + d - 1, b) = y_upper - x_lower
+               share(l, 3, force_share + d - 1, b) = x_upper - y_lower
+               share(l, 4, force_share + d - 1, b) = -x_upper - y_upper
+            end do
          end do
       end do
    end subroutine divergence

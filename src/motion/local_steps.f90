@@ -52,6 +52,7 @@ module hampm_local_steps
       integer, allocatable, private :: nodes_until(:), dependents_until(:)
       ! Of cells that sum and wait, beside the nodes: fields of the corners of the blocks, (ndim, corners, lanes, n_blocks)
       integer, allocatable, private :: corner(:, :, :)        !! numbers of the corners, (corners, lanes, n_blocks)
+      logical, allocatable, private :: in_row(:)              !! whether these are two rows: no; (n_blocks)
       real(dp), allocatable, private :: kick(:, :, :, :)      !! sum of the accelerations [m/s2] and
       real(dp), allocatable, private :: way(:, :, :, :)       !! sum of the velocities [m/s] since the last turn, each as many times
                                                               !! as it has acted for dt
@@ -181,12 +182,13 @@ contains
          call order_by_rate(all%nodes(all%n_nodes + 1:all%n_points), p%groups%velocity_rate, c%largest, c%dependents, &
                             c%dependents_until)
          if (allocated(c%load)) deallocate (c%load)
-         if (allocated(c%matrix)) deallocate (c%matrix, c%corner, c%kick, c%way, c%move, c%partial_power)
+         if (allocated(c%matrix)) deallocate (c%matrix, c%corner, c%in_row, c%kick, c%way, c%move, c%partial_power)
          associate (n => p%n_blocks)
             allocate (c%matrix(lanes, corners, corners, n), c%partial_power(size(c%nodes)/nodes_per_block + 1))
             allocate (c%kick(ndim, corners, lanes, n), c%way(ndim, corners, lanes, n), c%move(ndim, corners, lanes, n), &
                       source=0.0_dp)
             c%corner = reshape([(k, k=1, corners*lanes*n)], [corners, lanes, n])
+            allocate (c%in_row(n), source=.false.)
          end associate
       end associate
       call map_matrices(c, m%particles, m%fields)
@@ -374,7 +376,8 @@ contains
       do first = run%blocks(1), run%blocks(2), blocks_per_task
          associate (blocks => [(b, b=first, min(first + blocks_per_task - 1, run%blocks(2)))])
             if (by_corners) then
-               call sweep_between(sweep, dt, m%materials, m%particles, m%fields, .false., blocks, c%corner, c%kick, c%move, c%way)
+               call sweep_between(sweep, dt, m%materials, m%particles, m%fields, .false., blocks, c%corner, c%in_row, &
+                                  c%kick, c%move, c%way)
             else
                call sweep_list(sweep, dt, m%materials, m%particles, m%fields, .false., blocks)
             end if

@@ -4,6 +4,7 @@ module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
+   use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble, nodes_per_block
    use hampm_particles, only: particles_t, lanes
    implicit none
@@ -40,6 +41,8 @@ module hampm_nodal_fields
       integer, allocatable :: block_cells(:, :)         !! elements of each block, 0 for none, (lanes, n_blocks)
       integer, allocatable :: block_nodes(:, :, :)      !! points at the corners of the cells, those of another cell where there is
                                                         !! none; (corners, lanes, n_blocks)
+      logical, allocatable :: in_row(:)                 !! whether these points are two rows, lower and upper, each numbered on;
+                                                        !! (n_blocks)
       real(dp), allocatable :: block_lower(:, :, :)     !! lower corners of the cells [m], (lanes, ndim, n_blocks)
       real(dp), allocatable :: block_inverse_size(:, :) !! 1 / edge length of the cells [1/m], (lanes, n_blocks)
       real(dp), allocatable :: share(:, :, :, :)        !! of mass, momentum and internal force: `mass_share` and so on;
@@ -133,15 +136,16 @@ contains
       integer :: n, status
       if (allocated(f%left)) then
          if (size(f%left) >= n_blocks) return
-         deallocate (f%block_cells, f%block_nodes, f%block_lower, f%block_inverse_size, f%share, f%left, f%audit)
+         deallocate (f%block_cells, f%block_nodes, f%in_row, f%block_lower, f%block_inverse_size, f%share, f%left, f%audit)
       end if
       n = n_blocks + n_blocks/8
-      allocate (f%block_cells(lanes, n), f%block_nodes(corners, lanes, n), f%block_lower(lanes, ndim, n), &
+      allocate (f%block_cells(lanes, n), f%block_nodes(corners, lanes, n), f%in_row(n), f%block_lower(lanes, ndim, n), &
                 f%block_inverse_size(lanes, n), f%share(lanes, corners, shares, 0:n), f%left(n), f%audit(2, n), stat=status)
       if (status /= 0) then
          call failure%report(exit_computation, 'grid: not enough memory for its cells')
          return
       end if
+      call prefer_large_pages(size(f%share), f%share)
       f%share = 0
       f%left = .false.
       f%audit = 0
@@ -170,6 +174,7 @@ contains
             f%block_lower(l, :, b) = grid%element_lower(:, e)
             f%block_inverse_size(l, b) = 1/grid%element_size(e)
          end do
+         f%in_row(b) = are_in_row(f%block_nodes(:, :, b))
       end do
       do point = 1, grid%n_points
          do c = 1, corners
@@ -181,6 +186,17 @@ contains
          end do
       end do
    end subroutine place_blocks
+
+   !> Whether the points of a block are those of cells side by side whose lower and upper points are each numbered on.
+   pure logical function are_in_row(nodes)
+      integer, intent(in) :: nodes(corners, lanes)
+      integer :: l
+      are_in_row = .true.
+      do l = 1, lanes
+         are_in_row = are_in_row .and. all(nodes(1:2, l) == nodes(1, 1) + [l - 1, l]) &
+                      .and. all(nodes(3:4, l) == nodes(3, 1) + [l - 1, l])
+      end do
+   end function are_in_row
 
    !> Whether some element around a point is occupied.
    pure logical function touches_particles(grid, p, point)

@@ -14,8 +14,9 @@
 !> The schemes USF, USL, USAVG and MUSL are short lists of such sweeps (`hampm_schemes`). Blocks do not share what they
 !> write: the result has the same bytes on any number of threads.
 !>
-!> Where the cells of a block have equal numbers of particles, these stand in the arrays as the kernels want them. Else they
-!> pass through a buffer, in which cells with fewer are filled up with nothing: places without mass and volume.
+!> Where the cells of a block have equal numbers of particles, these stand in the arrays as the kernels want them, and blocks
+!> that follow each other with as many rows are done together, as a run. The particles of other blocks pass through a
+!> buffer, in which cells with fewer are filled up with nothing: places without mass and volume.
 module hampm_sweep
    use hampm_kinds, only: dp, ndim, corners
    use hampm_audit, only: kick_energy, strain_work
@@ -25,7 +26,7 @@ module hampm_sweep
    use hampm_mass_matrix, only: mass_matrix_t, prepare_cell
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t, lanes
-   use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mass_share, momentum_share, force_share, shares
+   use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mass_share, momentum_share, shares
    implicit none
    private
    public :: sweep_t, sweep_report_t, sweep_particles, sweep_list, sweep_between, look_for_leavers, blocks_per_task
@@ -87,12 +88,13 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: audit
       integer, intent(in) :: blocks(:)
-      call sweep_between(sweep, dt, materials, p, f, audit, blocks, f%block_nodes, f%acceleration, f%velocity(1, 1, new), &
-                         f%velocity(1, 1, sweep%strain_by))
+      call sweep_between(sweep, dt, materials, p, f, audit, blocks, f%block_nodes, f%in_row, f%acceleration, &
+                         f%velocity(1, 1, new), f%velocity(1, 1, sweep%strain_by))
    end subroutine sweep_list
 
    !> Do one sweep over some blocks by given fields of given points at the corners of the cells.
-   subroutine sweep_between(sweep, dt, materials, p, f, audit, blocks, nodes, acceleration, new_velocity, strain_velocity)
+   subroutine sweep_between(sweep, dt, materials, p, f, audit, blocks, nodes, in_row, acceleration, new_velocity, &
+                            strain_velocity)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt                        !! time step [s]
       type(material_t), intent(in) :: materials(:)
@@ -101,12 +103,13 @@ contains
       logical, intent(in) :: audit
       integer, intent(in) :: blocks(:)
       integer, intent(in) :: nodes(corners, lanes, *)   !! by block
+      logical, intent(in) :: in_row(*)                  !! as in `nodal_fields_t`, by block
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       call sweep_blocks(sweep, dt, materials, audit, size(blocks), blocks, p%total_frame, p%n, p%mass, p%volume, p%reference, &
                         p%local, p%displacement, p%velocity, p%gradient, p%material, p%block_first, p%block_rows, &
-                        p%block_is_even, p%block_material, p%first_in, p%count_in, p%block_cells, nodes, f%block_lower, &
-                        f%block_inverse_size, acceleration, new_velocity, strain_velocity, f%share(1, 1, 1, 1), f%left, &
-                        f%audit, f%mass_matrix)
+                        p%block_is_even, p%block_material, p%first_in, p%count_in, p%block_cells, nodes, in_row, &
+                        f%block_lower, f%block_inverse_size, acceleration, new_velocity, strain_velocity, &
+                        f%share(1, 1, 1, 0), f%share(1, 1, 1, 1), f%left, f%audit, f%mass_matrix)
    end subroutine sweep_between
 
    !> Report whether particles have left their cells.
@@ -121,8 +124,8 @@ contains
    !> The sweep over some blocks. Arrays of particles come bare, so that the compiler knows that they do not overlap.
    subroutine sweep_blocks(sweep, dt, materials, audit, n_listed, listed, total_frame, n, mass, volume, reference, local, &
                            displacement, velocity, gradient, material, block_first, block_rows, block_is_even, &
-                           block_material, first_in, count_in, block_cells, nodes, lower, inverse_size, &
-                           acceleration, new_velocity, strain_velocity, share, left, audited, matrix)
+                           block_material, first_in, count_in, block_cells, nodes, in_row, lower, inverse_size, &
+                           acceleration, new_velocity, strain_velocity, zeros, share, left, audited, matrix)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       type(material_t), intent(in) :: materials(:)
@@ -133,24 +136,27 @@ contains
       real(dp), intent(in) :: mass(n), volume(n), reference(n, ndim)
       real(dp), intent(inout) :: local(n, ndim), displacement(n, ndim), velocity(n, ndim), gradient(n, ndim, ndim)
       integer, intent(in) :: block_first(*), block_rows(*), block_material(*), first_in(*), count_in(*), block_cells(lanes, *)
-      logical, intent(in) :: block_is_even(*)
+      logical, intent(in) :: block_is_even(*), in_row(*)
       integer, intent(in) :: nodes(corners, lanes, *)
       real(dp), intent(in) :: lower(lanes, ndim, *), inverse_size(lanes, *)
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
+      real(dp), intent(in) :: zeros(lanes)
       real(dp), intent(inout) :: share(lanes, corners, shares, *), audited(2, *)
       logical, intent(inout) :: left(*)
       type(mass_matrix_t), intent(inout) :: matrix
       integer, parameter :: room = lanes*most_rows
       real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
       integer :: material_of(room)
-      real(dp), dimension(lanes, corners, ndim) :: kick_by, strain_by, move_by
-      real(dp), dimension(lanes, ndim*ndim) :: total, moment
-      real(dp) :: beyond(lanes), step(lanes), lambda, mu
+      real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
+      real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
+      real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
       logical :: is_linear
-      integer :: j, b, i, s, rows
-      do j = 1, n_listed
+      integer :: j, b, n_blocks, i, s, rows
+      j = 1
+      do while (j <= n_listed)
          b = listed(j)
-         call start_block()
+         n_blocks = length_of_run()
+         call start_run()
          s = 1
          do while (s <= block_rows(b))
             rows = min(most_rows, block_rows(b) - s + 1)
@@ -165,33 +171,50 @@ contains
             end if
             s = s + rows
          end do
-         call finish_block()
+         call finish_run()
+         j = j + n_blocks
       end do
    contains
 
-      !> Prepare the nodal fields of a block and clear its sums.
-      subroutine start_block()
-         integer :: l
-         step = dt
-         if (sweep%kick) call take_corners(step, acceleration, nodes(1, 1, b), kick_by)
-         if (sweep%move) call take_corners(step, new_velocity, nodes(1, 1, b), move_by)
+      !> How many of the listed blocks, from the present one on, can be done together.
+      pure integer function length_of_run() result(length)
+         length = 1
+         if (.not. block_is_even(b)) return
+         do while (j + length <= n_listed .and. (length + 1)*block_rows(b) <= most_rows)
+            associate (next => b + length)
+               if (listed(j + length) /= next) exit
+               if (.not. (block_is_even(next) .and. block_rows(next) == block_rows(b) .and. &
+                          block_material(next) == block_material(b))) exit
+            end associate
+            length = length + 1
+         end do
+      end function length_of_run
+
+      !> Prepare the nodal fields of a run and clear its sums.
+      subroutine start_run()
+         integer :: k, l
+         step(:, :n_blocks) = dt
+         if (sweep%kick) call take_corners(n_blocks, step, acceleration, nodes(1, 1, b), in_row(b), kick_by)
+         if (sweep%move) call take_corners(n_blocks, step, new_velocity, nodes(1, 1, b), in_row(b), move_by)
          if (sweep%strain_fraction > 0) then
-            step = (sweep%strain_fraction*dt)*inverse_size(:, b)
-            call take_corners(step, strain_velocity, nodes(1, 1, b), strain_by)
+            step(:, :n_blocks) = (sweep%strain_fraction*dt)*inverse_size(:, b:b + n_blocks - 1)
+            call take_corners(n_blocks, step, strain_velocity, nodes(1, 1, b), in_row(b), strain_by)
          end if
-         if (sweep%map_mass) call clear(corners, share(1, 1, mass_share, b))
-         if (sweep%map_momentum) call clear(corners*ndim, share(1, 1, momentum_share, b))
+         if (sweep%map_mass) call clear(n_blocks, corners, corners*shares, zeros, share(1, 1, mass_share, b))
+         if (sweep%map_momentum) call clear(n_blocks, corners*ndim, corners*shares, zeros, share(1, 1, momentum_share, b))
          if (sweep%map_force) then
-            call clear(ndim*ndim, total)
-            call clear(ndim*ndim, moment)
+            call clear(n_blocks, ndim*ndim, ndim*ndim, zeros, total)
+            call clear(n_blocks, ndim*ndim, ndim*ndim, zeros, moment)
          end if
-         call clear(1, beyond)
+         if (sweep%move) call clear(n_blocks, 1, 1, zeros, beyond)
          if (sweep%map_matrix) then
-            do l = 1, lanes
-               if (block_cells(l, b) > 0) matrix%cell(:, :, block_cells(l, b)) = 0
+            do k = b, b + n_blocks - 1
+               do l = 1, lanes
+                  if (block_cells(l, k) > 0) matrix%cell(:, :, block_cells(l, k)) = 0
+               end do
             end do
          end if
-         if (audit) audited(:, b) = 0
+         if (audit) audited(:, b:b + n_blocks - 1) = 0
          is_linear = block_material(b) > 0
          if (is_linear) then
             associate (m => materials(block_material(b)))
@@ -200,51 +223,66 @@ contains
                mu = m%mu
             end associate
          end if
-      end subroutine start_block
+      end subroutine start_run
 
-      !> Do some rows of particles, whose arrays have the leading dimension `ld`.
+      !> Do some rows of particles of each block of a run, whose arrays have the leading dimension `ld`.
       subroutine sweep_rows(ld, mass, volume, x, xi, u, v, h, material)
          integer, intent(in) :: ld, material(ld)
          real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
          real(dp), intent(inout) :: xi(ld, ndim), u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
-         real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes)
+         real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_rows)
+         integer :: k, first
          if (sweep%locate) then
             if (total_frame) then
-               call locate_reference(rows, ld, lower(1, 1, b), inverse_size(1, b), x, xi)
+               call locate_reference(n_blocks, rows, ld, lower(1, 1, b), inverse_size(1, b), x, xi)
             else
-               call locate_present(rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
+               outside(:, :n_blocks) = 0
+               call locate_present(n_blocks, rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
             end if
          end if
          if (sweep%kick) then
-            call add_field(rows, ld, xi, kick_by, v)
-            if (audit) audited(1, b) = audited(1, b) + kick_energy(rows, ld, xi, kick_by, mass)
+            call add_field(n_blocks, rows, ld, xi, kick_by, v)
+            if (audit) then
+               do k = 1, n_blocks
+                  first = lanes*rows*(k - 1) + 1
+                  audited(1, b + k - 1) = audited(1, b + k - 1) + kick_energy(rows, ld, xi(first, 1), kick_by(1, 1, 1, k), &
+                                                                              mass(first))
+               end do
+            end if
          end if
          if (sweep%strain_fraction > 0) then
-            if (audit) audited(2, b) = audited(2, b) + strain_work(rows, ld, xi, strain_by, materials, material, volume, h, &
-                                                                   total_frame)
+            if (audit) then
+               do k = 1, n_blocks
+                  first = lanes*rows*(k - 1) + 1
+                  audited(2, b + k - 1) = audited(2, b + k - 1) + strain_work(rows, ld, xi(first, 1), strain_by(1, 1, 1, k), &
+                                                       materials, material(first), volume(first), h(first, 1, 1), total_frame)
+               end do
+            end if
             if (total_frame) then
-               call add_gradient(rows, ld, xi, strain_by, h)
+               call add_gradient(n_blocks, rows, ld, xi, strain_by, h)
             else
-               call add_gradient_product(rows, ld, xi, strain_by, h)
+               call add_gradient_product(n_blocks, rows, ld, xi, strain_by, h)
             end if
          end if
          if (sweep%move) then
-            call add_field(rows, ld, xi, move_by, u)
-            if (.not. total_frame) then
-               call locate_present(rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, outside)
-               beyond = beyond + outside
-            end if
+            call add_field(n_blocks, rows, ld, xi, move_by, u)
+            if (.not. total_frame) call locate_present(n_blocks, rows, ld, lower(1, 1, b), inverse_size(1, b), x, u, xi, beyond)
          end if
-         if (sweep%map_mass) call add_mass(rows, ld, xi, mass, share(1, 1, mass_share, b))
-         if (sweep%map_momentum) call add_momentum(rows, ld, xi, mass, v, share(1, 1, momentum_share, b))
-         if (sweep%map_matrix) call add_matrix(rows, ld, xi, mass, block_cells(1, b), matrix%cell)
+         if (sweep%map_mass) call add_mass(n_blocks, rows, ld, xi, mass, share(1, 1, 1, b))
+         if (sweep%map_momentum) call add_momentum(n_blocks, rows, ld, xi, mass, v, share(1, 1, 1, b))
+         if (sweep%map_matrix) then
+            do k = 1, n_blocks
+               first = lanes*rows*(k - 1) + 1
+               call add_matrix(rows, ld, xi(first, 1), mass(first), block_cells(1, b + k - 1), matrix%cell)
+            end do
+         end if
          if (sweep%map_force) then
             if (is_linear) then
-               call linear_forces(rows, ld, lambda, mu, volume, h, t)
+               call linear_forces(n_blocks*rows, ld, lambda, mu, volume, h, t)
             else
-               call forces(rows, ld, materials, material, volume, h, total_frame, t)
+               call forces(n_blocks*rows, ld, materials, material, volume, h, total_frame, t)
             end if
-            call add_stress(rows, ld, xi, t, total, moment)
+            call add_stress(n_blocks, rows, ld, xi, t, total, moment)
          end if
       end subroutine sweep_rows
 
@@ -303,20 +341,22 @@ contains
          if (e > 0) holds = k <= count_in(e)
       end function holds
 
-      !> Complete the sums of a block.
-      subroutine finish_block()
-         integer :: l
-         if (sweep%map_force) call divergence(inverse_size(1, b), total, moment, share(1, 1, force_share, b))
-         if (sweep%move) left(b) = .not. all(beyond <= 4*block_rows(b)*edge_margin)
-         if (.not. sweep%map_matrix) return
-         do l = 1, lanes
-            associate (e => block_cells(l, b))
-               if (e == 0) exit
-               matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-               call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))
-            end associate
+      !> Complete the sums of a run.
+      subroutine finish_run()
+         integer :: k, l
+         if (sweep%map_force) call divergence(n_blocks, inverse_size(1, b), total, moment, share(1, 1, 1, b))
+         do k = 1, n_blocks
+            if (sweep%move) left(b + k - 1) = .not. all(beyond(:, k) <= 4*block_rows(b)*edge_margin)
+            if (.not. sweep%map_matrix) cycle
+            do l = 1, lanes
+               associate (e => block_cells(l, b + k - 1))
+                  if (e == 0) exit
+                  matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
+                  call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))
+               end associate
+            end do
          end do
-      end subroutine finish_block
+      end subroutine finish_run
    end subroutine sweep_blocks
 
    !> Volume times stress of particles of any materials, as `linear_forces`.

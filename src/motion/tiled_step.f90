@@ -114,22 +114,38 @@ contains
       real(dp), intent(in) :: free(:, :)
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(inout) :: power
-      call find_motion(task, dt, damping_rate, size(nodes), nodes, size(f%slot, 2), f%slot, f%share, f%external, free, &
-                       f%mass_matrix%lumped, f%mass_matrix%inverse_lumped, f%velocity, f%acceleration, power)
+      associate (n => size(nodes), mass => f%mass_matrix%lumped, inverse => f%mass_matrix%inverse_lumped)
+         if (task%mass) call find_masses(n, nodes, f%slot, f%share(1, 1, mass_share, 0), mass, inverse)
+         if (task%velocity) &
+            call find_velocities(n, nodes, f%slot, f%share(1, 1, momentum_share, 0), free, inverse, f%velocity(1, 1, task%which))
+         if (.not. task%acceleration) return
+         call find_accelerations(n, nodes, f%slot, f%share(1, 1, force_share, 0), dt, damping_rate, free, inverse, f%external, &
+                                 f%velocity(1, 1, at_start), f%acceleration, f%velocity(1, 1, new))
+         if (damping_rate > 0) &
+            call add_damping_power(n, nodes, damping_rate, mass, f%velocity(1, 1, at_start), f%velocity(1, 1, new), power)
+      end associate
    end subroutine do_nodes
 
-   !> From the shares of the cells the mass (9), velocity (8) and acceleration (5) of nodes, as far as the task asks for them, and
-   !> with the acceleration the velocity v + a dt.
-   pure subroutine find_motion(task, dt, damping_rate, n, nodes, n_points, slot, share, external, free, mass, inverse_mass, &
-                               velocity, acceleration, power)
-      type(task_t), intent(in) :: task
-      real(dp), intent(in) :: dt, damping_rate
-      integer, intent(in) :: n, nodes(n), n_points, slot(corners, n_points)
-      real(dp), intent(in) :: share(*), external(ndim, n_points), free(ndim, n_points)
-      real(dp), intent(inout) :: mass(n_points), inverse_mass(n_points), velocity(ndim, n_points, *), &
-                                 acceleration(ndim, n_points), power
-      integer, parameter :: p = 1 + stride*(momentum_share - mass_share), f = 1 + stride*(force_share - mass_share)
-      real(dp) :: inverse(ndim), a(ndim), v(ndim)
+   !> Masses (9) of some nodes, from the shares of the cells.
+   pure subroutine find_masses(n, nodes, slot, share, mass, inverse)
+      integer, intent(in) :: n, nodes(n), slot(corners, *)
+      real(dp), intent(in) :: share(*)
+      real(dp), intent(inout) :: mass(*), inverse(*)    !! by point
+      integer :: j
+      !GCC$ novector
+      do j = 1, n
+         associate (i => nodes(j))
+            mass(i) = around(share, slot(1, i), slot(2, i), slot(3, i), slot(4, i))
+            inverse(i) = 1/mass(i)
+         end associate
+      end do
+   end subroutine find_masses
+
+   !> Velocities (8) of some nodes, from the shares of the cells in the momenta.
+   pure subroutine find_velocities(n, nodes, slot, share, free, inverse, velocity)
+      integer, intent(in) :: n, nodes(n), slot(corners, *)
+      real(dp), intent(in) :: share(*), free(ndim, *), inverse(*)
+      real(dp), intent(inout) :: velocity(ndim, *)      !! by point
       integer :: j, i, k1, k2, k3, k4
       !GCC$ novector
       do j = 1, n
@@ -138,23 +154,43 @@ contains
          k2 = slot(2, i)
          k3 = slot(3, i)
          k4 = slot(4, i)
-         if (task%mass) then
-            mass(i) = around(share, k1, k2, k3, k4)
-            inverse_mass(i) = 1/mass(i)
-         end if
-         inverse = inverse_mass(i)*free(:, i)
-         if (task%velocity) then
-            velocity(1, i, task%which) = inverse(1)*around(share(p), k1, k2, k3, k4)
-            velocity(2, i, task%which) = inverse(2)*around(share(p + stride), k1, k2, k3, k4)
-         end if
-         if (task%acceleration) then
-            v = velocity(:, i, at_start)
-            a(1) = inverse(1)*(around(share(f), k1, k2, k3, k4) + external(1, i)) - damping_rate*v(1)
-            a(2) = inverse(2)*(around(share(f + stride), k1, k2, k3, k4) + external(2, i)) - damping_rate*v(2)
-            acceleration(:, i) = a
-            velocity(:, i, new) = v + dt*a
-            if (damping_rate > 0) power = power + damping_rate*mass(i)*sum(v*(v + dt*a))
-         end if
+         velocity(1, i) = (inverse(i)*free(1, i))*around(share, k1, k2, k3, k4)
+         velocity(2, i) = (inverse(i)*free(2, i))*around(share(1 + stride), k1, k2, k3, k4)
       end do
-   end subroutine find_motion
+   end subroutine find_velocities
+
+   !> Accelerations (5) of some nodes, from the shares of the cells in the forces, and the velocities v + a dt.
+   pure subroutine find_accelerations(n, nodes, slot, share, dt, damping_rate, free, inverse, external, velocity, acceleration, new)
+      integer, intent(in) :: n, nodes(n), slot(corners, *)
+      real(dp), intent(in) :: share(*), dt, damping_rate, free(ndim, *), inverse(*), external(ndim, *), velocity(ndim, *)
+      real(dp), intent(inout) :: acceleration(ndim, *), new(ndim, *) !! by point
+      integer :: j, i, k1, k2, k3, k4
+      !GCC$ novector
+      do j = 1, n
+         i = nodes(j)
+         k1 = slot(1, i)
+         k2 = slot(2, i)
+         k3 = slot(3, i)
+         k4 = slot(4, i)
+         acceleration(1, i) = (inverse(i)*free(1, i))*(around(share, k1, k2, k3, k4) + external(1, i)) &
+                              - damping_rate*velocity(1, i)
+         acceleration(2, i) = (inverse(i)*free(2, i))*(around(share(1 + stride), k1, k2, k3, k4) + external(2, i)) &
+                              - damping_rate*velocity(2, i)
+         new(1, i) = velocity(1, i) + dt*acceleration(1, i)
+         new(2, i) = velocity(2, i) + dt*acceleration(2, i)
+      end do
+   end subroutine find_accelerations
+
+   !> Add the power of the damping at some nodes.
+   pure subroutine add_damping_power(n, nodes, damping_rate, mass, velocity, new, power)
+      integer, intent(in) :: n, nodes(n)
+      real(dp), intent(in) :: damping_rate, mass(*), velocity(ndim, *), new(ndim, *)
+      real(dp), intent(inout) :: power
+      integer :: j
+      do j = 1, n
+         associate (i => nodes(j))
+            power = power + damping_rate*mass(i)*sum(velocity(:, i)*new(:, i))
+         end associate
+      end do
+   end subroutine add_damping_power
 end module hampm_tiled_step

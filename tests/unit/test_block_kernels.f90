@@ -1,34 +1,48 @@
-!> What the sweeps do with a block of cells, against the shape functions and their gradients, at random points of each cell.
+!> What the sweeps do with a run of blocks, against the shape functions and their gradients, at random points of each cell.
 program test_block_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients
-   use hampm_block_kernels, only: most_rows, take_corners, add_field, add_gradient, add_gradient_product, add_mass, add_momentum, &
-                                  add_matrix, add_stress, divergence
-   use hampm_harness, only: check_close, finish, repeat_random_numbers
+   use hampm_block_kernels, only: most_rows, clear, take_corners, add_field, add_gradient, add_gradient_product, add_mass, &
+                                  add_momentum, add_matrix, add_stress, divergence
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_nodal_fields, only: mass_share, momentum_share, force_share, shares
    use hampm_particles, only: lanes
    implicit none
 
-   integer, parameter :: blocks = 500, rows = 3, places = lanes*most_rows
+   integer, parameter :: runs = 200, blocks = 3, rows = 3, cells = lanes*blocks, places = lanes*most_rows, used = cells*rows
    real(dp), parameter :: rounding = 20*rows*epsilon(1.0_dp)
-   real(dp) :: xi(places, ndim), field(ndim, corners*lanes), of_corners(lanes, corners, ndim)
-   integer, parameter :: nodes(corners, lanes) = reshape([5, 9, 1, 13, 2, 6, 14, 10, 3, 11, 7, 15, 16, 12, 8, 4], [corners, lanes])
-   integer :: k
+   integer, parameter :: points = 40
+   logical, parameter :: in_row(blocks) = [.false., .true., .false.]
+   real(dp) :: xi(places, ndim), field(ndim, points), of_corners(lanes, corners, ndim, blocks)
+   integer :: nodes(corners, cells), k
 
    call repeat_random_numbers()
+   nodes(:, :4) = reshape([5, 9, 1, 13, 2, 6, 14, 10, 3, 11, 7, 15, 16, 12, 8, 4], [corners, lanes])
+   nodes(:, 5:8) = reshape([20, 21, 30, 31, 21, 22, 31, 32, 22, 23, 32, 33, 23, 24, 33, 34], [corners, lanes])
+   nodes(:, 9:) = points + 1 - nodes(:, :4)
    do k = 1, 2
       call fields_at_particles(merge(1.0_dp, 0.37_dp, k == 1))
    end do
    call shares_of_corners()
    call divergence_of_stress()
+   call clearing()
    call finish()
 
 contains
 
-   !> The lane of a place.
-   pure integer function lane_of(place)
+   !> The cell of a place, and its lane and block.
+   pure integer function cell_of(place)
       integer, intent(in) :: place
-      lane_of = mod(place - 1, lanes) + 1
+      cell_of = lanes*((place - 1)/(lanes*rows)) + mod(place - 1, lanes) + 1
+   end function cell_of
+   pure integer function lane_of(cell)
+      integer, intent(in) :: cell
+      lane_of = mod(cell - 1, lanes) + 1
    end function lane_of
+   pure integer function block_of(cell)
+      integer, intent(in) :: cell
+      block_of = (cell - 1)/lanes + 1
+   end function block_of
 
    !> Where a particle stands in its cell.
    pure function local(i)
@@ -41,21 +55,23 @@ contains
    subroutine fields_at_particles(factor)
       real(dp), intent(in) :: factor
       real(dp) :: v(places, ndim), h(places, ndim, ndim), g(places, ndim, ndim), before(places, ndim, ndim), l(ndim, ndim), error(3)
+      real(dp) :: factors(lanes, blocks)
       integer :: n, i
       error = 0
-      do n = 1, blocks
+      factors = factor
+      do n = 1, runs
          call random_number(xi)
          call random_number(field)
-         call take_corners(spread(factor, 1, lanes), field, nodes, of_corners)
+         call take_corners(blocks, factors, field, nodes, in_row, of_corners)
          v = 2
          h = 3
-         call add_field(rows, places, xi, of_corners, v)
-         call add_gradient(rows, places, xi, of_corners, h)
+         call add_field(blocks, rows, places, xi, of_corners, v)
+         call add_gradient(blocks, rows, places, xi, of_corners, h)
          call random_number(before)
          g = before
-         call add_gradient_product(rows, places, xi, of_corners, g)
-         do i = 1, lanes*rows
-            associate (at_corner => factor*field(:, nodes(:, lane_of(i))))
+         call add_gradient_product(blocks, rows, places, xi, of_corners, g)
+         do i = 1, used
+            associate (at_corner => factor*field(:, nodes(:, cell_of(i))))
                error(1) = max(error(1), maxval(abs(v(i, :) - 2 - matmul(at_corner, shape_functions(local(i))))))
                l = matmul(at_corner, shape_gradients(local(i), 1.0_dp))
                error(2) = max(error(2), maxval(abs(h(i, :, :) - 3 - l)))
@@ -66,43 +82,45 @@ contains
       call check_close(error(1), 0.0_dp, rounding, 'add_field sums the corners by the shape functions')
       call check_close(error(2), 0.0_dp, rounding, 'add_gradient sums the corners by the gradients')
       call check_close(error(3), 0.0_dp, rounding, 'add_gradient_product adds L (I + H)')
-      call check_close(maxval(abs(v(lanes*rows + 1:, :) - 2)), 0.0_dp, 0.0_dp, 'no other rows are touched')
+      call check_close(maxval(abs(v(used + 1:, :) - 2)), 0.0_dp, 0.0_dp, 'no other rows are touched')
    end subroutine fields_at_particles
 
    !> Masses, momenta and mass matrices.
    subroutine shares_of_corners()
-      real(dp) :: mass(places), v(places, ndim), m(lanes, corners), p(lanes, corners, ndim), matrix(corners, corners, lanes)
-      real(dp) :: of_mass(corners, lanes), of_momentum(corners, ndim, lanes), of_matrix(corners, corners, lanes), error(3)
+      real(dp) :: mass(places), v(places, ndim), share(lanes, corners, shares, blocks), matrix(corners, corners, lanes)
+      real(dp) :: of_mass(corners, cells), of_momentum(corners, ndim, cells), of_matrix(corners, corners, cells), error(3)
       real(dp) :: shape(corners)
-      integer :: n, i, d, l
+      integer :: n, i, d, c
       error = 0
-      do n = 1, blocks
+      do n = 1, runs
          call random_number(xi)
          call random_number(mass)
          call random_number(v)
-         m = 1
-         p = 2
+         share(:, :, mass_share, :) = 1
+         share(:, :, momentum_share:momentum_share + ndim - 1, :) = 2
          matrix = 0
          of_mass = 1
          of_momentum = 2
          of_matrix = 0
-         call add_mass(rows, places, xi, mass, m)
-         call add_momentum(rows, places, xi, mass, v, p)
+         call add_mass(blocks, rows, places, xi, mass, share)
+         call add_momentum(blocks, rows, places, xi, mass, v, share)
          call add_matrix(rows, places, xi, mass, [2, 0, 1, 4], matrix)
-         do i = 1, lanes*rows
-            l = lane_of(i)
+         do i = 1, used
+            c = cell_of(i)
             shape = shape_functions(local(i))
-            of_mass(:, l) = of_mass(:, l) + mass(i)*shape
+            of_mass(:, c) = of_mass(:, c) + mass(i)*shape
             do d = 1, ndim
-               of_momentum(:, d, l) = of_momentum(:, d, l) + mass(i)*v(i, d)*shape
+               of_momentum(:, d, c) = of_momentum(:, d, c) + mass(i)*v(i, d)*shape
             end do
             do d = 1, corners
-               of_matrix(:, d, l) = of_matrix(:, d, l) + mass(i)*shape(d)*shape
+               of_matrix(:, d, c) = of_matrix(:, d, c) + mass(i)*shape(d)*shape
             end do
          end do
-         error(1) = max(error(1), maxval(abs(m - transpose(of_mass))))
-         do l = 1, lanes
-            error(2) = max(error(2), maxval(abs(p(l, :, :) - of_momentum(:, :, l))))
+         do c = 1, cells
+            associate (of_cell => share(lane_of(c), :, :, block_of(c)))
+               error(1) = max(error(1), maxval(abs(of_cell(:, mass_share) - of_mass(:, c))))
+               error(2) = max(error(2), maxval(abs(of_cell(:, momentum_share:momentum_share + ndim - 1) - of_momentum(:, :, c))))
+            end associate
          end do
          error(3) = max(error(3), maxval(abs(matrix(:, :, [2, 1, 4]) - of_matrix(:, :, [1, 3, 4]))), maxval(abs(matrix(:, :, 3))))
       end do
@@ -113,28 +131,40 @@ contains
 
    !> Internal forces, the gradients being those in cells of a size.
    subroutine divergence_of_stress()
-      real(dp) :: t(lanes, ndim*ndim, most_rows), total(lanes, ndim*ndim), moment(lanes, ndim*ndim), force(lanes, corners, ndim)
-      real(dp) :: expected(ndim, corners, lanes), inverse_size(lanes), error
-      integer :: n, i, l
+      real(dp) :: t(lanes, ndim*ndim, rows, blocks), total(lanes, ndim*ndim, blocks), moment(lanes, ndim*ndim, blocks)
+      real(dp) :: share(lanes, corners, shares, blocks), expected(ndim, corners, cells), inverse_size(lanes, blocks), error
+      integer :: n, i, c, row
       error = 0
-      do n = 1, blocks
+      do n = 1, runs
          call random_number(xi)
          call random_number(t)
          call random_number(inverse_size)
          total = 0
          moment = 0
          expected = 0
-         call add_stress(rows, places, xi, t, total, moment)
-         call divergence(inverse_size, total, moment, force)
-         do i = 1, lanes*rows
-            l = lane_of(i)
-            expected(:, :, l) = expected(:, :, l) - matmul(reshape(t(l, :, (i - 1)/lanes + 1), [ndim, ndim]), &
-                                                           transpose(shape_gradients(local(i), inverse_size(l))))
+         call add_stress(blocks, rows, places, xi, t, total, moment)
+         call divergence(blocks, inverse_size, total, moment, share)
+         do i = 1, used
+            c = cell_of(i)
+            row = mod((i - 1)/lanes, rows) + 1
+            expected(:, :, c) = expected(:, :, c) &
+                                - matmul(reshape(t(lane_of(c), :, row, block_of(c)), [ndim, ndim]), &
+                                         transpose(shape_gradients(local(i), inverse_size(lane_of(c), block_of(c)))))
          end do
-         do l = 1, lanes
-            error = max(error, maxval(abs(force(l, :, :) - transpose(expected(:, :, l)))))
+         do c = 1, cells
+            associate (force => share(lane_of(c), :, force_share:force_share + ndim - 1, block_of(c)))
+               error = max(error, maxval(abs(force - transpose(expected(:, :, c)))))
+            end associate
          end do
       end do
       call check_close(error, 0.0_dp, rounding, 'divergence gives minus the stress times the gradients')
    end subroutine divergence_of_stress
+
+   !> Some sums of each block, and no others.
+   subroutine clearing()
+      real(dp) :: sums(lanes, 5, blocks)
+      sums = 1
+      call clear(blocks, 3, 5, spread(0.0_dp, 1, lanes), sums)
+      call check(all(abs(sums(:, :3, :)) <= 0) .and. all(abs(sums(:, 4:, :) - 1) <= 0), 'clear touches what it is asked to')
+   end subroutine clearing
 end program test_block_kernels
