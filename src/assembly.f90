@@ -1,13 +1,14 @@
 !> From what the user asked for to what moves: grid, materials, particles, constraints, loads and crack of a scene.
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: edge_margin
    use hampm_bodies, only: points_along, fill_rectangle
    use hampm_constraints, only: constrain_box
    use hampm_crack, only: crack_t, crack_line_t, find_crack
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
-   use hampm_forest, only: forest_t
+   use hampm_forest, only: forest_t, deepest
    use hampm_grid, only: grid_t, build_grid
    use hampm_loads, only: load_t, load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
@@ -41,6 +42,8 @@ contains
                                         scene%materials(k)%density), k=1, size(scene%materials))]
       call place_particles(scene, motion%grid, motion%particles, failure)
       if (failure%failed()) return
+      call check_masses(motion%particles, failure)
+      if (failure%failed()) return
       do k = 1, size(scene%constraints)
          associate (c => scene%constraints(k))
             call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed)
@@ -58,6 +61,22 @@ contains
                                                                            method%full_region == 'refined'))
       end associate
    end subroutine assemble
+
+   !> Fail where the share of some node in the mass of a particle, which may stand at the very edge of a cell and be split, would
+   !> be no normal number.
+   subroutine check_masses(p, failure)
+      type(particles_t), intent(in) :: p
+      type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: least = tiny(1.0_dp)*2.0_dp**(ndim*deepest)/edge_margin**2, most = huge(1.0_dp)*epsilon(1.0_dp)
+      integer :: i
+      do i = 1, p%n
+         if (p%mass(i) >= least .and. p%mass(i) <= most) cycle
+         call failure%report(exit_input, '&material density: a particle would have a mass of '//to_text(p%mass(i))// &
+                             ' kg, from which nothing can be computed; masses are to be between '//to_text(least)//' and '// &
+                             to_text(most)//' kg')
+         return
+      end do
+   end subroutine check_masses
 
    !> Find the crack of a scene that has one in a grid. Fails where its tip is not at a node.
    subroutine place_crack(scene, grid, crack, failure)

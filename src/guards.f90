@@ -7,11 +7,12 @@ module hampm_guards
    use hampm_linear_elastic, only: small_gradient
    use hampm_measurements, only: measurements_t
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_step, only: motion_t, when, place
+   use hampm_step, only: motion_t
    use hampm_text, only: to_text
+   use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: check_state, check_tip
+   public :: check_state, check_tip, check_step
 
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
 
@@ -33,7 +34,8 @@ contains
       crushed = most_crushed_particle(motion%particles, motion%materials)
       if (crushed > 0) then
          if (.not. determinant_of(motion%particles, crushed) > 0) then
-            call failure%report(exit_computation, now//'the material that started at '//place(motion%particles, crushed)// &
+            call failure%report(exit_computation, now//'the material that started at '// &
+                                origin(motion%grid, motion%particles, crushed)// &
                                 ' is turned inside out (det F <= 0). Likely cause: a load is too large for the material, '// &
                                 'or the run is unstable; reduce the load or &method courant')
             return
@@ -55,6 +57,17 @@ contains
             '). Use law = ''neo_hookean'''
       end if
    end subroutine check_state
+
+   !> Fail where a time step is too small to be added to the time.
+   subroutine check_step(motion, step, failure)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: step               !! the longest that is stable [s]
+      type(failure_t), intent(inout) :: failure
+      if (step > 4*spacing(motion%time)) return
+      call failure%report(exit_computation, when(motion%steps, motion%time)//'the time step, '//to_text(step)// &
+                          ' s, is too small to be added to the time. Likely cause: cells have become too small; reduce &refine '// &
+                          'max_level, or the end time')
+   end subroutine check_step
 
    !> Fail where the crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the material
    !> moves through that.
@@ -78,7 +91,7 @@ contains
    function liveliest(motion) result(text)
       type(motion_t), intent(in) :: motion
       character(:), allocatable :: text
-      text = place(motion%particles, liveliest_particle(motion%particles, motion%materials))
+      text = origin(motion%grid, motion%particles, liveliest_particle(motion%particles, motion%materials))
    end function liveliest
 
    !> A further advice where the scheme is the one that is known to be unstable.

@@ -8,7 +8,7 @@ module hampm_simulation
    use hampm_crack_placement, only: has_two_tips, domain_radii
    use hampm_failure, only: failure_t
    use hampm_folders, only: ensure_folder
-   use hampm_guards, only: check_state, check_tip
+   use hampm_guards, only: check_state, check_step, check_tip
    use hampm_local_steps, only: local_steps_t, choose_coarse_step, advance_coarsely
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
    use hampm_particles, only: smallest_occupied_cell
@@ -115,6 +115,8 @@ contains
       real(dp) :: limit
       do while (.not. is_due(s, time))
          limit = s%longest_step
+         call check_step(s%motion, limit, failure)
+         if (failure%failed()) return
          call choose_coarse_step(s%local_steps, s%motion, time - s%motion%time, limit, steps)
          s%dt = (time - s%motion%time)/(steps*2**s%local_steps%largest)
          do k = 1, steps

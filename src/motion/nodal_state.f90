@@ -6,8 +6,9 @@ module hampm_nodal_state
    use hampm_loads, only: add_loads
    use hampm_mass_solver, only: solve_aside
    use hampm_nodal_fields, only: new, mapped, gather
-   use hampm_step, only: motion_t, refresh_grid, when
+   use hampm_step, only: motion_t, refresh_grid
    use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
+   use hampm_whereabouts, only: when
    implicit none
    private
    public :: nodal_state_t, find_nodal_state

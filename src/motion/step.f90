@@ -16,12 +16,12 @@ module hampm_step
    use hampm_schemes, only: scheme_t, new_scheme
    use hampm_pipeline, only: pipeline_t, plan_pipeline
    use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles, sweep_list, look_for_leavers
-   use hampm_text, only: to_text
    use hampm_tiled_step, only: step_in_tiles
+   use hampm_whereabouts, only: when, origin
    implicit none
    private
    public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, map_to_grid, report_jump, end_step, &
-             refresh_grid, stable_time_step, when, place
+             refresh_grid, stable_time_step
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -289,7 +289,7 @@ contains
             if (.not. m%contact%wanted) advice = advice//'; or the faces press on each other: use &crack contact = '// &
                                                  '''frictionless'''
             call failure%report(exit_computation, when(m%steps, m%time)//'the particle that started at '// &
-                                place(m%particles, i)//' has crossed the line of the crack, and would stick to the '// &
+                                origin(m%grid, m%particles, i)//' has crossed the line of the crack, and would stick to the '// &
                                 'other face. Likely cause: '//advice)
             return
          end do
@@ -313,7 +313,7 @@ contains
       do i = 1, m%particles%n
          if (.not. has_jumped(m, i)) cycle
          call failure%report(exit_computation, when(m%steps + 1, m%time)// &
-                             'the particle that started at '//place(m%particles, i)// &
+                             'the particle that started at '//origin(m%grid, m%particles, i)// &
                              ' moved by more than a cell in one step or is no longer a number. Likely cause: '// &
                              'the run is unstable, or a body is too fast for its cells; reduce &method courant')
          return
@@ -328,22 +328,6 @@ contains
       xi = m%grid%local_coordinate(m%particles%cell(i), m%particles%position(i))
       has_jumped = .not. all(xi >= -1 .and. xi < 2)
    end function has_jumped
-
-   !> Step and time, for messages.
-   function when(step, time) result(text)
-      integer(long), intent(in) :: step
-      real(dp), intent(in) :: time               !! [s]
-      character(:), allocatable :: text
-      text = 'step '//to_text(step)//', t = '//to_text(time)//' s: '
-   end function when
-
-   !> Reference position of a particle, for messages.
-   function place(p, i) result(text)
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
-      character(:), allocatable :: text
-      text = '('//to_text(p%reference(i, 1))//', '//to_text(p%reference(i, 2))//') m'
-   end function place
 
    !> The time step (31): courant times the size of the smallest cell over the largest wave speed [s].
    pure real(dp) function stable_time_step(cell, materials, courant, wave_speed) result(dt)

@@ -1,0 +1,49 @@
+!> When and where something went wrong, for messages.
+module hampm_whereabouts
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_grid, only: grid_t
+   use hampm_particles, only: particles_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: when, origin
+
+contains
+
+   !> Step and time.
+   function when(step, time) result(text)
+      integer(long), intent(in) :: step
+      real(dp), intent(in) :: time               !! [s]
+      character(:), allocatable :: text
+      text = 'step '//to_text(step)//', t = '//to_text(time)//' s: '
+   end function when
+
+   !> Where a particle started, and the cell in which it was sorted last.
+   function origin(grid, p, i) result(text)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      character(:), allocatable :: text
+      real(dp) :: x(ndim)
+      x = p%reference(i, :)
+      text = point(x)
+      if (p%cell(i) > 0) text = text//' (in the '//cell_text(grid, p%cell(i))//')'
+   end function origin
+
+   !> Level, size and middle of a cell.
+   function cell_text(grid, element) result(text)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: element
+      character(:), allocatable :: text
+      text = 'cell of level '//to_text(grid%forest%level_of(grid%element_leaf(element)))//', '// &
+             to_text(grid%element_size(element))//' m wide, around '// &
+             point(grid%element_lower(:, element) + grid%element_size(element)/2)
+   end function cell_text
+
+   !> A point.
+   function point(x) result(text)
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      character(:), allocatable :: text
+      text = '('//to_text(x(1))//', '//to_text(x(2))//') m'
+   end function point
+end module hampm_whereabouts
