@@ -29,7 +29,7 @@ contains
    pure subroutine push_some(n, nodes, turn, dt, damping_rate, free, inverse, force_rate, velocity_rate, n_loads, factor, load, &
                              n_points, force, velocity, acceleration, way)
       integer, intent(in) :: n, nodes(n), turn, force_rate(*), velocity_rate(*), n_loads, n_points
-      real(dp), intent(in) :: dt, damping_rate, free(ndim, *), inverse(*), factor(n_loads), load(ndim, n_points, n_loads)
+      real(dp), intent(in) :: dt, damping_rate, free(ndim, *), inverse(*), factor(n_loads, 0:*), load(ndim, n_points, n_loads)
       real(dp), intent(in) :: force(ndim, *), velocity(ndim, *)
       real(dp), intent(inout) :: acceleration(ndim, *)
       real(dp), intent(inout) :: way(ndim, *)           !! [m/s], to be multiplied by dt
@@ -42,7 +42,7 @@ contains
             interval = 2**force_rate(i)
             total = force(:, i)
             do l = 1, n_loads
-               total = total + interval*(factor(l)*load(:, i, l))
+               total = total + interval*(factor(l, force_rate(i))*load(:, i, l))
             end do
             acceleration(:, i) = free(:, i)*(total*inverse(i)) - interval*damping_rate*velocity(:, i)
             after = after + dt*acceleration(:, i)

@@ -18,6 +18,7 @@ module hampm_local_steps
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_failure, only: failure_t
+   use hampm_load_history, only: load_history_t
    use hampm_loads, only: add_load
    use hampm_local_kernels, only: gather_at, push_some, divide_some, clear, sum_kick, sum_way
    use hampm_mass_matrix, only: nodes_per_block
@@ -245,23 +246,34 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       integer, intent(in) :: s                   !! finest steps since the beginning of the coarse one
       integer, intent(in) :: turn                !! the largest group whose turn it is
-      real(dp) :: factor(size(m%loads))
-      integer :: block, first, k
+      real(dp) :: factor(size(m%loads), 0:turn)  ! by the interval for which the load acts
+      integer :: block, first, k, n_force
       associate (f => m%fields, rates => m%particles%groups, n => c%nodes_until(turn), &
                  dependents => c%dependents(:c%dependents_until(turn)))
          call gather_at(c%points_until(turn), c%points, f%slot, f%share(1, 1, force_share, 0), f%force)
          call m%grid%dependents%collect(dependents, ndim, f%force)
-         factor = [(m%loads(k)%history%factor(m%time + s*dt), k=1, size(m%loads))]
+         do n_force = 0, turn
+            factor(:, n_force) = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**n_force*dt), k=1, size(m%loads))]
+         end do
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
             call push_some(min(nodes_per_block, n - first + 1), c%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
-                           f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, size(factor), factor, c%load, &
+                           f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, size(m%loads), factor, c%load, &
                            m%grid%n_points, f%force, f%velocity(1, 1, mapped), f%acceleration, f%velocity(1, 1, new))
          end do
          call m%grid%dependents%expand(dependents, ndim, f%acceleration)
       end associate
    end subroutine push_nodes
+
+   !> The mean factor of a load in the interval around a time, by the rule of trapezoids. An impulse for an interval T acts in its
+   !> middle: one at t stands for the forces from t - T/2 to t + T/2, before and after which the velocities hold. A load that sets in
+   !> at t has half of it; with all of it the motion would be early by T/2.
+   pure real(dp) function mean_around(history, time, interval)
+      type(load_history_t), intent(in) :: history
+      real(dp), intent(in) :: time, interval     !! [s]
+      mean_around = 0.5_dp*(history%factor(time - 0.5_dp*interval) + history%factor(time + 0.5_dp*interval))
+   end function mean_around
 
    !> Kick the particles of the cells whose turn it is and map them anew, and sum up what those that wait would have got.
    subroutine kick_cells(c, m, dt, turn)
