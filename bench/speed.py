@@ -5,7 +5,7 @@
     size          cost per particle and step from 1k to 4M particles
     memory        growth of the peak resident size between two numbers of particles
     instructions  of a step, over those of the least
-    shares        of measuring, of writing and of adapting the mesh, in the instructions of runs of input/
+    shares        of measuring, of guarding, of writing and of adapting the mesh, in the instructions of runs of input/
 
 The cases of a comparison take turns within one run; a ratio is the median over these turns. Run by `make bench`, or for some parts:
 .venv/bin/python bench/speed.py time --output DIR. The last two need valgrind and `make build=counted program
@@ -181,7 +181,7 @@ def count(_, __):
 
 
 def shares(_, __):
-    """Which parts of a run's instructions measuring, writing and adapting the mesh take."""
+    """Which parts of a run's instructions measuring, guarding, writing and adapting the mesh take."""
     with ThreadPoolExecutor(processors()) as several:
         return [line for rows in several.map(shares_of, RUNS) for line in rows]
 
@@ -197,7 +197,9 @@ def shares_of(scene):
         costs = costs_of_calls(profile)
     whole, adapting, recording, measuring = (costs[f"__hampm_{procedure}"] for procedure in (
         "simulation_MOD_run", "simulation_MOD_adapt", "simulation_MOD_record", "measurements_MOD_measure"))
-    parts = {"measuring": (measuring, {}), "writing": (recording - measuring, {})}
+    guarding = sum(costs[f"__hampm_guards_MOD_check_{what}"] for what in ("state", "step", "tip"))
+    parts = {"measuring": (measuring, {}), "guarding": (guarding, judged(guarding / whole, 0.01)),
+             "writing": (recording - measuring - guarding, {})}
     if adapting:
         parts["adapting"] = adapting, judged(adapting / whole, 0.05)
     return [row("shares", scene, f"share of {part}", f"{cost / whole:.4f}", threads=1, **more)
