@@ -18,7 +18,7 @@ program bench_step
    use hampm_minimal_kernel, only: blocks_t, set_up, step
    use hampm_plain_scene, only: plain_scene, start, time_step
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, advance
+   use hampm_step, only: motion_t, take_step, settle
    use hampm_text, only: string_t
    use hampm_threads, only: use_threads
    use hampm_timing, only: processor_seconds, wall_seconds, time_to_move, peak_memory
@@ -137,7 +137,7 @@ contains
          error stop 'bench_step: the minimal kernel knows minimal:updated:musl:CELLS:1 only'
    end subroutine read_case
 
-   !> Advance a case.
+   !> Advance a case, as a run does between two looks at its particles.
    subroutine take_steps(steps, c)
       integer, intent(in) :: steps
       type(case_t), intent(inout) :: c
@@ -147,10 +147,11 @@ contains
          if (c%code == 'minimal') then
             call step(c%dt, c%motion%grid, c%blocks)
          else
-            call advance(c%motion, c%dt, failure)
+            call take_step(c%motion, c%dt, failure)
             if (failure%failed()) error stop 'bench_step: the scene has failed'
          end if
       end do
+      call settle(c%motion)
    end subroutine take_steps
 
    !> Bytes of particle data that the sweeps of a step read and write, 8 a real: what has to be moved where nothing of a tile

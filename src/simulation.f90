@@ -18,7 +18,7 @@ module hampm_simulation
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: block_t
-   use hampm_step, only: motion_t, stable_time_step
+   use hampm_step, only: motion_t, settle, stable_time_step
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_version, only: version
@@ -128,6 +128,7 @@ contains
             if (abs(s%longest_step - limit) > 0 .or. s%motion%particles%groups%largest < s%local_steps%largest) exit
          end do
       end do
+      call settle(s%motion)
       s%motion%time = time
    end subroutine advance_to
 
@@ -142,6 +143,7 @@ contains
          call limit_time_step(s)
       end if
       if (failure%failed() .or. .not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
+      call settle(s%motion)
       call refine(s%refinement, s%motion, adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
    end subroutine adapt

@@ -24,7 +24,7 @@ module hampm_local_steps
    use hampm_mass_matrix, only: nodes_per_block
    use hampm_nodal_fields, only: nodal_fields_t, new, mapped, momentum_share, force_share, gather
    use hampm_particles, only: particles_t, lanes, smallest_occupied_cell
-   use hampm_step, only: motion_t, advance, map_to_grid, report_jump, end_step
+   use hampm_step, only: motion_t, take_step, settle, map_to_grid, report_jump, end_step
    use hampm_step_groups, only: limit_groups, plain, summing, waiting
    use hampm_step_runs, only: run_t, find_runs, order_by_rate
    use hampm_sweep, only: sweep_t, sweep_report_t, sweep_list, sweep_between, look_for_leavers, blocks_per_task
@@ -109,7 +109,7 @@ contains
       if (.not. little) little = maxval(abs(m%particles%velocity))*time <= farthest*smallest_occupied_cell(m%grid, m%particles)
    end function moves_little
 
-   !> Advance by a coarse step, of 2**c%largest steps `dt`. Fails where a particle leaves the grid or jumps.
+   !> Advance by a coarse step, of 2**c%largest steps `dt`; particles may stay behind until `settle`. Fails where a particle leaves the grid or jumps.
    subroutine advance_coarsely(c, m, dt, failure)
       type(local_steps_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
@@ -118,7 +118,7 @@ contains
       type(sweep_report_t) :: report
       integer :: s, turn, ending
       if (c%largest == 0) then
-         call advance(m, dt, failure)
+         call take_step(m, dt, failure)
          return
       end if
       call start_coarse_step(c, m)
@@ -142,6 +142,7 @@ contains
       type(local_steps_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k
+      call settle(m)
       if (.not. m%mapped) call map_to_grid(m)
       call fit_to_sort(c, m)
       if (.not. m%particles%total_frame) call map_matrices(c, m%particles, m%fields)

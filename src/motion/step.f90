@@ -1,6 +1,7 @@
 !> One time step of the material point method.
 module hampm_step
    use hampm_kinds, only: dp, ndim, long
+   use hampm_cell_response, only: cell_response_t, fit_response, respond_everywhere, settle_particles
    use hampm_constraints, only: constraints_t, fit_constraints
    use hampm_contact, only: contact_t, fit_contact, lump_at_pairs, share_velocity, keep_apart
    use hampm_cuts, only: crosses
@@ -20,8 +21,8 @@ module hampm_step
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, map_to_grid, report_jump, end_step, &
-             refresh_grid, stable_time_step
+   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, take_step, settle, map_to_grid, &
+             report_jump, end_step, refresh_grid, stable_time_step
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -38,6 +39,7 @@ module hampm_step
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
       type(pipeline_t) :: plan                   !! of steps in tiles
+      type(cell_response_t) :: response          !! of cells that are swept without their particles
       logical :: mapped = .false.                !! whether the cells hold the sums for the next step
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       real(dp) :: time = 0                       !! [s]
@@ -69,6 +71,7 @@ contains
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
       m%plan = pipeline_t()
+      m%response = cell_response_t()
       call fit_constraints(m%constraints, m%grid)
       call fit_contact(m%contact, m%grid)
       call new_nodal_fields(m%grid, m%fields, failure)
@@ -80,8 +83,23 @@ contains
       call find_active_nodes(m%grid, m%particles, m%fields, failure)
    end subroutine fit_to_grid
 
-   !> Advance by one step `dt`. Fails where a particle leaves the grid or jumps.
+   !> Advance by one step `dt`, with all particles. Fails where a particle leaves the grid or jumps.
    subroutine advance(m, dt, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      call take_step(m, dt, failure)
+      call settle(m)
+   end subroutine advance
+
+   !> Bring the particles up to date, before they are looked at.
+   subroutine settle(m)
+      type(motion_t), intent(inout) :: m
+      call settle_particles(m%response, m%materials, m%particles, m%fields)
+   end subroutine settle
+
+   !> As `advance`, but particles may stay behind until `settle`.
+   subroutine take_step(m, dt, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
@@ -92,8 +110,9 @@ contains
       else
          call step_in_stages(m, dt, left_cell, failure)
       end if
+      m%response%is_behind = m%response%is_active
       if (.not. failure%failed()) call end_step(m, dt, 1, left_cell, failure)
-   end subroutine advance
+   end subroutine take_step
 
    !> Book what the loads have done, and sort the particles if any has left its cell. Particles may have moved for several `dt`
    !> at once.
@@ -160,7 +179,7 @@ contains
          call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
       end if
       call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, m%particles, m%fields, &
-                         damping_power)
+                         m%response, damping_power)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (.not. m%particles%total_frame) call look_for_leavers(m%particles, m%fields, report)
       left_cell = report%left_cell
@@ -205,7 +224,11 @@ contains
    subroutine map_to_grid(m)
       type(motion_t), intent(inout) :: m
       type(sweep_report_t) :: report
-      call sweep_particles(m%scheme%map_at_start, 0.0_dp, m%materials, m%particles, m%fields, .false., report)
+      type(sweep_t) :: map
+      map = m%scheme%map_at_start
+      map%map_force = map%map_force .or. m%particles%total_frame      ! responses add to the force that is there
+      call sweep_particles(map, 0.0_dp, m%materials, m%particles, m%fields, .false., report)
+      call fit_response(m%particles%total_frame .and. .not. m%audit, m%materials, m%loads, m%particles, m%fields, m%response)
       m%mapped = .true.
    end subroutine map_to_grid
 
@@ -224,7 +247,11 @@ contains
       logical, intent(out) :: left_cell
       type(failure_t), intent(inout) :: failure
       type(sweep_report_t) :: report
-      call sweep_particles(sweep, dt, m%materials, m%particles, m%fields, m%audit, report)
+      if (m%response%is_active) then
+         call respond_everywhere(m%response, sweep, dt, m%materials, m%particles, m%fields)
+      else
+         call sweep_particles(sweep, dt, m%materials, m%particles, m%fields, m%audit, report)
+      end if
       left_cell = report%left_cell
       if (report%jumped) call report_jump(m, failure)
       if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work

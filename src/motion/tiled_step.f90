@@ -2,12 +2,12 @@
 !> lumped, no point depends on others, and no faces touch.
 module hampm_tiled_step
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_response, only: cell_response_t, add_up, respond
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: nodal_fields_t, at_start, new, mapped, mass_share, momentum_share, force_share, around, stride
    use hampm_particles, only: particles_t
    use hampm_pipeline, only: pipeline_t
    use hampm_schemes, only: scheme_t
-   use hampm_sweep, only: sweep_list
    implicit none
    private
    public :: step_in_tiles
@@ -25,7 +25,7 @@ module hampm_tiled_step
 contains
 
    !> Do the nodal sums and the sweeps of a step.
-   subroutine step_in_tiles(plan, scheme, dt, damping_rate, materials, free, p, f, damping_power)
+   subroutine step_in_tiles(plan, scheme, dt, damping_rate, materials, free, p, f, response, damping_power)
       type(pipeline_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
       real(dp), intent(in) :: dt                        !! [s]
@@ -34,6 +34,7 @@ contains
       real(dp), intent(in) :: free(:, :)                !! 0 for components of nodes that are held, else 1; (ndim, n_points)
       type(particles_t), intent(inout) :: p
       type(nodal_fields_t), intent(inout) :: f          !! whose `force` holds that of the loads
+      type(cell_response_t), intent(inout) :: response
       real(dp), intent(out) :: damping_power            !! sum alpha m v_i . (v_i + a_i dt) [W]
       real(dp) :: power(plan%n_tiles)
       integer :: region, tile
@@ -85,9 +86,10 @@ contains
          real(dp), intent(inout) :: power
          associate (items => plan%stages(s)%item)
             if (mod(s, 2) == 0) then
-               call sweep_list(scheme%sweeps(s/2), dt, materials, p, f, .false., items(first:last))
+               call respond(response, scheme%sweeps(s/2), dt, materials, p, f, items(first:last))
             else
                call do_nodes(task_of_stage(scheme, s), dt, damping_rate, items(first:last), free, f, power)
+               if (response%is_active) call add_up(scheme%sweeps((s + 1)/2), dt, items(first:last), f, response)
             end if
          end associate
       end subroutine do_items

@@ -1,0 +1,116 @@
+!> How the shares of the cells of a block in momentum and internal force change with the motion of their corners, side by side in
+!> `lanes` as in `hampm_block_kernels`, and what the nodes sum up. See `hampm_cell_response`.
+module hampm_response_kernels
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_block_kernels, only: divergence
+   use hampm_particles, only: lanes
+   implicit none
+   private
+   public :: n_masses, n_moments, add_particle, answer_kick, answer_strain, add_to_sum
+
+   integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
+   integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
+
+contains
+
+   !> Add a particle of given shape functions `n` and local coordinates to the mass matrix (6) of its cell and to the moments of
+   !> the cell's volume.
+   pure subroutine add_particle(mass, volume, n, xi, masses, moments)
+      real(dp), intent(in) :: mass               !! [kg]
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp), intent(in) :: n(corners), xi(ndim)
+      real(dp), intent(inout) :: masses(n_masses), moments(n_moments)
+      masses = masses + mass*[n(1)*n, n(2)*n(2:), n(3)*n(3:), n(4)*n(4:)]
+      moments = moments + volume*[1.0_dp, xi(1), xi(2), xi(1)**2, xi(1)*xi(2), xi(2)**2]
+   end subroutine add_particle
+
+   !> Add to the momenta what a kick of the particles does: p_i <- p_i + sum_j M_ij a_j dt.
+   pure subroutine answer_kick(dt, acceleration, nodes, masses, share)
+      real(dp), intent(in) :: dt
+      real(dp), intent(in) :: acceleration(ndim, *)     !! by point
+      integer, intent(in) :: nodes(corners, lanes)      !! points at the corners of the cells
+      real(dp), intent(in) :: masses(lanes, n_masses)
+      real(dp), intent(inout) :: share(lanes, corners, ndim)
+      real(dp) :: a(lanes, corners, ndim), a1, a2, a3, a4
+      integer :: l, c, d
+      !GCC$ novector
+      do l = 1, lanes
+         do c = 1, corners
+            a(l, c, 1) = acceleration(1, nodes(c, l))
+            a(l, c, 2) = acceleration(2, nodes(c, l))
+         end do
+      end do
+      do d = 1, ndim
+         !$omp simd private(a1, a2, a3, a4)
+         do l = 1, lanes
+            a1 = dt*a(l, 1, d)
+            a2 = dt*a(l, 2, d)
+            a3 = dt*a(l, 3, d)
+            a4 = dt*a(l, 4, d)
+            share(l, 1, d) = share(l, 1, d) + (masses(l, 1)*a1 + masses(l, 2)*a2 + (masses(l, 3)*a3 + masses(l, 4)*a4))
+            share(l, 2, d) = share(l, 2, d) + (masses(l, 2)*a1 + masses(l, 5)*a2 + (masses(l, 6)*a3 + masses(l, 7)*a4))
+            share(l, 3, d) = share(l, 3, d) + (masses(l, 3)*a1 + masses(l, 6)*a2 + (masses(l, 8)*a3 + masses(l, 9)*a4))
+            share(l, 4, d) = share(l, 4, d) + (masses(l, 4)*a1 + masses(l, 7)*a2 + (masses(l, 9)*a3 + masses(l, 10)*a4))
+         end do
+      end do
+   end subroutine answer_kick
+
+   !> Add to the internal forces (7) what a strain of linear elastic particles of one material does. L = grad of a field is linear in
+   !> the local coordinates, so that the sums of V times stress, and of the same times a local coordinate, need the moments of V only.
+   pure subroutine answer_strain(lambda, mu, inverse_size, a, moments, share)
+      real(dp), intent(in) :: lambda, mu                !! [Pa]
+      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
+      real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
+      real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
+      real(dp), intent(inout) :: share(lanes, corners, ndim)
+      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), change(lanes, corners, ndim)
+      real(dp) :: l11, l21, l12, l22
+      integer :: l, c, d
+      !$omp simd private(l11, l21, l12, l22)
+      do l = 1, lanes
+         l11 = a(l, 2, 1)*moments(l, 1) + a(l, 4, 1)*moments(l, 3)
+         l21 = a(l, 2, 2)*moments(l, 1) + a(l, 4, 2)*moments(l, 3)
+         l12 = a(l, 3, 1)*moments(l, 1) + a(l, 4, 1)*moments(l, 2)
+         l22 = a(l, 3, 2)*moments(l, 1) + a(l, 4, 2)*moments(l, 2)
+         total(l, 1) = (lambda + 2*mu)*l11 + lambda*l22
+         total(l, 2) = mu*(l12 + l21)
+         total(l, 3) = total(l, 2)
+         total(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
+         ! times eta
+         l11 = a(l, 2, 1)*moments(l, 3) + a(l, 4, 1)*moments(l, 6)
+         l21 = a(l, 2, 2)*moments(l, 3) + a(l, 4, 2)*moments(l, 6)
+         l12 = a(l, 3, 1)*moments(l, 3) + a(l, 4, 1)*moments(l, 5)
+         l22 = a(l, 3, 2)*moments(l, 3) + a(l, 4, 2)*moments(l, 5)
+         moment(l, 1) = (lambda + 2*mu)*l11 + lambda*l22
+         moment(l, 2) = mu*(l12 + l21)
+         ! times xi
+         l11 = a(l, 2, 1)*moments(l, 2) + a(l, 4, 1)*moments(l, 5)
+         l21 = a(l, 2, 2)*moments(l, 2) + a(l, 4, 2)*moments(l, 5)
+         l12 = a(l, 3, 1)*moments(l, 2) + a(l, 4, 1)*moments(l, 4)
+         l22 = a(l, 3, 2)*moments(l, 2) + a(l, 4, 2)*moments(l, 4)
+         moment(l, 3) = mu*(l12 + l21)
+         moment(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
+      end do
+      call divergence(inverse_size, total, moment, change)
+      do d = 1, ndim
+         do c = 1, corners
+            !$omp simd
+            do l = 1, lanes
+               share(l, c, d) = share(l, c, d) + change(l, c, d)
+            end do
+         end do
+      end do
+   end subroutine answer_strain
+
+   !> Add a factor times a nodal field to a sum at some points.
+   pure subroutine add_to_sum(factor, n, points, field, total)
+      real(dp), intent(in) :: factor
+      integer, intent(in) :: n, points(n)
+      real(dp), intent(in) :: field(ndim, *)            !! by point
+      real(dp), intent(inout) :: total(ndim, *)
+      integer :: k
+      do k = 1, n
+         total(:, points(k)) = total(:, points(k)) + factor*field(:, points(k))
+      end do
+   end subroutine add_to_sum
+end module hampm_response_kernels

@@ -1,0 +1,179 @@
+!> Cells that answer by themselves move their particles as sweeps over these do.
+program test_cell_response
+   use hampm_kinds, only: dp, ndim
+   use hampm_bodies, only: fill_rectangle
+   use hampm_constraints, only: constrain_box
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_grid, only: build_grid
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_load_history, only: load_history_t
+   use hampm_loads, only: load_t, load_on_points
+   use hampm_material, only: new_material
+   use hampm_particles, only: new_particles, sort_into_cells
+   use hampm_refined, only: refine_box
+   use hampm_samples, only: schemes, start, run_steps, thickness
+   use hampm_step, only: motion_t, take_step, settle
+   use hampm_threads, only: use_threads
+   implicit none
+
+   real(dp), parameter :: cell = 0.1_dp, dt = 0.1_dp*cell/4
+   real(dp), parameter :: rounding = 1.0e-12_dp          !! over the largest value
+   integer, parameter :: steps = 200
+   integer :: k
+
+   call use_threads(1, 0)
+   call repeat_random_numbers()
+   do k = 1, size(schemes)
+      call as_by_particles(trim(schemes(k)), 0)
+      call as_by_particles(trim(schemes(k)), 2)
+      call looking_changes_nothing(trim(schemes(k)))
+      call settled_is_a_state(trim(schemes(k)))
+   end do
+   call who_has_a_response()
+   call same_bytes_with_two_threads()
+   call finish()
+
+contains
+
+   !> Three bodies of different linear and nonlinear materials side by side, none of whose edges or particles fits to the cells, on a
+   !> mesh that may be refined: at random velocities, damped, held and loaded.
+   subroutine place(scheme, levels, m)
+      character(*), intent(in) :: scheme
+      integer, intent(in) :: levels
+      type(motion_t), intent(out) :: m
+      integer, parameter :: points(ndim) = [15, 13]
+      real(dp), parameter :: x(4) = [0.13_dp, 0.77_dp, 1.42_dp, 1.87_dp], y(2) = [0.16_dp, 0.73_dp]
+      type(forest_t) :: forest
+      type(failure_t) :: failure
+      integer :: k
+      forest = forest_t([0.0_dp, 0.0_dp], cell, [20, 9])
+      call refine_box(forest, [0.5_dp, 0.3_dp], [0.9_dp, 0.6_dp], levels)
+      call build_grid(forest, m%grid, failure)
+      call new_particles(3*product(points), m%grid%n_elements, m%particles, failure)
+      m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
+                     new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp), &
+                     new_material('', 'neo_hookean', .true., 1.0_dp, 0.2_dp, 1.0_dp)]
+      do k = 1, 3
+         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], thickness, &
+                             m%materials(k)%density, [0.0_dp, 0.0_dp], k, k)
+      end do
+      call random_number(m%particles%velocity)
+      m%particles%velocity = 0.01_dp*(m%particles%velocity - 0.5_dp)
+      m%particles%total_frame = .true.
+      call sort_into_cells(m%particles, m%grid, failure)
+      allocate (m%loads(1))
+      m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
+      m%loads(1)%history = load_history_t(kind='ramp', rise_time=100*dt)
+      call load_on_points(m%particles, m%grid, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], m%loads(1))
+      call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 0.9_dp], [.true., .false.])
+      m%damping_rate = 0.3_dp
+      call start(m, scheme)
+      call check(.not. failure%failed(), 'the bodies are in the grid')
+   end subroutine place
+
+   !> Do steps, looking at the particles at an interval.
+   subroutine run_and_look(m, steps, interval)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: steps, interval
+      type(failure_t) :: failure
+      integer :: k
+      do k = 1, steps
+         call take_step(m, dt, failure)
+         if (mod(k, interval) == 0) call settle(m)
+      end do
+      call check(.not. failure%failed(), 'the steps are done')
+   end subroutine run_and_look
+
+   !> Whether two motions are the same but for rounding.
+   subroutine check_same(a, b, what)
+      type(motion_t), intent(in) :: a, b
+      character(*), intent(in) :: what
+      real(dp) :: error(3)
+      error(1) = maxval(abs(a%particles%velocity - b%particles%velocity))/maxval(abs(b%particles%velocity))
+      error(2) = maxval(abs(a%particles%displacement - b%particles%displacement))/maxval(abs(b%particles%displacement))
+      error(3) = maxval(abs(a%particles%gradient - b%particles%gradient))/maxval(abs(b%particles%gradient))
+      write (*, '(2a,3es9.1)') what, ': differences of v, u and H, over the largest', error
+      call check_close(maxval(error), 0.0_dp, rounding, what)
+      call check_close(a%external_work, b%external_work, rounding*abs(b%external_work), what//': work of the load')
+      call check_close(a%damping_loss, b%damping_loss, rounding*abs(b%damping_loss), what//': loss by damping')
+   end subroutine check_same
+
+   !> With the audit all cells are swept particle by particle.
+   subroutine as_by_particles(scheme, levels)
+      character(*), intent(in) :: scheme
+      integer, intent(in) :: levels
+      type(motion_t) :: m, swept
+      call place(scheme, levels, m)
+      swept = m
+      swept%audit = .true.
+      call run_and_look(m, steps, steps)
+      call run_steps(swept, dt, steps)
+      call check(m%response%is_active .and. .not. swept%response%is_active, scheme//': one is swept, the other answers')
+      call check((m%grid%dependents%n > 0) .eqv. levels > 0, 'the mesh is refined')
+      call check_same(m, swept, scheme//': cells answer as their particles do')
+   end subroutine as_by_particles
+
+   subroutine looking_changes_nothing(scheme)
+      character(*), intent(in) :: scheme
+      type(motion_t) :: m, looked_at
+      call place(scheme, 0, m)
+      looked_at = m
+      call run_and_look(m, steps, 50)
+      call run_and_look(looked_at, steps, 1)
+      call check_same(m, looked_at, scheme//': looking at each step changes nothing but rounding')
+   end subroutine looking_changes_nothing
+
+   !> Settled particles tell all: mapped anew, they go on with the same bytes.
+   subroutine settled_is_a_state(scheme)
+      character(*), intent(in) :: scheme
+      type(motion_t) :: m, anew
+      call place(scheme, 1, m)
+      call run_and_look(m, 30, 30)
+      anew = m
+      anew%mapped = .false.
+      call run_and_look(m, 30, 30)
+      call run_and_look(anew, 30, 30)
+      call check(same_bytes(m, anew), scheme//': a run goes on with the same bytes from settled particles')
+   end subroutine settled_is_a_state
+
+   !> Blocks of one linear material, without loads.
+   subroutine who_has_a_response()
+      type(motion_t) :: m
+      integer :: b, k
+      logical :: expected
+      call place('musl', 0, m)
+      call run_steps(m, dt, 1)
+      associate (p => m%particles)
+         do b = 1, p%n_blocks
+            expected = p%block_material(b) == 1 .or. p%block_material(b) == 2
+            do k = 1, size(m%loads(1)%host)
+               if (any(p%block_cells(:, b) == p%cell(m%loads(1)%host(k)))) expected = .false.
+            end do
+            call check(m%response%has_response(b) .eqv. expected, 'blocks of one linear material without loads have a response')
+         end do
+         call check(any(m%response%has_response) .and. .not. all(m%response%has_response), 'there are both kinds of blocks')
+      end associate
+   end subroutine who_has_a_response
+
+   subroutine same_bytes_with_two_threads()
+      type(motion_t) :: m, by_two
+      integer :: levels
+      do levels = 0, 1
+         call place('usavg', levels, m)
+         by_two = m
+         call run_and_look(m, 50, 20)
+         call use_threads(2, 0)
+         call run_and_look(by_two, 50, 20)
+         call use_threads(1, 0)
+         call check(same_bytes(m, by_two), 'two threads find the same bytes as one')
+      end do
+   end subroutine same_bytes_with_two_threads
+
+   logical function same_bytes(a, b)
+      type(motion_t), intent(in) :: a, b
+      same_bytes = all(transfer(a%particles%velocity, [0]) == transfer(b%particles%velocity, [0])) .and. &
+                   all(transfer(a%particles%displacement, [0]) == transfer(b%particles%displacement, [0])) .and. &
+                   all(transfer(a%particles%gradient, [0]) == transfer(b%particles%gradient, [0]))
+   end function same_bytes
+end program test_cell_response
