@@ -12,7 +12,8 @@
 !> and to shares, and particles stay behind until `settle` gives them what they have gained, and maps them.
 !>
 !> Blocks of cells with another law or with several materials are swept particle by particle as ever, and so are those with
-!> particles that carry a load, whose way is asked for after each step.
+!> particles that carry a load, whose way is asked for after each step, and those with a corner that has hardly any mass: there the
+!> sums would be large, and a particle the small difference of such.
 !>
 !> Once settled nothing is kept here that does not follow from the particles: the sums are zero, the shares those of the particles.
 module hampm_cell_response
@@ -22,13 +23,15 @@ module hampm_cell_response
    use hampm_loads, only: load_t
    use hampm_mass_matrix, only: nodes_per_block
    use hampm_material, only: material_t
-   use hampm_nodal_fields, only: nodal_fields_t, new, momentum_share, force_share, shares
+   use hampm_nodal_fields, only: nodal_fields_t, new, mass_share, momentum_share, force_share, shares
    use hampm_particles, only: particles_t, lanes
    use hampm_response_kernels, only: n_masses, n_moments, add_particle, answer_kick, answer_strain, add_to_sum
    use hampm_sweep, only: sweep_t, sweep_list, sweep_between, blocks_per_task
    implicit none
    private
    public :: cell_response_t, fit_response, add_up, respond, respond_everywhere, settle_particles
+
+   real(dp), parameter :: least_share = 1.0e-6_dp       !! of a corner in the mass of its cell
 
    type :: cell_response_t
       logical :: is_active = .false.                    !! whether any block has a response
@@ -57,7 +60,7 @@ contains
       type(cell_response_t), intent(out) :: r
       integer :: b, k, status
       if (.not. wanted) return
-      call choose_blocks(materials, loads, p, r%has_response)
+      call choose_blocks(materials, loads, p, f, r%has_response)
       r%blocks = pack([(b, b=1, p%n_blocks)], r%has_response)
       if (size(r%blocks) == 0) return
       associate (points => size(f%acceleration, 2))
@@ -73,11 +76,12 @@ contains
       call clear_sums(r)
    end subroutine fit_response
 
-   !> Which blocks have a linear law, one material, and no particle that carries a load.
-   pure subroutine choose_blocks(materials, loads, p, chosen)
+   !> Which blocks have a linear law, one material, no particle that carries a load, and mass at all corners.
+   pure subroutine choose_blocks(materials, loads, p, f, chosen)
       type(material_t), intent(in) :: materials(:)
       type(load_t), intent(in) :: loads(:)
       type(particles_t), intent(in) :: p
+      type(nodal_fields_t), intent(in) :: f
       logical, allocatable, intent(out) :: chosen(:)
       logical, allocatable :: is_loaded(:)
       integer :: b, l, k
@@ -90,7 +94,9 @@ contains
          if (p%block_material(b) == 0) cycle
          chosen(b) = materials(p%block_material(b))%linear
          do l = 1, count(p%block_cells(:, b) > 0)
-            if (is_loaded(p%block_cells(l, b))) chosen(b) = .false.
+            associate (mass => f%share(l, :, mass_share, b))
+               if (is_loaded(p%block_cells(l, b)) .or. minval(mass) < least_share*sum(mass)) chosen(b) = .false.
+            end associate
          end do
       end do
    end subroutine choose_blocks

@@ -103,12 +103,13 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      logical :: left_cell
+      logical :: new_masses, left_cell
+      new_masses = .not. (m%mapped .and. m%particles%total_frame)
       if (.not. m%mapped) call map_to_grid(m)
       if (is_local(m)) then
-         call step_through_tiles(m, dt, left_cell, failure)
+         call step_through_tiles(m, dt, new_masses, left_cell, failure)
       else
-         call step_in_stages(m, dt, left_cell, failure)
+         call step_in_stages(m, dt, new_masses, left_cell, failure)
       end if
       m%response%is_behind = m%response%is_active
       if (.not. failure%failed()) call end_step(m, dt, 1, left_cell, failure)
@@ -166,9 +167,10 @@ contains
    end function is_local
 
    !> Do the nodal sums and the sweeps of a step tile by tile, and book what the damping does.
-   subroutine step_through_tiles(m, dt, left_cell, failure)
+   subroutine step_through_tiles(m, dt, new_masses, left_cell, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
+      logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
       logical, intent(out) :: left_cell
       type(failure_t), intent(inout) :: failure
       type(sweep_report_t) :: report
@@ -178,8 +180,8 @@ contains
          m%fields%external = 0
          call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
       end if
-      call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, m%particles, m%fields, &
-                         m%response, damping_power)
+      call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, new_masses, m%particles, &
+                         m%fields, m%response, damping_power)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (.not. m%particles%total_frame) call look_for_leavers(m%particles, m%fields, report)
       left_cell = report%left_cell
@@ -187,15 +189,16 @@ contains
    end subroutine step_through_tiles
 
    !> Do the nodal sums and the sweeps of a step, one after the other.
-   subroutine step_in_stages(m, dt, left_cell, failure)
+   subroutine step_in_stages(m, dt, new_masses, left_cell, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
+      logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
       logical, intent(out) :: left_cell
       type(failure_t), intent(inout) :: failure
       integer :: k
       left_cell = .false.
       associate (start => m%scheme%map_at_start)
-         call gather(m%grid, m%fields, mass=.true., momentum=.true., force=start%map_force)
+         call gather(m%grid, m%fields, mass=new_masses, momentum=.true., force=start%map_force)
          call solve_velocity(m, at_start, merge(mapped, new, m%scheme%remaps), failure)
          if (start%map_force) call solve_acceleration(m, dt, failure)
       end associate

@@ -25,13 +25,14 @@ module hampm_tiled_step
 contains
 
    !> Do the nodal sums and the sweeps of a step.
-   subroutine step_in_tiles(plan, scheme, dt, damping_rate, materials, free, p, f, response, damping_power)
+   subroutine step_in_tiles(plan, scheme, dt, damping_rate, materials, free, new_masses, p, f, response, damping_power)
       type(pipeline_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
       real(dp), intent(in) :: dt                        !! [s]
       real(dp), intent(in) :: damping_rate              !! alpha of the force -alpha m v [1/s]
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: free(:, :)                !! 0 for components of nodes that are held, else 1; (ndim, n_points)
+      logical, intent(in) :: new_masses                 !! whether nodal masses have changed since the last step
       type(particles_t), intent(inout) :: p
       type(nodal_fields_t), intent(inout) :: f          !! whose `force` holds that of the loads
       type(cell_response_t), intent(inout) :: response
@@ -88,7 +89,7 @@ contains
             if (mod(s, 2) == 0) then
                call respond(response, scheme%sweeps(s/2), dt, materials, p, f, items(first:last))
             else
-               call do_nodes(task_of_stage(scheme, s), dt, damping_rate, items(first:last), free, f, power)
+               call do_nodes(task_of_stage(scheme, s, new_masses), dt, damping_rate, items(first:last), free, f, power)
                if (response%is_active) call add_up(scheme%sweeps((s + 1)/2), dt, items(first:last), f, response)
             end if
          end associate
@@ -96,11 +97,12 @@ contains
    end subroutine step_in_tiles
 
    !> What the nodes find before the first sweep, or between two.
-   pure type(task_t) function task_of_stage(scheme, stage) result(task)
+   pure type(task_t) function task_of_stage(scheme, stage, new_masses) result(task)
       type(scheme_t), intent(in) :: scheme
       integer, intent(in) :: stage
+      logical, intent(in) :: new_masses
       if (stage == 1) then
-         task = task_t(.true., .true., scheme%map_at_start%map_force, at_start)
+         task = task_t(new_masses, .true., scheme%map_at_start%map_force, at_start)
       else
          associate (sweep => scheme%sweeps(stage/2))
             task = task_t(.false., sweep%map_momentum, sweep%map_force, mapped)
