@@ -34,6 +34,7 @@ program bench_step
    end type case_t
 
    integer, parameter :: updates = 5000000       !! of particles in one measurement, at least
+   integer, parameter :: least_steps = 25        !! in one measurement: particles are looked at once in each
 
    call act(command_arguments())
 
@@ -77,7 +78,7 @@ contains
       real(dp) :: processor, wall, copy
       integer :: steps, bytes
       call use_threads(c%threads, c%motion%particles%n)
-      steps = updates/c%motion%particles%n + 1
+      steps = max(updates/c%motion%particles%n + 1, least_steps)
       bytes = bytes_per_step(c%scheme, c%frame == 'total')
       processor = processor_seconds()
       wall = wall_seconds()

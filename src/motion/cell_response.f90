@@ -25,7 +25,7 @@ module hampm_cell_response
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: nodal_fields_t, new, mass_share, momentum_share, force_share, shares
    use hampm_particles, only: particles_t, lanes
-   use hampm_response_kernels, only: n_masses, n_moments, add_particle, answer_kick, answer_strain, add_to_sum
+   use hampm_response_kernels, only: n_masses, n_moments, answer_kick, answer_strain, add_to_sum
    use hampm_sweep, only: sweep_t, sweep_list, sweep_between, blocks_per_task
    implicit none
    private
@@ -106,13 +106,17 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: b
       real(dp), intent(out) :: masses(lanes, n_masses), moments(lanes, n_moments)
+      real(dp) :: n(corners), xi(ndim)
       integer :: l, i
       masses = 0
       moments = 0
       do l = 1, count(p%block_cells(:, b) > 0)
          associate (e => p%block_cells(l, b))
             do i = p%first_in(e), p%last_in(e), p%stride_in(e)
-               call add_particle(p%mass(i), p%volume(i), shape_functions(p%local(i, :)), p%local(i, :), masses(l, :), moments(l, :))
+               xi = p%local(i, :)
+               n = shape_functions(xi)
+               masses(l, :) = masses(l, :) + p%mass(i)*[n(1)*n, n(2)*n(2:), n(3)*n(3:), n(4)*n(4:)]
+               moments(l, :) = moments(l, :) + p%volume(i)*[1.0_dp, xi(1), xi(2), xi(1)**2, xi(1)*xi(2), xi(2)**2]
             end do
          end associate
       end do

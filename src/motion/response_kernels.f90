@@ -6,23 +6,12 @@ module hampm_response_kernels
    use hampm_particles, only: lanes
    implicit none
    private
-   public :: n_masses, n_moments, add_particle, answer_kick, answer_strain, add_to_sum
+   public :: n_masses, n_moments, answer_kick, answer_strain, add_to_sum
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
 
 contains
-
-   !> Add a particle of given shape functions `n` and local coordinates to the mass matrix (6) of its cell and to the moments of
-   !> the cell's volume.
-   pure subroutine add_particle(mass, volume, n, xi, masses, moments)
-      real(dp), intent(in) :: mass               !! [kg]
-      real(dp), intent(in) :: volume             !! [m3]
-      real(dp), intent(in) :: n(corners), xi(ndim)
-      real(dp), intent(inout) :: masses(n_masses), moments(n_moments)
-      masses = masses + mass*[n(1)*n, n(2)*n(2:), n(3)*n(3:), n(4)*n(4:)]
-      moments = moments + volume*[1.0_dp, xi(1), xi(2), xi(1)**2, xi(1)*xi(2), xi(2)**2]
-   end subroutine add_particle
 
    !> Add to the momenta what a kick of the particles does: p_i <- p_i + sum_j M_ij a_j dt.
    pure subroutine answer_kick(dt, acceleration, nodes, masses, share)

@@ -29,6 +29,7 @@ program test_local_steps
    call repeat_random_numbers()
    call test_groups()
    call test_one_size()
+   call test_turns()
    call test_threads()
    call test_momentum()
    call test_energy()
@@ -111,7 +112,7 @@ contains
    !> With cells of one size a coarse step is two ordinary ones, in which particles stay: in the total frame that is no difference.
    subroutine test_one_size()
       type(motion_t) :: together, apart
-      call place(0, 'linear_elastic', apart, 'total')
+      call place(0, 'neo_hookean', apart, 'total')       ! whose cells are always swept particle by particle
       together = apart
       call vibrate(apart)
       call vibrate(together)
@@ -126,6 +127,26 @@ contains
       call run_steps(together, 0.4_dp, 1)
       call check(same_numbers(apart%particles%velocity(:, 2), together%particles%velocity(:, 2)), 'a coarse step of one is a step')
    end subroutine test_one_size
+
+   !> Cells of a linear material answer by themselves in ordinary steps, and are swept in coarse ones: both may take turns.
+   subroutine test_turns()
+      type(motion_t) :: together, apart
+      integer :: k
+      call place(0, 'linear_elastic', apart, 'total')
+      together = apart
+      call vibrate(apart)
+      call vibrate(together)
+      do k = 1, 5
+         call run_coarsely(apart, 0.4_dp, 0, 3)
+         call run_coarsely(apart, 0.4_dp, 1, 2)
+      end do
+      call run_steps(together, 0.4_dp, 35)
+      call check(together%response%is_active, 'cells answer by themselves')
+      call check(maxval(abs(apart%particles%velocity - together%particles%velocity)) < &
+                 1.0e-12_dp*maxval(abs(together%particles%velocity)), 'ordinary and coarse steps may take turns: velocities')
+      call check(maxval(abs(apart%particles%gradient - together%particles%gradient)) < &
+                 1.0e-12_dp*maxval(abs(together%particles%gradient)), 'ordinary and coarse steps may take turns: strains')
+   end subroutine test_turns
 
    subroutine test_threads()
       type(motion_t) :: alone, together
