@@ -9,10 +9,11 @@ program test_cell_response
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_load_history, only: load_history_t
    use hampm_loads, only: load_t, load_on_points
+   use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_material, only: new_material
    use hampm_particles, only: new_particles, sort_into_cells
    use hampm_refined, only: refine_box
-   use hampm_samples, only: schemes, start, run_steps, thickness
+   use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
    use hampm_step, only: motion_t, take_step, settle
    use hampm_threads, only: use_threads
    implicit none
@@ -27,10 +28,12 @@ program test_cell_response
    do k = 1, size(schemes)
       call as_by_particles(trim(schemes(k)), 0)
       call as_by_particles(trim(schemes(k)), 2)
+      call as_by_particles(trim(schemes(k)), 1, new_mass_choice('full', 'umfpack', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
       call looking_changes_nothing(trim(schemes(k)))
       call settled_is_a_state(trim(schemes(k)))
    end do
    call who_has_a_response()
+   call hardly_any_mass()
    call same_bytes_with_two_threads()
    call finish()
 
@@ -38,10 +41,11 @@ contains
 
    !> Three bodies of different linear and nonlinear materials side by side, none of whose edges or particles fits to the cells, on a
    !> mesh that may be refined: at random velocities, damped, held and loaded.
-   subroutine place(scheme, levels, m)
+   subroutine place(scheme, levels, m, mass)
       character(*), intent(in) :: scheme
       integer, intent(in) :: levels
       type(motion_t), intent(out) :: m
+      type(mass_choice_t), intent(in), optional :: mass
       integer, parameter :: points(ndim) = [15, 13]
       real(dp), parameter :: x(4) = [0.13_dp, 0.77_dp, 1.42_dp, 1.87_dp], y(2) = [0.16_dp, 0.73_dp]
       type(forest_t) :: forest
@@ -68,7 +72,7 @@ contains
       call load_on_points(m%particles, m%grid, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], m%loads(1))
       call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 0.9_dp], [.true., .false.])
       m%damping_rate = 0.3_dp
-      call start(m, scheme)
+      call start(m, scheme, mass)
       call check(.not. failure%failed(), 'the bodies are in the grid')
    end subroutine place
 
@@ -100,11 +104,12 @@ contains
    end subroutine check_same
 
    !> With the audit all cells are swept particle by particle.
-   subroutine as_by_particles(scheme, levels)
+   subroutine as_by_particles(scheme, levels, mass)
       character(*), intent(in) :: scheme
       integer, intent(in) :: levels
+      type(mass_choice_t), intent(in), optional :: mass
       type(motion_t) :: m, swept
-      call place(scheme, levels, m)
+      call place(scheme, levels, m, mass)
       swept = m
       swept%audit = .true.
       call run_and_look(m, steps, steps)
@@ -155,6 +160,18 @@ contains
          call check(any(m%response%has_response) .and. .not. all(m%response%has_response), 'there are both kinds of blocks')
       end associate
    end subroutine who_has_a_response
+
+   !> Particles on the lines of the grid give some nodes hardly any mass: their cells are swept.
+   subroutine hardly_any_mass()
+      type(motion_t) :: m
+      call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [10, 10]), &
+                        new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
+                        [rectangle_t([0.15_dp, 0.15_dp], [0.75_dp, 0.75_dp], [6, 6])], m)
+      m%particles%total_frame = .true.
+      call start(m, 'musl')
+      call run_steps(m, dt, 1)
+      call check(.not. m%response%is_active, 'cells with hardly any mass at a corner are swept')
+   end subroutine hardly_any_mass
 
    subroutine same_bytes_with_two_threads()
       type(motion_t) :: m, by_two
