@@ -11,6 +11,7 @@ sys.path.insert(0, str(BENCH))
 from instructions import can_count, instructions  # noqa: E402
 
 LIMIT = 1.25  # over the least that a step needs
+TOTAL_LIMIT = 0.5  # of the total frame over the updated one, for a linear law
 CELLS = 50  # along an edge: 10 000 particles
 
 
@@ -20,3 +21,11 @@ def test_a_step_takes_hardly_more_instructions_than_the_least():
     program, least = (instructions(COUNTED_BENCH, f"{code}:updated:musl:{CELLS}:1") for code in ("program", "minimal"))
     print(f"{program:.1f} instructions a particle and step, {program / least:.2f} of the least")
     assert program / least <= LIMIT
+
+
+@pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
+@pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
+def test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_half():
+    total, updated = (instructions(COUNTED_BENCH, f"program:{frame}:musl:{CELLS}:1") for frame in ("total", "updated"))
+    print(f"{total:.1f} instructions a particle and step, {total / updated:.2f} of those in the updated frame")
+    assert total / updated <= TOTAL_LIMIT
