@@ -20,6 +20,7 @@ module hampm_cell_response
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
    use hampm_block_kernels, only: take_corners
+   use hampm_large_pages, only: prefer_large_pages
    use hampm_loads, only: load_t
    use hampm_mass_matrix, only: nodes_per_block
    use hampm_material, only: material_t
@@ -68,6 +69,8 @@ contains
                    r%move(ndim, points), r%strain(ndim, points), stat=status)
       end associate
       if (status /= 0) return
+      call prefer_large_pages(size(r%masses), r%masses)
+      call prefer_large_pages(size(r%moments), r%moments)
       r%is_active = .true.
       !$omp parallel do schedule(static)
       do k = 1, size(r%blocks)
@@ -148,7 +151,7 @@ contains
          call sweep_list(sweep, dt, materials, p, f, .false., blocks)
       else
          call respond_some(sweep, dt, materials, size(blocks), blocks, r%has_response, p%block_material, f%block_nodes, &
-                           f%block_inverse_size, r%masses, r%moments, f%acceleration, f%velocity(1, 1, sweep%strain_by), &
+                           f%in_row, f%block_inverse_size, r%masses, r%moments, f%acceleration, f%velocity(1, 1, sweep%strain_by), &
                            f%share(1, 1, 1, 1))
          if (.not. all(r%has_response(blocks))) call sweep_list(sweep, dt, materials, p, f, .false., &
                                                                 pack(blocks, .not. r%has_response(blocks)))
@@ -156,25 +159,30 @@ contains
    end subroutine respond
 
    !> What a sweep adds to the shares of those of some blocks that have a response.
-   pure subroutine respond_some(sweep, dt, materials, n_listed, listed, has_response, block_material, nodes, inverse_size, &
+   pure subroutine respond_some(sweep, dt, materials, n_listed, listed, has_response, block_material, nodes, in_row, inverse_size, &
                                 masses, moments, acceleration, strain_velocity, share)
       type(sweep_t), intent(in) :: sweep
       real(dp), intent(in) :: dt
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: n_listed, listed(n_listed) !! blocks, and by block:
-      logical, intent(in) :: has_response(*)
+      logical, intent(in) :: has_response(*), in_row(*)
       integer, intent(in) :: block_material(*), nodes(corners, lanes, *)
       real(dp), intent(in) :: inverse_size(lanes, *), masses(lanes, n_masses, *), moments(lanes, n_moments, *)
       real(dp), intent(in) :: acceleration(ndim, *), strain_velocity(ndim, *)
       real(dp), intent(inout) :: share(lanes, corners, shares, *)
-      real(dp) :: a(lanes, corners, ndim)
+      real(dp) :: factor(lanes), a(lanes, corners, ndim)
       integer :: j, b
       do j = 1, n_listed
          b = listed(j)
          if (.not. has_response(b)) cycle
-         if (sweep%kick) call answer_kick(dt, acceleration, nodes(1, 1, b), masses(1, 1, b), share(1, 1, momentum_share, b))
+         if (sweep%kick) then
+            factor = dt
+            call take_corners(1, factor, acceleration, nodes(1, 1, b), in_row(b), a)
+            call answer_kick(a, masses(1, 1, b), share(1, 1, momentum_share, b))
+         end if
          if (sweep%strain_fraction > 0) then
-            call take_corners((sweep%strain_fraction*dt)*inverse_size(:, b), strain_velocity, nodes(1, 1, b), a)
+            factor = (sweep%strain_fraction*dt)*inverse_size(:, b)
+            call take_corners(1, factor, strain_velocity, nodes(1, 1, b), in_row(b), a)
             call answer_strain(materials(block_material(b))%lambda, materials(block_material(b))%mu, inverse_size(1, b), a, &
                                moments(1, 1, b), share(1, 1, force_share, b))
          end if
@@ -215,7 +223,7 @@ contains
       !$omp parallel do schedule(static)
       do k = 1, size(r%blocks), blocks_per_task
          call sweep_between(gain, 1.0_dp, materials, p, f, .false., r%blocks(k:min(k + blocks_per_task - 1, size(r%blocks))), &
-                            f%block_nodes, r%kick, r%move, r%strain)
+                            f%block_nodes, f%in_row, r%kick, r%move, r%strain)
       end do
       call clear_sums(r)
    end subroutine settle_particles

@@ -3,6 +3,7 @@
 module hampm_response_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_block_kernels, only: divergence
+   use hampm_nodal_fields, only: force_share, shares
    use hampm_particles, only: lanes
    implicit none
    private
@@ -13,33 +14,23 @@ module hampm_response_kernels
 
 contains
 
-   !> Add to the momenta what a kick of the particles does: p_i <- p_i + sum_j M_ij a_j dt.
-   pure subroutine answer_kick(dt, acceleration, nodes, masses, share)
-      real(dp), intent(in) :: dt
-      real(dp), intent(in) :: acceleration(ndim, *)     !! by point
-      integer, intent(in) :: nodes(corners, lanes)      !! points at the corners of the cells
-      real(dp), intent(in) :: masses(lanes, n_masses)
+   !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
+   pure subroutine answer_kick(a, masses, share)
+      real(dp), intent(in) :: a(lanes, corners, ndim), masses(lanes, n_masses)
       real(dp), intent(inout) :: share(lanes, corners, ndim)
-      real(dp) :: a(lanes, corners, ndim), a1, a2, a3, a4
-      integer :: l, c, d
-      !GCC$ novector
-      do l = 1, lanes
-         do c = 1, corners
-            a(l, c, 1) = acceleration(1, nodes(c, l))
-            a(l, c, 2) = acceleration(2, nodes(c, l))
-         end do
-      end do
+      real(dp) :: v1, v2, v3, v4
+      integer :: l, d
       do d = 1, ndim
-         !$omp simd private(a1, a2, a3, a4)
+         !$omp simd private(v1, v2, v3, v4)
          do l = 1, lanes
-            a1 = dt*a(l, 1, d)
-            a2 = dt*a(l, 2, d)
-            a3 = dt*a(l, 3, d)
-            a4 = dt*a(l, 4, d)
-            share(l, 1, d) = share(l, 1, d) + (masses(l, 1)*a1 + masses(l, 2)*a2 + (masses(l, 3)*a3 + masses(l, 4)*a4))
-            share(l, 2, d) = share(l, 2, d) + (masses(l, 2)*a1 + masses(l, 5)*a2 + (masses(l, 6)*a3 + masses(l, 7)*a4))
-            share(l, 3, d) = share(l, 3, d) + (masses(l, 3)*a1 + masses(l, 6)*a2 + (masses(l, 8)*a3 + masses(l, 9)*a4))
-            share(l, 4, d) = share(l, 4, d) + (masses(l, 4)*a1 + masses(l, 7)*a2 + (masses(l, 9)*a3 + masses(l, 10)*a4))
+            v1 = a(l, 1, d)
+            v2 = v1 + a(l, 2, d)
+            v3 = v1 + a(l, 3, d)
+            v4 = v3 + (a(l, 2, d) + a(l, 4, d))
+            share(l, 1, d) = share(l, 1, d) + (masses(l, 1)*v1 + masses(l, 2)*v2 + (masses(l, 3)*v3 + masses(l, 4)*v4))
+            share(l, 2, d) = share(l, 2, d) + (masses(l, 2)*v1 + masses(l, 5)*v2 + (masses(l, 6)*v3 + masses(l, 7)*v4))
+            share(l, 3, d) = share(l, 3, d) + (masses(l, 3)*v1 + masses(l, 6)*v2 + (masses(l, 8)*v3 + masses(l, 9)*v4))
+            share(l, 4, d) = share(l, 4, d) + (masses(l, 4)*v1 + masses(l, 7)*v2 + (masses(l, 9)*v3 + masses(l, 10)*v4))
          end do
       end do
    end subroutine answer_kick
@@ -52,7 +43,7 @@ contains
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
       real(dp), intent(inout) :: share(lanes, corners, ndim)
-      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), change(lanes, corners, ndim)
+      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), change(lanes, corners, shares)
       real(dp) :: l11, l21, l12, l22
       integer :: l, c, d
       !$omp simd private(l11, l21, l12, l22)
@@ -80,12 +71,12 @@ contains
          moment(l, 3) = mu*(l12 + l21)
          moment(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
       end do
-      call divergence(inverse_size, total, moment, change)
+      call divergence(1, inverse_size, total, moment, change)
       do d = 1, ndim
          do c = 1, corners
             !$omp simd
             do l = 1, lanes
-               share(l, c, d) = share(l, c, d) + change(l, c, d)
+               share(l, c, d) = share(l, c, d) + change(l, c, force_share + d - 1)
             end do
          end do
       end do
