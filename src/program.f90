@@ -1,12 +1,14 @@
 !> What the program does with its options.
 module hampm_program
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_command_line, only: options_t, usage_text
-   use hampm_failure, only: failure_t
+   use hampm_failure, only: failure_t, exit_file, exit_stopped
+   use hampm_file_moves, only: file_exists
    use hampm_namelist_text, only: template_text
-   use hampm_reading, only: read_scene
+   use hampm_reading, only: read_scene, scene_of_text
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build, run, summary, solver_report
+   use hampm_simulation, only: simulation_t, build, rebuild, run, summary, solver_report, result_path
    use hampm_text, only: to_text
    use hampm_version, only: version
    implicit none
@@ -36,22 +38,90 @@ contains
       type(failure_t), intent(inout) :: failure
       type(scene_t) :: scene
       type(simulation_t) :: simulation
-      character(:), allocatable :: report
-      call read_scene(options%input, options%overrides, scene, failure)
-      if (failure%failed()) return
-      call build(scene, options%threads, simulation, failure)
+      if (options%resume /= '') then
+         call resume(options, scene, simulation, failure)
+      else
+         call read_scene(options%input, options%overrides, scene, failure)
+         if (.not. (failure%failed() .or. options%check .or. options%force)) call refuse_old(scene, folder_of(options), failure)
+         if (.not. failure%failed()) call build(scene, options%threads, simulation, failure)
+      end if
       if (failure%failed()) return
       if (options%check) then
          write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(scene, simulation)
       else
-         call run(simulation, options%output, options%quiet, failure)
-         report = solver_report(simulation)
-         if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
-         if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
-         report = simulation%refinement%warning()
-         if (len(report) > 0) call print_message('warning: '//report)
+         call run_and_report(options, simulation, failure)
       end if
    end subroutine simulate
+
+   !> Take up a run where a checkpoint was written, with its scene.
+   subroutine resume(options, scene, simulation, failure)
+      type(options_t), intent(in) :: options
+      type(scene_t), intent(out) :: scene
+      type(simulation_t), intent(out) :: simulation
+      type(failure_t), intent(inout) :: failure
+      type(checkpoint_t) :: checkpoint
+      character(:), allocatable :: text
+      call checkpoint%open(options%resume)
+      call checkpoint%keep('scene', text)
+      if (checkpoint%failure%failed()) then
+         call checkpoint%finish(failure)
+         return
+      end if
+      call scene_of_text(options%resume, text, options%overrides, scene, failure)
+      if (failure%failed()) return
+      scene%as_used = text
+      call rebuild(scene, options%threads, checkpoint, simulation, failure)
+   end subroutine resume
+
+   !> Refuse to begin a run where there is a result or a checkpoint of one.
+   subroutine refuse_old(scene, folder, failure)
+      type(scene_t), intent(in) :: scene
+      character(*), intent(in) :: folder
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: path, checkpoint
+      path = result_path(scene, folder)
+      checkpoint = checkpoint_name(path)
+      if (file_exists(checkpoint)) then
+         call failure%report(exit_file, checkpoint//': there is a checkpoint of a run. To go on with it: hampm --resume '// &
+                             checkpoint//'. To begin it anew: --force. Or use another &output file or --output')
+      else if (file_exists(path)) then
+         call failure%report(exit_file, path//': there is a result. To replace it: --force. Or use another &output file or '// &
+                             '--output')
+      end if
+   end subroutine refuse_old
+
+   !> The folder for the results: the one that is asked for, or that of the checkpoint, or the current one.
+   pure function folder_of(options) result(folder)
+      type(options_t), intent(in) :: options
+      character(:), allocatable :: folder
+      integer :: slash
+      folder = options%output
+      if (folder /= '') return
+      folder = '.'
+      slash = index(options%resume, '/', back=.true.)
+      if (slash > 0) folder = options%resume(:max(1, slash - 1))
+   end function folder_of
+
+   !> Run a simulation and tell what the user should know.
+   subroutine run_and_report(options, simulation, failure)
+      type(options_t), intent(in) :: options
+      type(simulation_t), intent(inout) :: simulation
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: report
+      associate (output => simulation%scene%output, interruption => simulation%interruption)
+         interruption%interval = output%checkpoint_interval
+         interruption%every_steps = output%checkpoint_steps
+         interruption%time_limit = options%time_limit
+         interruption%step_limit = options%steps
+      end associate
+      call run(simulation, folder_of(options), options%quiet, failure)
+      if (failure%code == exit_stopped) return
+      report = solver_report(simulation)
+      if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
+      if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
+      report = simulation%refinement%warning()
+      if (len(report) > 0) call print_message('warning: '//report)
+   end subroutine run_and_report
 
    !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
    function summary_as_comments(scene, simulation) result(text)

@@ -4,11 +4,14 @@ module hampm_simulation
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, place_crack
    use hampm_cell_values, only: is_occupied
+   use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack, only: crack_t
    use hampm_crack_placement, only: has_two_tips, domain_radii
-   use hampm_failure, only: failure_t
+   use hampm_failure, only: failure_t, exit_stopped
+   use hampm_file_moves, only: remove_file
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_step, check_tip
+   use hampm_interruption, only: interruption_t
    use hampm_local_steps, only: local_steps_t, choose_coarse_step, advance_coarsely
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
    use hampm_particles, only: smallest_occupied_cell
@@ -18,14 +21,16 @@ module hampm_simulation
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: block_t
+   use hampm_state, only: keep_motion, keep_refinement, keep_measurements
    use hampm_step, only: motion_t, settle, stable_time_step
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_version, only: version
    use hampm_views, only: particle_view, mesh_view
+   use hampm_whereabouts, only: when
    implicit none
    private
-   public :: simulation_t, build, run, summary, solver_report
+   public :: simulation_t, build, rebuild, run, summary, solver_report, result_path
 
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
@@ -38,10 +43,14 @@ module hampm_simulation
       type(refinement_t) :: refinement
       type(local_steps_t) :: local_steps
       type(progress_t) :: progress
+      type(interruption_t) :: interruption
       real(dp) :: longest_step = 0               !! time step (31) [s]
+      real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
+      integer(long) :: steps_left = 0            !! how many of these are not yet done
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
+      integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
       character(:), allocatable :: warning       !! text for the user at the end; not allocated where there is none
    end type simulation_t
 
@@ -64,6 +73,81 @@ contains
       call new_measurements(scene, s%motion, s%crack, s%measurements)
    end subroutine build
 
+   !> Build the simulation of a scene as it was when a checkpoint of it was written.
+   subroutine rebuild(scene, threads, checkpoint, s, failure)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: threads
+      type(checkpoint_t), intent(inout) :: checkpoint  !! open; it is closed
+      type(simulation_t), intent(out) :: s
+      type(failure_t), intent(inout) :: failure
+      s%scene = scene
+      call assemble(scene, s%motion, s%refinement, failure)
+      if (.not. failure%failed()) call keep_motion(checkpoint, s%motion)
+      if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
+         call use_threads(threads, s%motion%particles%n)
+         call fit_to_mesh(s, failure)
+         call new_measurements(scene, s%motion, s%crack, s%measurements)
+         call keep_rest(checkpoint, s)
+      end if
+      call checkpoint%finish(failure)
+   end subroutine rebuild
+
+   !> Keep in a checkpoint, or get from it, what there is beside the motion.
+   subroutine keep_rest(checkpoint, s)
+      type(checkpoint_t), intent(inout) :: checkpoint
+      type(simulation_t), intent(inout) :: s
+      character(:), allocatable :: warning
+      integer :: n
+      call keep_refinement(checkpoint, s%refinement)
+      call keep_measurements(checkpoint, s%motion%grid, s%measurements)
+      call checkpoint%section('run')
+      call checkpoint%keep('longest_step', s%longest_step)
+      call checkpoint%keep('limit', s%limit)
+      call checkpoint%keep('steps_left', s%steps_left)
+      call checkpoint%keep('dt', s%dt)
+      call checkpoint%keep('largest_group', s%local_steps%largest)
+      call checkpoint%keep('samples', s%samples)
+      call checkpoint%keep('snapshots', s%snapshots)
+      n = 0
+      if (.not. checkpoint%is_read) n = size(s%lengths)
+      call checkpoint%keep('number_lengths', n)
+      if (checkpoint%is_read) allocate (s%lengths(n))
+      call checkpoint%keep_longs('lengths', n, s%lengths)
+      warning = ''
+      if (allocated(s%warning)) warning = s%warning
+      call checkpoint%keep('warning', warning)
+      if (len(warning) > 0) s%warning = warning
+   end subroutine keep_rest
+
+   !> Bring the result up to date, and then write a checkpoint that continues it.
+   subroutine write_checkpoint(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(checkpoint_t) :: checkpoint
+      call s%results%flush(failure)
+      if (failure%failed()) return
+      s%lengths = s%results%lengths()
+      call checkpoint%create(checkpoint_name(s%results%path))
+      call checkpoint%keep('scene', s%scene%as_used)
+      call keep_motion(checkpoint, s%motion)
+      call keep_rest(checkpoint, s)
+      call checkpoint%finish(failure)
+      call s%interruption%note_checkpoint(s%motion%steps)
+   end subroutine write_checkpoint
+
+   !> Before a step: write a checkpoint where it is time, and stop where that is asked for.
+   subroutine look_for_interruption(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: reason
+      logical :: is_time
+      reason = s%interruption%reason_to_stop(s%motion%steps)
+      is_time = s%interruption%wants_checkpoint(s%motion%steps)
+      if (reason /= '' .or. is_time) call write_checkpoint(s, failure)
+      if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, when(s%motion%steps, s%motion%time)// &
+         'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
+   end subroutine look_for_interruption
+
    !> Make time step, crack and extrapolations fit a new mesh.
    subroutine fit_to_mesh(s, failure)
       type(simulation_t), intent(inout) :: s
@@ -80,23 +164,31 @@ contains
                                         s%scene%method%courant, s%scene%method%wave_speed)
    end subroutine limit_time_step
 
-   !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable.
+   !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable. A run that
+   !> is asked to stop writes a checkpoint and fails with `exit_stopped`; one that has come to its end needs none.
    subroutine run(s, folder, quiet, failure)
       type(simulation_t), intent(inout) :: s
       character(*), intent(in) :: folder
       logical, intent(in) :: quiet
       type(failure_t), intent(inout) :: failure
+      logical :: resumes
+      resumes = allocated(s%lengths)
       call open_results(s, folder, failure)
-      if (failure%failed()) return
+      if (failure%failed()) then
+         call s%results%close(failure)
+         return
+      end if
+      call s%interruption%start(s%motion%steps)
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
-      call record(s, failure)
+      if (.not. resumes) call record(s, failure)
       do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
          call advance_to(s, next_output(s), failure)
          if (.not. failure%failed()) call record(s, failure)
       end do
       call show_progress(s, last=.true.)
       call s%results%close(failure)
+      if (.not. failure%failed()) call remove_file(checkpoint_name(s%results%path))
    end subroutine run
 
    !> Time of the next sample, snapshot or of the end [s].
@@ -111,26 +203,34 @@ contains
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
-      integer(long) :: steps, k, before
-      real(dp) :: limit
-      do while (.not. is_due(s, time))
-         limit = s%longest_step
-         call check_step(s%motion, limit, failure)
+      integer(long) :: before
+      do while (s%steps_left > 0 .or. .not. is_due(s, time))
+         if (s%steps_left == 0) call choose_steps(s, time, failure)
+         if (.not. failure%failed()) call look_for_interruption(s, failure)
          if (failure%failed()) return
-         call choose_coarse_step(s%local_steps, s%motion, time - s%motion%time, limit, steps)
-         s%dt = (time - s%motion%time)/(steps*2**s%local_steps%largest)
-         do k = 1, steps
-            before = s%motion%steps
-            call advance_coarsely(s%local_steps, s%motion, s%dt, failure)
-            if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, before, failure)
-            if (failure%failed()) return
-            call show_progress(s, last=.false.)
-            if (abs(s%longest_step - limit) > 0 .or. s%motion%particles%groups%largest < s%local_steps%largest) exit
-         end do
+         before = s%motion%steps
+         call advance_coarsely(s%local_steps, s%motion, s%dt, failure)
+         if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, before, failure)
+         if (failure%failed()) return
+         call show_progress(s, last=.false.)
+         s%steps_left = s%steps_left - 1
+         if (abs(s%longest_step - s%limit) > 0 .or. s%motion%particles%groups%largest < s%local_steps%largest) s%steps_left = 0
       end do
       call settle(s%motion)
       s%motion%time = time
    end subroutine advance_to
+
+   !> Choose number and length of the steps to a time.
+   subroutine choose_steps(s, time, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! [s]
+      type(failure_t), intent(inout) :: failure
+      call check_step(s%motion, s%longest_step, failure)
+      if (failure%failed()) return
+      s%limit = s%longest_step
+      call choose_coarse_step(s%local_steps, s%motion, time - s%motion%time, s%limit, s%steps_left)
+      s%dt = (time - s%motion%time)/(s%steps_left*2**s%local_steps%largest)
+   end subroutine choose_steps
 
    !> After a step: let particles and, at its interval, mesh follow the motion.
    subroutine adapt(s, steps_before, failure)
@@ -180,14 +280,26 @@ contains
       end if
    end subroutine record
 
-   !> Create the result file, with what produced it.
+   !> Path of the result of a scene in a folder.
+   pure function result_path(scene, folder) result(path)
+      type(scene_t), intent(in) :: scene
+      character(*), intent(in) :: folder
+      character(:), allocatable :: path
+      path = folder//'/'//trim(scene%output%file)
+   end function result_path
+
+   !> Create the result file, or continue it, with what produced it.
    subroutine open_results(s, folder, failure)
       type(simulation_t), intent(inout) :: s
       character(*), intent(in) :: folder
       type(failure_t), intent(inout) :: failure
       call ensure_folder(folder, failure)
       if (failure%failed()) return
-      call s%results%create(folder//'/'//trim(s%scene%output%file), failure)
+      if (allocated(s%lengths)) then
+         call s%results%continue(result_path(s%scene, folder), s%scene%as_used, s%lengths, failure)
+      else
+         call s%results%create(result_path(s%scene, folder), failure)
+      end if
       call s%results%add_text('/input/namelist', s%scene%as_used, failure)
       call s%results%add_attribute('/input', 'version', version, failure)
       call s%results%add_attribute('/input', 'compiler', compiler_version(), failure)

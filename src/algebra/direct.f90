@@ -28,9 +28,11 @@ module hampm_direct
       integer :: factorisations = 0              !! how often the numbers have been factorised
       integer, private :: of_component(ndim) = 0 !! which factor belongs to a component
       type(factor_t), allocatable, private :: factors(:)
-      integer, allocatable, private :: coupled(:) !! cells whose matrix is not lumped, when the pattern was analysed
+      integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, when the pattern was analysed
    contains
       procedure :: factorise
+      procedure :: factorised_values
+      procedure :: factorise_values
       procedure :: fits
       procedure :: solve
       procedure :: bandwidth
@@ -55,15 +57,62 @@ contains
          associate (factor => self%factors(k))
             if (size(factor%node) == 0) cycle
             call fill(factor, grid, mass, coupled)
-            if (self%by_umfpack) then
-               call factor%umfpack%factorise(factor%matrix, failure)
-            else
-               call factor%banded%factorise(factor%matrix, failure)
-            end if
+            call factorise_numbers(factor, self%by_umfpack, failure)
          end associate
       end do
       self%factorisations = self%factorisations + 1
    end subroutine factorise
+
+   !> Factorise the matrix of some components, whose pattern has been analysed.
+   subroutine factorise_numbers(factor, by_umfpack, failure)
+      type(factor_t), intent(inout) :: factor
+      logical, intent(in) :: by_umfpack
+      type(failure_t), intent(inout) :: failure
+      if (by_umfpack) then
+         call factor%umfpack%factorise(factor%matrix, failure)
+      else
+         call factor%banded%factorise(factor%matrix, failure)
+      end if
+   end subroutine factorise_numbers
+
+   !> The numbers that were factorised last: with `coupled` all that the factors come from.
+   pure function factorised_values(self) result(values)
+      class(direct_t), intent(in) :: self
+      real(dp), allocatable :: values(:)
+      integer :: k
+      allocate (values(0))
+      do k = 1, size(self%factors)
+         if (size(self%factors(k)%node) > 0) values = [values, self%factors(k)%matrix%value]
+      end do
+   end function factorised_values
+
+   !> Factorise what was factorised before: the numbers of the cells that were coupled then. `fits` is false where these are not as
+   !> many as they have to be.
+   subroutine factorise_values(self, grid, coupled, values, held, fits, failure)
+      class(direct_t), intent(inout) :: self
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: coupled(:)
+      real(dp), intent(in) :: values(:)
+      logical, intent(in) :: held(:, :)          !! which components are held, (ndim, n_nodes)
+      logical, intent(out) :: fits
+      type(failure_t), intent(inout) :: failure
+      integer :: k, first
+      call analyse(self, grid, coupled, held, failure)
+      first = 1
+      do k = 1, size(self%factors)
+         associate (factor => self%factors(k))
+            if (size(factor%node) == 0) cycle
+            associate (last => first + size(factor%matrix%value) - 1)
+               fits = last <= size(values)
+               if (.not. fits .or. failure%failed()) return
+               factor%matrix%value = values(first:last)
+            end associate
+            call factorise_numbers(factor, self%by_umfpack, failure)
+            first = first + size(factor%matrix%value)
+         end associate
+      end do
+      fits = first == size(values) + 1
+   end subroutine factorise_values
 
    !> Whether the factorised matrix has the unknowns of a matrix, so that it may precondition it.
    pure logical function fits(self, mass)

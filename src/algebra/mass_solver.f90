@@ -41,7 +41,7 @@ module hampm_mass_solver
       type(direct_t) :: direct
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
-      logical, private :: factorised = .false.
+      logical :: factorised = .false.               !! whether `direct` holds a factorisation to precondition with
       integer, private :: layout = 0                !! that of the matrix that was solved last
       integer, private :: version = 0               !! that of the matrix that was solved last
       real(dp), private :: light_mass = 0           !! [kg]
@@ -51,6 +51,7 @@ module hampm_mass_solver
       real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, blocks)
    contains
       procedure :: iterates
+      procedure :: factorise_values
    end type mass_solver_t
 
 contains
@@ -97,6 +98,20 @@ contains
       class(mass_solver_t), intent(in) :: self
       iterates = self%by /= by_lumped .and. self%by /= by_fmpm
    end function iterates
+
+   !> Take up a factorisation of an earlier matrix, by the cells that were coupled and the numbers of `direct`. `fits` is false
+   !> where these do not belong to the grid.
+   subroutine factorise_values(self, grid, coupled, values, fits, failure)
+      class(mass_solver_t), intent(inout) :: self
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: coupled(:)
+      real(dp), intent(in) :: values(:)
+      logical, intent(out) :: fits
+      type(failure_t), intent(inout) :: failure
+      fits = all(coupled >= 1 .and. coupled <= grid%n_elements)
+      if (fits) call self%direct%factorise_values(grid, coupled, values, self%constraints%fixed, fits, failure)
+      self%factorised = fits .and. .not. failure%failed()
+   end subroutine factorise_values
 
    !> Solve M x = b at the nodes of the matrix. On entry `x` holds a guess, from which cg and the direct solvers start. Fails
    !> where the iteration does not converge or the factorisation does not exist.

@@ -18,7 +18,7 @@ module hampm_particles
    use hampm_text, only: to_text
    implicit none
    private
-   public :: particles_t, lanes, new_particles, fit_workspace, sort_into_cells, smallest_occupied_cell
+   public :: particles_t, lanes, new_particles, fit_workspace, sort_into_cells, take_order, smallest_occupied_cell
 
    integer, parameter :: lanes = 4                      !! cells of a block
 
@@ -190,6 +190,21 @@ contains
       if (allocated(p%path)) call permute_longs(p, p%path)
       call find_block_materials(p)
    end subroutine sort_into_cells
+
+   !> Form the blocks of particles that stand in the order of a sort, each in its `cell`. `fits` is false where they do not.
+   subroutine take_order(p, grid, fits)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      logical, intent(out) :: fits
+      integer :: i
+      fits = p%n > 0 .and. all(p%cell >= 1 .and. p%cell <= grid%n_elements)
+      if (.not. fits) return
+      call count_cells(p)
+      call take_cells(p, grid)
+      call find_places(p)
+      fits = all(p%new_place == [(i, i=1, p%n)])
+      call find_block_materials(p)
+   end subroutine take_order
 
    !> Set `cell` from the positions.
    subroutine locate(p, grid, failure, left)

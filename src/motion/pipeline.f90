@@ -30,6 +30,7 @@ module hampm_pipeline
       logical, private :: is_lasting = .false.   !! whether for more than one step
    contains
       procedure :: fits
+      procedure :: times_planned
    end type pipeline_t
 
 contains
@@ -40,6 +41,15 @@ contains
       type(nodal_fields_t), intent(in) :: f
       fits = self%layout == f%layout .and. self%is_lasting
    end function fits
+
+   !> How often steps have been planned for the present blocks: 0, 1, or 2 where that need not be made better. The order of sums
+   !> depends on it.
+   pure integer function times_planned(self, f)
+      class(pipeline_t), intent(in) :: self
+      type(nodal_fields_t), intent(in) :: f
+      times_planned = 0
+      if (self%layout == f%layout) times_planned = merge(2, 1, self%is_lasting)
+   end function times_planned
 
    !> Plan steps of `n_sweeps` sweeps, each after a stage of the nodes, for the present blocks. A plan takes longer than it saves in
    !> one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.

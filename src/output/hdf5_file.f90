@@ -2,15 +2,16 @@
 !> Objects are named by their path in the file. HDF5 prints nothing itself: what goes wrong is reported as
 !> `exit_file` with the file's path. No object carries a time stamp: the same data give the same bytes.
 module hampm_hdf5_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr
-   use hdf5, only: hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, &
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t
+   use hdf5, only: &
+      hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, &
       h5f_close_strong_f, h5f_scope_global_f, h5fcreate_f, h5fopen_f, h5fflush_f, h5fclose_f, h5pcreate_f, h5pclose_f, &
-      h5pset_fclose_degree_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5p_file_access_f, &
-      h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, &
-      h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5oopen_f, h5oclose_f, h5acreate_f, h5aopen_f, h5aexists_f, &
-      h5awrite_f, h5aclose_f, h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5dcreate_f, &
-      h5dopen_f, h5dget_space_f, h5dread_f, h5dwrite_f, h5dclose_f, h5tclose_f, h5t_ieee_f64le, h5t_std_i32le, &
-      h5t_std_i64le
+      h5pset_fclose_degree_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5pset_chunk_f, &
+      h5pset_fletcher32_f, h5p_file_access_f, h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, &
+      h5p_crt_order_indexed_f, h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5lexists_f, h5oopen_f, h5oclose_f, &
+      h5acreate_f, h5aopen_f, h5aexists_f, h5awrite_f, h5aclose_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
+      h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, h5dget_space_f, h5dread_f, h5dwrite_f, h5dclose_f, &
+      h5tclose_f, h5t_ieee_f64le, h5t_std_i32le, h5t_std_i64le
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
    use hampm_hdf5_types, only: native_real, native_integer, native_long, text_type, label_type, scalar_space, &
@@ -30,16 +31,17 @@ module hampm_hdf5_file
       procedure :: flush => flush_file
       procedure :: close => close_file
       procedure :: is_open
+      procedure :: holds
       procedure :: make_group
       procedure :: make_link
       procedure :: unwritten
       procedure :: put_label
       generic :: put_attribute => put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
       generic :: put => put_text, put_real_1, put_real_2, put_integer_1, put_long_1
-      generic :: get => get_real_1, get_real_2, get_integer_1, get_long_1
+      generic :: get => get_text, get_real_1, get_real_2, get_integer_1, get_long_1
       procedure, private :: put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
       procedure, private :: put_text, put_real_1, put_real_2, put_integer_1, put_long_1
-      procedure, private :: get_real_1, get_real_2, get_integer_1, get_long_1
+      procedure, private :: get_text, get_real_1, get_real_2, get_integer_1, get_long_1
    end type hdf5_file_t
 
 contains
@@ -63,18 +65,26 @@ contains
       end if
    end subroutine create
 
-   !> Open an existing file for reading.
-   subroutine open_file(self, path, failure)
+   !> Open an existing file for reading, or to be continued. `exit_file` says why where that is impossible.
+   subroutine open_file(self, path, failure, writable)
       class(hdf5_file_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
-      integer :: e
+      logical, intent(in), optional :: writable
+      integer(hid_t) :: access
+      integer :: e(4), mode
       call open_library()
       self%path = path
-      call h5fopen_f(path, h5f_acc_rdonly_f, self%id, e)
-      if (e < 0) then
+      mode = h5f_acc_rdonly_f
+      if (present(writable)) mode = merge(h5f_acc_rdwr_f, h5f_acc_rdonly_f, writable)
+      call h5pcreate_f(h5p_file_access_f, access, e(1))
+      call h5pset_fclose_degree_f(access, h5f_close_strong_f, e(2))
+      call h5fopen_f(path, mode, self%id, e(3), access_prp=access)
+      call h5pclose_f(access, e(4))
+      if (e(3) < 0) then
          self%id = -1
-         call unread(self, why_not(path, 'read', 'it is no HDF5 file, or a program is still writing it'), failure)
+         call unread(self, why_not(path, 'read', 'it is no HDF5 file, or not a whole one, or a program is still writing it'), &
+                     failure)
       end if
    end subroutine open_file
 
@@ -104,6 +114,15 @@ contains
       is_open = self%id >= 0
    end function is_open
 
+   !> Whether there is an object of this path, whose parent exists.
+   logical function holds(self, path)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      integer :: e
+      call h5lexists_f(self%id, path, holds, e)
+      holds = holds .and. e >= 0
+   end function holds
+
    !> Report that the file cannot be written, and why.
    subroutine unwritten(self, why, failure)
       class(hdf5_file_t), intent(in) :: self
@@ -112,13 +131,14 @@ contains
       call failure%report(exit_file, self%path//': cannot be written: '//why)
    end subroutine unwritten
 
-   !> Make a group; its parent exists. Its members keep the order in which they are made.
+   !> Make a group, unless it is there; its parent exists. Its members keep the order in which they are made.
    subroutine make_group(self, path, failure)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
       integer(hid_t) :: group, list
       integer :: e(5)
+      if (self%holds(path)) return
       call h5pcreate_f(h5p_group_create_f, list, e(1))
       call h5pset_link_creation_order_f(list, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), e(2))
       call h5gcreate_f(self%id, path, group, e(3), gcpl_id=list)
@@ -127,12 +147,13 @@ contains
       if (any(e < 0)) call self%unwritten('making the group '//path//' failed', failure)
    end subroutine make_group
 
-   !> Make `path` another name of the object `target`.
+   !> Make `path` another name of the object `target`, unless it is there.
    subroutine make_link(self, target, path, failure)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: target, path
       type(failure_t), intent(inout) :: failure
       integer :: e
+      if (self%holds(path)) return
       call h5lcreate_soft_f(target, self%id, path, e)
       if (e < 0) call self%unwritten('making the link '//path//' failed', failure)
    end subroutine make_link
@@ -251,6 +272,42 @@ contains
                          c_loc(values), failure)
    end subroutine put_long_1
 
+   !> Read the dataset `path`, a text.
+   subroutine get_text(self, path, text, failure)
+      class(hdf5_file_t), intent(in) :: self
+      character(*), intent(in) :: path
+      character(:), allocatable, intent(out) :: text
+      type(failure_t), intent(inout) :: failure
+      interface
+         integer(c_size_t) function c_strlen(address) bind(c, name='strlen')
+            import :: c_size_t, c_ptr
+            type(c_ptr), value :: address
+         end function c_strlen
+         subroutine c_free(address) bind(c, name='free')
+            import :: c_ptr
+            type(c_ptr), value :: address
+         end subroutine c_free
+      end interface
+      type(c_ptr), target :: address
+      character(c_char), pointer :: chars(:)
+      integer(hid_t) :: dataset, type_id
+      integer(hsize_t) :: extent(0)
+      integer :: e, i
+      text = ''
+      address = c_null_ptr
+      type_id = text_type()
+      call find_dataset(self, path, dataset, extent, failure)
+      call read_dataset(self, path, dataset, type_id, c_loc(address), failure)
+      call h5tclose_f(type_id, e)
+      if (failure%failed() .or. .not. c_associated(address)) return
+      call c_f_pointer(address, chars, [c_strlen(address)])
+      text = repeat(' ', size(chars))
+      do i = 1, size(chars)
+         text(i:i) = chars(i)
+      end do
+      call c_free(address)
+   end subroutine get_text
+
    !> Read the dataset `path`, a vector of reals.
    subroutine get_real_1(self, path, values, failure)
       class(hdf5_file_t), intent(in) :: self
@@ -303,7 +360,8 @@ contains
       call read_dataset(self, path, dataset, native_long(), c_loc(values), failure)
    end subroutine get_long_1
 
-   !> Write a new dataset whole, in the given space, which is closed.
+   !> Write a new dataset whole, in the given space, which is closed. What is not a single value is kept with a checksum: reading
+   !> fails where it has been damaged.
    subroutine write_dataset(file, path, file_type, memory_type, space, address, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path
@@ -311,9 +369,10 @@ contains
       type(c_ptr), intent(in) :: address
       type(failure_t), intent(inout) :: failure
       integer(hid_t) :: dataset, list
-      integer :: e(7)
+      integer :: e(8)
       call h5pcreate_f(h5p_dataset_create_f, list, e(1))
       call h5pset_obj_track_times_f(list, .false., e(2))
+      call add_checksum(list, space, e(8))
       call h5dcreate_f(file%id, path, file_type, space, dataset, e(3), dcpl_id=list)
       call h5dwrite_f(dataset, memory_type, address, e(4))
       call h5dclose_f(dataset, e(5))
@@ -321,6 +380,22 @@ contains
       call h5sclose_f(space, e(7))
       if (any(e < 0)) call file%unwritten('writing '//path//' failed (is the disk full?)', failure)
    end subroutine write_dataset
+
+   !> Ask for checksums of a new dataset of a space that has extent.
+   subroutine add_checksum(list, space, e)
+      integer(hid_t), intent(in) :: list, space
+      integer, intent(out) :: e
+      integer(hsize_t), parameter :: longest = 2**20   ! entries that are summed together
+      integer(hsize_t), allocatable :: extent(:), limit(:)
+      integer :: rank
+      call h5sget_simple_extent_ndims_f(space, rank, e)
+      allocate (extent(rank), limit(rank))
+      if (rank == 0) return
+      call h5sget_simple_extent_dims_f(space, extent, limit, e)
+      if (any(extent == 0)) return
+      call h5pset_chunk_f(list, rank, min(extent, longest), e)
+      if (e >= 0) call h5pset_fletcher32_f(list, e)
+   end subroutine add_checksum
 
    !> Open a dataset of rank `size(extent)` and get its extent, which is 0 where there is no such dataset.
    subroutine find_dataset(file, path, dataset, extent, failure)
@@ -338,7 +413,7 @@ contains
       call h5dget_space_f(dataset, space, e(2))
       call h5sget_simple_extent_ndims_f(space, rank, e(3))
       if (all(e(1:3) >= 0) .and. rank == size(extent)) then
-         call h5sget_simple_extent_dims_f(space, extent, limit, e(4))
+         if (rank > 0) call h5sget_simple_extent_dims_f(space, extent, limit, e(4))
       else
          call unread(file, 'there is no '//path//' of the expected shape', failure)
       end if

@@ -1,8 +1,15 @@
 !> The result file of a run: the history (one column a quantity, one value a sample), texts that say where the
 !> numbers come from, and snapshots where they are asked for.
+!>
+!> It is written under a partial name. A flush puts it, whole and closed, in the place of the last one; so the file with the name of
+!> the result can be read at any moment, also after the program was killed at any. The last one is not thrown away: it is given
+!> what it lacks, and written on. Two files go forward by turns: what is written is written twice, but nothing is copied
+!> that grows with the run.
 module hampm_results
+   use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long
-   use hampm_failure, only: failure_t
+   use hampm_failure, only: failure_t, exit_file
+   use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values
    use hampm_snapshots, only: snapshots_t, block_t
@@ -12,6 +19,8 @@ module hampm_results
 
    integer, parameter :: chunk = 512      !! values of a column stored together
    integer, parameter :: capacity = 512   !! samples kept in memory at most
+   real(dp), parameter :: patience = 10   !! time after which new samples and snapshots are flushed [s]
+   character(*), parameter :: last_ending = '.last' !! of the second name of the last file while a new one takes its place
 
    type :: column_t
       type(hdf5_series_t) :: series              !! the dataset
@@ -19,15 +28,21 @@ module hampm_results
    end type column_t
 
    type :: results_t
-      private
-      type(hdf5_file_t) :: file
-      type(snapshots_t) :: snapshots
-      type(column_t), allocatable :: columns(:)
-      real(dp), allocatable :: samples(:, :)     !! samples not yet in the file, shape (capacity, columns)
-      integer :: waiting = 0                     !! number of samples not yet in the file
-      logical :: broken = .false.                !! writing has failed: nothing more is tried or reported
+      character(:), allocatable :: path          !! name of the result
+      type(hdf5_file_t), private :: file
+      type(snapshots_t), private :: snapshots
+      type(column_t), allocatable, private :: columns(:)
+      real(dp), allocatable, private :: samples(:, :)     !! samples not yet in the file, shape (capacity, columns)
+      integer, private :: waiting = 0                     !! number of samples not yet in the file
+      logical, private :: broken = .false.                !! writing has failed: nothing more is tried or reported
+      logical, private :: is_begun = .false.              !! whether there is a file under the partial name, by this run
+      logical, private :: is_placed = .false.             !! whether this run has put a file there
+      integer(long), private :: kept = -1                 !! samples that are kept where a result is continued, else -1
+      integer(long), private :: clock_last = 0            !! ticks at the last flush
    contains
       procedure :: create
+      procedure :: continue
+      procedure :: lengths
       procedure :: add_column
       generic :: add_attribute => add_attribute_text, add_attribute_real, add_attribute_integer
       procedure :: add_text
@@ -40,18 +55,62 @@ module hampm_results
 
 contains
 
-   !> Make the file, in place of an old one, with the groups /history and /input. `exit_file` where that is impossible.
+   !> Begin a file, with the groups /history and /input. `exit_file` where that is impossible.
    subroutine create(self, path, failure)
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
-      allocate (self%columns(0))
-      call self%file%create(path, fault)
+      call begin(self, path)
+      call self%file%create(partial_name(path), fault)
+      self%is_begun = .not. fault%failed()
       if (.not. fault%failed()) call self%file%make_group('/history', fault)
       if (.not. fault%failed()) call self%file%make_group('/input', fault)
       call settle(self, fault, failure)
    end subroutine create
+
+   !> Continue the result of a scene, where it had certain `lengths`; it is declared as at its beginning. `exit_file` where there is
+   !> no result of this scene or it is shorter.
+   subroutine continue(self, path, scene, lengths, failure)
+      class(results_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      character(*), intent(in) :: scene          !! the namelist, as the result has it
+      integer(long), intent(in) :: lengths(:)
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: fault
+      type(hdf5_file_t) :: old
+      character(:), allocatable :: other
+      call begin(self, path)
+      call old%open(path, fault)
+      if (.not. fault%failed()) call old%get('/input/namelist', other, fault)
+      call old%close(fault)
+      if (.not. fault%failed()) then
+         if (other /= scene) call fault%report(exit_file, path//': is the result of another scene than the checkpoint is of; '// &
+                                               'the result has to be where the checkpoint is')
+      end if
+      if (.not. fault%failed()) call copy_file(path, partial_name(path), fault)
+      if (.not. fault%failed()) call self%file%open(partial_name(path), fault, writable=.true.)
+      self%is_begun = .not. fault%failed()
+      self%kept = lengths(1)
+      call self%snapshots%keep_only(lengths(2:))
+      call settle(self, fault, failure)
+   end subroutine continue
+
+   !> No columns yet, and the clock runs.
+   subroutine begin(self, path)
+      type(results_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      self%path = path
+      allocate (self%columns(0))
+      call system_clock(self%clock_last)
+   end subroutine begin
+
+   !> How many samples there are, and entries of each dataset of the snapshots: what `continue` has to be told.
+   function lengths(self)
+      class(results_t), intent(inout) :: self
+      integer(long), allocatable :: lengths(:)
+      lengths = [int(self%columns(1)%series%length, long) + self%waiting, self%snapshots%lengths()]
+   end function lengths
 
    !> Declare the next column of the history, before the first sample.
    subroutine add_column(self, name, unit, long_name, failure, integer_valued)
@@ -69,6 +128,7 @@ contains
       if (present(integer_valued)) column%integer_valued = integer_valued
       call column%series%create(self%file, path, merge(long_values, real_values, column%integer_valued), &
                                 1, chunk, fault)
+      if (self%kept >= 0 .and. .not. fault%failed()) call column%series%shorten(self%file, int(self%kept, hsize_t), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
       call settle(self, fault, failure)
@@ -110,31 +170,33 @@ contains
       call settle(self, fault, failure)
    end subroutine add_attribute_integer
 
-   !> Write a text as the dataset `path`, such as /input/namelist; the group exists.
+   !> Write a text as the dataset `path`, such as /input/namelist; the group exists. A result that is continued has it.
    subroutine add_text(self, path, text, failure)
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: path, text
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
       if (self%broken) return
-      call self%file%put(path, text, fault)
+      if (self%kept < 0) call self%file%put(path, text, fault)
       call settle(self, fault, failure)
    end subroutine add_text
 
-   !> Take a sample of the history. It reaches the file with the next flush, at the latest when the memory for
-   !> samples is full.
+   !> Take a sample of the history.
    subroutine append(self, values, failure)
       class(results_t), intent(inout) :: self
       real(dp), intent(in) :: values(:)          !! one value a column, in the order of their declaration
       type(failure_t), intent(inout) :: failure
+      type(failure_t) :: fault
       if (self%broken) return
       if (.not. allocated(self%samples)) allocate (self%samples(capacity, size(self%columns)))
       self%waiting = self%waiting + 1
       self%samples(self%waiting, :) = values
-      if (self%waiting == capacity) call self%flush(failure)
+      if (self%waiting == capacity) call write_samples(self, fault)
+      call settle(self, fault, failure)
+      call flush_if_due(self, failure)
    end subroutine append
 
-   !> Write particles and mesh as they are at `time`, and flush.
+   !> Write particles and mesh as they are at `time`.
    subroutine write_snapshot(self, time, blocks, failure)
       class(results_t), intent(inout) :: self
       real(dp), intent(in) :: time               !! [s]
@@ -144,28 +206,101 @@ contains
       if (self%broken) return
       call self%snapshots%write(self%file, time, blocks, fault)
       call settle(self, fault, failure)
-      call self%flush(failure)
+      call flush_if_due(self, failure)
    end subroutine write_snapshot
 
-   !> Write out all samples: they are then readable in the file even if the program is killed.
+   !> Flush where the last time is long enough ago.
+   subroutine flush_if_due(self, failure)
+      class(results_t), intent(inout) :: self
+      type(failure_t), intent(inout) :: failure
+      integer(long) :: now, rate
+      call system_clock(now, rate)
+      if (now - self%clock_last >= patience*rate) call self%flush(failure)
+   end subroutine flush_if_due
+
+   !> Write out all samples and snapshots: they are then in the file of the result, even if the program is killed.
    subroutine flush_results(self, failure)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
+      logical :: has_last
       if (self%broken .or. .not. self%file%is_open()) return
-      call write_samples(self, fault)
-      if (.not. fault%failed()) call self%file%flush(fault)
+      has_last = .false.
+      if (self%is_placed) has_last = give_second_name(self%path, self%path//last_ending)
+      call place(self, fault)
+      if (has_last) has_last = rename_file(self%path//last_ending, partial_name(self%path))
+      if (has_last .and. .not. fault%failed()) call bring_up_to_date(self, has_last)
+      if (.not. has_last .and. .not. fault%failed()) call copy_file(self%path, partial_name(self%path), fault)
+      if (.not. fault%failed()) call reopen(self, fault)
+      call system_clock(self%clock_last)
       call settle(self, fault, failure)
    end subroutine flush_results
 
-   !> Write out all samples and close the file. Nothing happens where the file could not be made.
+   !> Write out all samples and put the file in the place of the last one.
+   subroutine place(self, fault)
+      class(results_t), intent(inout) :: self
+      type(failure_t), intent(inout) :: fault
+      call write_samples(self, fault)
+      call self%file%close(fault)
+      if (fault%failed()) return
+      call replace_file(self%path, fault)
+      self%is_placed = .not. fault%failed()
+   end subroutine place
+
+   !> Give the last file what it lacks of the present one; `done` is false where that is impossible, as a reader may have it open.
+   subroutine bring_up_to_date(self, done)
+      class(results_t), intent(inout) :: self
+      logical, intent(out) :: done
+      type(failure_t) :: fault
+      type(hdf5_file_t) :: donor
+      integer :: i
+      call self%file%open(partial_name(self%path), fault, writable=.true.)
+      if (.not. fault%failed()) call donor%open(self%path, fault)
+      done = .not. fault%failed()
+      if (done) done = self%snapshots%can_catch_up(self%file)
+      if (done) then
+         call find_series(self, fault)
+         do i = 1, size(self%columns)
+            if (.not. fault%failed()) call self%columns(i)%series%catch_up(self%file, donor, fault)
+         end do
+         if (.not. fault%failed()) call self%snapshots%catch_up(self%file, donor, fault)
+         done = .not. fault%failed()
+      end if
+      call donor%close(fault)
+      if (.not. done) call self%file%close(fault)
+   end subroutine bring_up_to_date
+
+   !> Open the file to be written on, unless it is open.
+   subroutine reopen(self, fault)
+      class(results_t), intent(inout) :: self
+      type(failure_t), intent(inout) :: fault
+      if (self%file%is_open()) return
+      call self%file%open(partial_name(self%path), fault, writable=.true.)
+      if (.not. fault%failed()) call find_series(self, fault)
+   end subroutine reopen
+
+   !> Find all datasets again in a file that has been opened anew.
+   subroutine find_series(self, fault)
+      class(results_t), intent(inout) :: self
+      type(failure_t), intent(inout) :: fault
+      integer :: i
+      do i = 1, size(self%columns)
+         if (.not. fault%failed()) call self%columns(i)%series%reopen(self%file, fault)
+      end do
+      if (.not. fault%failed()) call self%snapshots%reopen(self%file, fault)
+   end subroutine find_series
+
+   !> Write out all samples and close the file. Nothing happens where the file could not be made; where it could not be written to
+   !> its end, the last one stays in its place.
    subroutine close_results(self, failure)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
-      call self%flush(failure)
-      call self%file%close(fault)
+      if (.not. self%broken .and. self%file%is_open()) call place(self, fault)
       call settle(self, fault, failure)
+      if (.not. self%broken .or. .not. self%is_begun) return
+      call self%file%close(fault)
+      call remove_file(partial_name(self%path))
    end subroutine close_results
 
    !> Add the waiting samples to the columns.

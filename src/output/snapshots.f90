@@ -4,7 +4,8 @@
 !> Layout: /VTKHDF/<block> holds the data of all snapshots one after the other, /VTKHDF/<block>/Steps where each
 !> snapshot begins, and /VTKHDF/Assembly the tree of blocks. Nothing is made before the first snapshot.
 module hampm_snapshots
-   use hampm_kinds, only: dp, ndim
+   use hdf5, only: hsize_t
+   use hampm_kinds, only: dp, long, ndim
    use hampm_failure, only: failure_t
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values, byte_values
@@ -37,19 +38,28 @@ module hampm_snapshots
       procedure :: add_cell_field
    end type block_t
 
-   !> The growing datasets of one block.
+   ! The growing datasets of a block
+   integer, parameter :: points = 1, connectivity = 2, offsets = 3, types = 4
+   integer, parameter :: point_number = 5, cell_number = 6, connectivity_number = 7
+   integer, parameter :: times = 8, first_part = 9, first_point = 10, first_cell = 11, first_connectivity = 12
+   integer, parameter :: fields = 12             !! those behind are of the fields, of the points first
+
+   !> The growing datasets of one block, in the order above.
    type :: block_series_t
-      type(hdf5_series_t) :: points, connectivity, offsets, types
-      type(hdf5_series_t) :: point_number, cell_number, connectivity_number
-      type(hdf5_series_t) :: times, first_part, first_point, first_cell, first_connectivity
-      type(hdf5_series_t), allocatable :: point_fields(:), cell_fields(:)
+      type(hdf5_series_t), allocatable :: of(:)
    end type block_series_t
 
    type :: snapshots_t
       private
       type(block_series_t), allocatable :: blocks(:)
+      integer(long), allocatable :: kept(:)      !! entries of each dataset that are kept where a file is continued
    contains
       procedure :: write => write_snapshot
+      procedure :: lengths
+      procedure :: keep_only
+      procedure :: reopen
+      procedure :: can_catch_up
+      procedure :: catch_up
    end type snapshots_t
 
 contains
@@ -110,14 +120,104 @@ contains
       type(block_t), intent(in) :: blocks(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
-      if (.not. allocated(self%blocks)) call create_blocks(self, file, blocks, failure)
+      if (.not. allocated(self%blocks)) then
+         call create_blocks(self, file, blocks, failure)
+         if (.not. failure%failed()) call shorten(self, file, failure)
+      end if
       do i = 1, size(blocks)
          if (failure%failed()) return
          call append_step(self%blocks(i), file, time, blocks(i), failure)
          call append_block(self%blocks(i), file, blocks(i), failure)
-         call file%put_attribute(steps_path(blocks(i)), 'NSteps', int(self%blocks(i)%times%length), failure)
+         call note_steps(self%blocks(i), file, failure)
       end do
    end subroutine write_snapshot
+
+   !> Tell VTK how many snapshots there are.
+   subroutine note_steps(series, file, failure)
+      type(block_series_t), intent(in) :: series
+      type(hdf5_file_t), intent(in) :: file
+      type(failure_t), intent(inout) :: failure
+      associate (path => series%of(times)%path)
+         call file%put_attribute(path(:index(path, '/', back=.true.) - 1), 'NSteps', int(series%of(times)%length), failure)
+      end associate
+   end subroutine note_steps
+
+   !> How many entries each dataset has, or is to have where it has not been looked at since the file is continued.
+   function lengths(self)
+      class(snapshots_t), intent(in) :: self
+      integer(long), allocatable :: lengths(:)
+      integer :: b
+      allocate (lengths(0))
+      if (allocated(self%kept)) lengths = self%kept
+      if (.not. allocated(self%blocks)) return
+      lengths = [integer(long) ::]
+      do b = 1, size(self%blocks)
+         lengths = [lengths, int(self%blocks(b)%of%length, long)]
+      end do
+   end function lengths
+
+   !> Where a file is continued: drop what is beyond these lengths before the next snapshot is written.
+   subroutine keep_only(self, lengths)
+      class(snapshots_t), intent(inout) :: self
+      integer(long), intent(in) :: lengths(:)
+      self%kept = lengths
+   end subroutine keep_only
+
+   !> Drop of all datasets what is not to be kept.
+   subroutine shorten(self, file, failure)
+      type(snapshots_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      type(failure_t), intent(inout) :: failure
+      integer(hsize_t) :: length
+      integer :: b, i, k
+      if (.not. allocated(self%kept)) return
+      k = 0
+      do b = 1, size(self%blocks)
+         do i = 1, size(self%blocks(b)%of)
+            k = k + 1
+            length = 0
+            if (k <= size(self%kept)) length = self%kept(k)
+            call self%blocks(b)%of(i)%shorten(file, length, failure)
+         end do
+      end do
+   end subroutine shorten
+
+   !> Find all datasets again in a file that has been opened anew.
+   subroutine reopen(self, file, failure)
+      class(snapshots_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      type(failure_t), intent(inout) :: failure
+      integer :: b, i
+      if (.not. allocated(self%blocks)) return
+      do b = 1, size(self%blocks)
+         do i = 1, size(self%blocks(b)%of)
+            if (.not. failure%failed()) call self%blocks(b)%of(i)%reopen(file, failure)
+         end do
+      end do
+   end subroutine reopen
+
+   !> Whether an earlier state of the file has all datasets.
+   logical function can_catch_up(self, file)
+      class(snapshots_t), intent(in) :: self
+      type(hdf5_file_t), intent(in) :: file
+      can_catch_up = .not. allocated(self%blocks)
+      if (.not. can_catch_up) can_catch_up = file%holds(root)
+   end function can_catch_up
+
+   !> Append what the donor, a later state of the file, has more.
+   subroutine catch_up(self, file, donor, failure)
+      class(snapshots_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file, donor
+      type(failure_t), intent(inout) :: failure
+      integer :: b, i
+      if (.not. allocated(self%blocks)) return
+      do b = 1, size(self%blocks)
+         do i = 1, size(self%blocks(b)%of)
+            if (.not. failure%failed()) call self%blocks(b)%of(i)%catch_up(file, donor, failure)
+         end do
+         if (.not. failure%failed()) call note_steps(self%blocks(b), file, failure)
+      end do
+   end subroutine catch_up
 
    !> Make the groups and the empty datasets of all blocks, and the tree that names them.
    subroutine create_blocks(self, file, blocks, failure)
@@ -131,13 +231,24 @@ contains
       do i = 1, size(blocks)
          call make_typed_group(file, block_path(blocks(i)), 'UnstructuredGrid', failure)
          call file%put_attribute(block_path(blocks(i)), 'Index', i - 1, failure)
+         allocate (self%blocks(i)%of(fields + field_count(blocks(i)%point_fields) + field_count(blocks(i)%cell_fields)))
          call create_geometry(self%blocks(i), file, blocks(i), failure)
          call create_steps(self%blocks(i), file, blocks(i), failure)
-         call create_fields(self%blocks(i)%point_fields, file, blocks(i), 'Point', blocks(i)%point_fields, failure)
-         call create_fields(self%blocks(i)%cell_fields, file, blocks(i), 'Cell', blocks(i)%cell_fields, failure)
+         associate (first_of_cells => fields + field_count(blocks(i)%point_fields) + 1)
+            call create_fields(self%blocks(i)%of(fields + 1:first_of_cells - 1), file, blocks(i), 'Point', &
+                               blocks(i)%point_fields, failure)
+            call create_fields(self%blocks(i)%of(first_of_cells:), file, blocks(i), 'Cell', blocks(i)%cell_fields, failure)
+         end associate
       end do
       call create_assembly(file, blocks, failure)
    end subroutine create_blocks
+
+   !> Number of the fields in a list.
+   pure integer function field_count(list)
+      type(field_t), allocatable, intent(in) :: list(:)
+      field_count = 0
+      if (allocated(list)) field_count = size(list)
+   end function field_count
 
    !> Make a group that VTK recognises.
    subroutine make_typed_group(file, path, type_name, failure)
@@ -171,18 +282,18 @@ contains
       type(block_t), intent(in) :: block
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: path
-      integer :: cells, points, corners
+      integer :: vertices, cells, corners
       path = block_path(block)
-      points = chunk(size(block%points, 2))
+      vertices = chunk(size(block%points, 2))
       cells = chunk(size(block%cell_types))
       corners = chunk(size(block%connectivity))
-      call series%points%create(file, path//'/Points', real_values, vtk_dim, points, failure)
-      call series%connectivity%create(file, path//'/Connectivity', long_values, 1, corners, failure)
-      call series%offsets%create(file, path//'/Offsets', long_values, 1, cells, failure)
-      call series%types%create(file, path//'/Types', byte_values, 1, cells, failure)
-      call series%point_number%create(file, path//'/NumberOfPoints', long_values, 1, chunk(1), failure)
-      call series%cell_number%create(file, path//'/NumberOfCells', long_values, 1, chunk(1), failure)
-      call series%connectivity_number%create(file, path//'/NumberOfConnectivityIds', long_values, 1, chunk(1), failure)
+      call series%of(points)%create(file, path//'/Points', real_values, vtk_dim, vertices, failure)
+      call series%of(connectivity)%create(file, path//'/Connectivity', long_values, 1, corners, failure)
+      call series%of(offsets)%create(file, path//'/Offsets', long_values, 1, cells, failure)
+      call series%of(types)%create(file, path//'/Types', byte_values, 1, cells, failure)
+      call series%of(point_number)%create(file, path//'/NumberOfPoints', long_values, 1, chunk(1), failure)
+      call series%of(cell_number)%create(file, path//'/NumberOfCells', long_values, 1, chunk(1), failure)
+      call series%of(connectivity_number)%create(file, path//'/NumberOfConnectivityIds', long_values, 1, chunk(1), failure)
    end subroutine create_geometry
 
    !> Make the datasets that say where each snapshot begins.
@@ -194,16 +305,16 @@ contains
       character(:), allocatable :: path
       path = steps_path(block)
       call file%make_group(path, failure)
-      call series%times%create(file, path//'/Values', real_values, 1, chunk(1), failure)
-      call series%first_part%create(file, path//'/PartOffsets', long_values, 1, chunk(1), failure)
-      call series%first_point%create(file, path//'/PointOffsets', long_values, 1, chunk(1), failure)
-      call series%first_cell%create(file, path//'/CellOffsets', long_values, 1, chunk(1), failure)
-      call series%first_connectivity%create(file, path//'/ConnectivityIdOffsets', long_values, 1, chunk(1), failure)
+      call series%of(times)%create(file, path//'/Values', real_values, 1, chunk(1), failure)
+      call series%of(first_part)%create(file, path//'/PartOffsets', long_values, 1, chunk(1), failure)
+      call series%of(first_point)%create(file, path//'/PointOffsets', long_values, 1, chunk(1), failure)
+      call series%of(first_cell)%create(file, path//'/CellOffsets', long_values, 1, chunk(1), failure)
+      call series%of(first_connectivity)%create(file, path//'/ConnectivityIdOffsets', long_values, 1, chunk(1), failure)
    end subroutine create_steps
 
    !> Make the datasets of the fields on the points or cells. They begin where the points or cells begin.
    subroutine create_fields(series, file, block, place, fields, failure)
-      type(hdf5_series_t), allocatable, intent(inout) :: series(:)
+      type(hdf5_series_t), intent(inout) :: series(:)
       type(hdf5_file_t), intent(in) :: file
       type(block_t), intent(in) :: block
       character(*), intent(in) :: place          !! 'Point' or 'Cell'
@@ -216,7 +327,6 @@ contains
       first_path = steps_path(block)//'/'//place//'DataOffsets'
       call file%make_group(data_path, failure)
       call file%make_group(first_path, failure)
-      allocate (series(size(fields)))
       do i = 1, size(fields)
          rows = size(fields(i)%values, 1)
          if (rows == ndim) rows = vtk_dim
@@ -234,14 +344,14 @@ contains
       real(dp), intent(in) :: time
       type(block_t), intent(in) :: block
       type(failure_t), intent(inout) :: failure
-      call series%first_part%append(file, [series%first_part%length], failure)
-      call series%first_point%append(file, [series%points%length], failure)
-      call series%first_cell%append(file, [series%types%length], failure)
-      call series%first_connectivity%append(file, [series%connectivity%length], failure)
-      call series%point_number%append(file, [size(block%points, 2)], failure)
-      call series%cell_number%append(file, [size(block%cell_types)], failure)
-      call series%connectivity_number%append(file, [size(block%connectivity)], failure)
-      call series%times%append(file, [time], failure)
+      call series%of(first_part)%append(file, [series%of(first_part)%length], failure)
+      call series%of(first_point)%append(file, [series%of(points)%length], failure)
+      call series%of(first_cell)%append(file, [series%of(types)%length], failure)
+      call series%of(first_connectivity)%append(file, [series%of(connectivity)%length], failure)
+      call series%of(point_number)%append(file, [size(block%points, 2)], failure)
+      call series%of(cell_number)%append(file, [size(block%cell_types)], failure)
+      call series%of(connectivity_number)%append(file, [size(block%connectivity)], failure)
+      call series%of(times)%append(file, [time], failure)
    end subroutine append_step
 
    !> Append the points, cells and fields of a block.
@@ -250,12 +360,15 @@ contains
       type(hdf5_file_t), intent(in) :: file
       type(block_t), intent(in) :: block
       type(failure_t), intent(inout) :: failure
-      call series%points%append(file, completed(block%points), failure)
-      call series%connectivity%append(file, block%connectivity, failure)
-      call series%offsets%append(file, block%offsets, failure)
-      call series%types%append(file, block%cell_types, failure)
-      if (allocated(series%point_fields)) call append_fields(series%point_fields, file, block%point_fields, failure)
-      if (allocated(series%cell_fields)) call append_fields(series%cell_fields, file, block%cell_fields, failure)
+      call series%of(points)%append(file, completed(block%points), failure)
+      call series%of(connectivity)%append(file, block%connectivity, failure)
+      call series%of(offsets)%append(file, block%offsets, failure)
+      call series%of(types)%append(file, block%cell_types, failure)
+      associate (first_of_cells => fields + field_count(block%point_fields) + 1)
+         if (allocated(block%point_fields)) call append_fields(series%of(fields + 1:first_of_cells - 1), file, &
+                                                               block%point_fields, failure)
+         if (allocated(block%cell_fields)) call append_fields(series%of(first_of_cells:), file, block%cell_fields, failure)
+      end associate
    end subroutine append_block
 
    !> Append fields, in the order of the first snapshot.

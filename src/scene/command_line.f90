@@ -1,18 +1,22 @@
 !> The command line: `hampm [options] case.nml`.
 module hampm_command_line
    use hampm_failure, only: failure_t
-   use hampm_kinds, only: name_len
+   use hampm_kinds, only: dp, long, name_len
    use hampm_mistakes, only: mistakes_t
-   use hampm_text, only: string_t, did_you_mean, printable
+   use hampm_text, only: string_t, did_you_mean, lower_case, printable
    implicit none
    private
    public :: options_t, command_arguments, parse_arguments, usage_text
 
    type :: options_t
       character(:), allocatable :: input           !! path of the namelist file; '' where none is needed
-      character(:), allocatable :: output          !! folder for results
+      character(:), allocatable :: output          !! folder for results; '' where it is not given
+      character(:), allocatable :: resume          !! path of the checkpoint from which to go on; '' for a new run
       type(string_t), allocatable :: overrides(:)  !! `group.key=value`, in the order given
       integer :: threads = 0                       !! 0: chosen by the program
+      integer(long) :: steps = 0                   !! after which the run stops with a checkpoint; 0: none
+      real(dp) :: time_limit = 0                   !! wall time after which it does [s]; 0: none
+      logical :: force = .false.                   !! replace an old result
       logical :: check = .false.                   !! validate and print the scene, do not run it
       logical :: template = .false.                !! print a complete namelist
       logical :: quiet = .false.                   !! no progress on the terminal
@@ -32,6 +36,10 @@ module hampm_command_line
       option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
       option_t('--set', .true., '--set GROUP.KEY=VALUE', 'use this value instead of the file''s; may be given many times'), &
       option_t('--output', .true., '--output DIR', 'folder for the results; default: the current one'), &
+      option_t('--force', .false., '--force', 'replace a result that is there'), &
+      option_t('--resume', .true., '--resume CHECKPOINT', 'go on from a checkpoint; no namelist file is needed'), &
+      option_t('--time-limit', .true., '--time-limit SECONDS', 'stop with a checkpoint after so much time'), &
+      option_t('--steps', .true., '--steps N', 'stop with a checkpoint after N steps'), &
       option_t('--threads', .true., '--threads N', 'number of threads, 1 to 1024; 0 (default): chosen by the program'), &
       option_t('--quiet', .false., '--quiet', 'show no progress'), &
       option_t('--version', .false., '--version', 'print the version'), &
@@ -62,7 +70,8 @@ contains
       type(mistakes_t) :: mistakes
       logical :: options_over
       integer :: i
-      options%output = '.'
+      options%output = ''
+      options%resume = ''
       options%input = ''
       allocate (options%overrides(0))
       options_over = .false.
@@ -77,10 +86,29 @@ contains
          end if
          i = i + 1
       end do
-      if (options%input == '' .and. mistakes%count == 0 .and. .not. (options%help .or. options%version .or. options%template)) &
+      if (options%resume /= '') call check_resume(options, mistakes)
+      if (options%input == '' .and. options%resume == '' .and. mistakes%count == 0 .and. &
+          .not. (options%help .or. options%version .or. options%template)) &
          call mistakes%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
       call mistakes%tell(failure)
    end subroutine parse_arguments
+
+   !> A run that is resumed has its scene, of which only when checkpoints are written can be changed.
+   pure subroutine check_resume(options, mistakes)
+      type(options_t), intent(in) :: options
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: i
+      if (options%input /= '') call mistakes%add('--resume and the namelist file '''//printable(options%input, 200)// &
+                                                 ''': the checkpoint has its scene; give one of the two')
+      if (options%check) call mistakes%add('--resume and --check: give one of the two')
+      do i = 1, size(options%overrides)
+         associate (text => adjustl(lower_case(options%overrides(i)%text)))
+            if (index(text, 'output.checkpoint_interval') == 1 .or. index(text, 'output.checkpoint_steps') == 1) cycle
+         end associate
+         call mistakes%add('--set '//printable(options%overrides(i)%text, 200)//': with --resume only '// &
+                           'output.checkpoint_interval and output.checkpoint_steps can be changed')
+      end do
+   end subroutine check_resume
 
    pure subroutine take_file(name, options, mistakes)
       character(*), intent(in) :: name
@@ -152,6 +180,20 @@ contains
          options%help = .true.
        case ('--output')
          options%output = value
+       case ('--resume')
+         options%resume = value
+       case ('--force')
+         options%force = .true.
+       case ('--steps')
+         ios = 1
+         if (len(value) <= 18 .and. verify(value, '0123456789') == 0) read (value, '(i18)', iostat=ios) options%steps
+         if (ios /= 0 .or. options%steps < 1) call mistakes%add('--steps '//printable(value, 40)// &
+                                                                ': must be an integer in [1, 1e18)')
+       case ('--time-limit')
+         ios = 1
+         if (verify(value, '0123456789.eE+-') == 0) read (value, *, iostat=ios) options%time_limit
+         if (ios /= 0 .or. .not. (options%time_limit > 0 .and. options%time_limit <= huge(1.0_dp))) &
+            call mistakes%add('--time-limit '//printable(value, 40)//': must be a number in (0, inf) [s]')
        case ('--set')
          call append(options%overrides, value)
        case ('--threads')
@@ -181,7 +223,7 @@ contains
    pure function usage_text() result(text)
       character(:), allocatable :: text
       integer :: k
-      text = line('Usage: hampm [options] case.nml')//line('') &
+      text = line('Usage: hampm [options] case.nml')//line('       hampm [options] --resume CHECKPOINT')//line('') &
              //line('Computes the motion of the scene that the namelist file describes and the energy release rate of') &
              //line('its crack, by the material point method. hampm --template > case.nml gives a scene to start from.') &
              //line('')
@@ -189,7 +231,8 @@ contains
          text = text//line('  '//known(k)%synopsis(:24)//trim(known(k)%meaning))
       end do
       text = text//line('')//line('Exit codes: 0 done; 2 a mistake on the command line or in the file; 3 the computation') &
-             //line('failed; 4 a file could not be read or written.')
+             //line('failed; 4 a file could not be read or written, or an old result is there; 5 stopped before the end,') &
+             //line('with a checkpoint to go on from.')
    end function usage_text
 
    pure function line(text)

@@ -198,7 +198,11 @@ module hampm_keys
       key_t('output', 'history_interval', kind_real, 1, 1, may, '0.0', '', 's', &
             not_negative, 'time between samples of the history; 0: a thousandth of end_time'), &
       key_t('output', 'snapshot_interval', kind_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'time between snapshots of particles and mesh; 0: none')]
+            not_negative, 'time between snapshots of particles and mesh; 0: none'), &
+      key_t('output', 'checkpoint_interval', kind_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'wall time between checkpoints, from which --resume goes on; 0: none'), &
+      key_t('output', 'checkpoint_steps', kind_integer, 1, 1, may, '0', '', '', &
+            '[0, inf)', 'steps between checkpoints; 0: none')]
 
 contains
 

@@ -14,7 +14,7 @@ module hampm_reading
    use hampm_values, only: least_magnitude
    implicit none
    private
-   public :: read_scene
+   public :: read_scene, scene_of_text
 
 contains
 
@@ -24,12 +24,20 @@ contains
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(scene_t), intent(out) :: scene
       type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: text
+      call read_text(path, text, failure)
+      if (.not. failure%failed()) call scene_of_text(path, text, overrides, scene, failure)
+   end subroutine read_scene
+
+   !> The scene of a namelist text, which comes from a file, and of overrides.
+   subroutine scene_of_text(path, text, overrides, scene, failure)
+      character(*), intent(in) :: path, text
+      type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
+      type(scene_t), intent(out) :: scene
+      type(failure_t), intent(inout) :: failure
       type(settings_t) :: settings
       type(mistakes_t) :: mistakes
-      character(:), allocatable :: text
       integer :: i
-      call read_text(path, text, failure)
-      if (failure%failed()) return
       settings%file = path
       call scan_namelist(path, text, settings, mistakes)
       do i = 1, size(overrides)
@@ -41,7 +49,7 @@ contains
       call check_consistency(scene, settings, mistakes)
       call mistakes%tell(failure)
       if (.not. failure%failed()) scene%as_used = canonical_text(settings)
-   end subroutine read_scene
+   end subroutine scene_of_text
 
    !> Replace values that stand for another one by that one.
    pure subroutine resolve(settings)
@@ -162,6 +170,8 @@ contains
       scene%output%file = settings%text(b, 'file')
       scene%output%history_interval = settings%number(b, 'history_interval')
       scene%output%snapshot_interval = settings%number(b, 'snapshot_interval')
+      scene%output%checkpoint_interval = settings%number(b, 'checkpoint_interval')
+      scene%output%checkpoint_steps = nint(settings%number(b, 'checkpoint_steps'))
    end subroutine fill_single
 
    !> How cells refine. Without the group nothing is set: no indicator, no limit of the region.

@@ -116,6 +116,8 @@ module hampm_scene
       character(path_len) :: file = ''           !! name of the result file, within the output folder
       real(dp) :: history_interval = 0           !! [s], always > 0 after validation
       real(dp) :: snapshot_interval = 0          !! [s], 0: no snapshots
+      real(dp) :: checkpoint_interval = 0        !! wall time [s], 0: none
+      integer :: checkpoint_steps = 0            !! 0: none
    end type output_t
 
    type :: scene_t

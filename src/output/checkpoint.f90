@@ -1,0 +1,252 @@
+!> The file of a checkpoint. What a run has to remember is kept in it item by item; one list of items serves for writing and for
+!> reading, where each item gets the value that it had.
+!>
+!> The file is written under a partial name and put in its place whole. Reading fails, and says why, where the file is none of this
+!> program or of another version, is cut off or damaged, or does not fit the scene.
+module hampm_checkpoint
+   use hampm_kinds, only: dp, long
+   use hampm_failure, only: failure_t, exit_file
+   use hampm_file_moves, only: partial_name, replace_file, remove_file, file_exists
+   use hampm_hdf5_file, only: hdf5_file_t
+   use hampm_text, only: to_text
+   use hampm_version, only: version
+   implicit none
+   private
+   public :: checkpoint_t, checkpoint_name
+
+   integer, parameter :: format = 1             !! of the file: to be raised with each change of what is kept
+   character(*), parameter :: kind = 'hampm checkpoint'
+
+   type :: checkpoint_t
+      logical :: is_read = .false.               !! whether the file is read, else it is written
+      type(failure_t) :: failure                 !! the first thing that went wrong; nothing is done after it
+      type(hdf5_file_t), private :: file
+      character(:), allocatable, private :: path
+      character(:), allocatable, private :: group  !! of the next items, '/group/'
+   contains
+      procedure :: create
+      procedure :: open => open_checkpoint
+      procedure :: finish
+      procedure :: section
+      generic :: keep => keep_real, keep_integer, keep_long, keep_logical, keep_text
+      procedure :: keep_reals
+      procedure :: keep_integers
+      procedure :: keep_longs
+      procedure :: keep_logicals
+      procedure :: refuse
+      procedure, private :: keep_real, keep_integer, keep_long, keep_logical, keep_text
+   end type checkpoint_t
+
+contains
+
+   !> Name of the checkpoint of a result.
+   pure function checkpoint_name(result_path) result(path)
+      character(*), intent(in) :: result_path
+      character(:), allocatable :: path
+      path = result_path//'.checkpoint'
+   end function checkpoint_name
+
+   !> Begin to write a checkpoint.
+   subroutine create(self, path)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      character(:), allocatable :: text
+      integer :: number
+      self%path = path
+      self%group = '/'
+      self%is_read = .false.
+      call self%file%create(partial_name(path), self%failure)
+      text = kind
+      call self%keep('kind', text)
+      number = format
+      call self%keep('format', number)
+      text = version
+      call self%keep('version', text)
+   end subroutine create
+
+   !> Begin to read a checkpoint. `exit_file` where it is none, or not one that this program has written.
+   subroutine open_checkpoint(self, path)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: path
+      character(:), allocatable :: found, by
+      integer :: number
+      self%path = path
+      self%group = '/'
+      self%is_read = .true.
+      if (.not. file_exists(path)) then
+         call self%failure%report(exit_file, path//': cannot be read: there is no such file')
+         return
+      end if
+      call self%file%open(path, self%failure)
+      if (self%failure%failed()) return
+      found = ''
+      number = 0
+      if (self%file%holds('/kind')) call self%keep('kind', found)
+      if (found /= kind) then
+         call self%refuse('it is no checkpoint of hampm')
+         return
+      end if
+      call self%keep('format', number)
+      call self%keep('version', by)
+      if (self%failure%failed()) return
+      if (by /= version .or. number /= format) &
+         call self%refuse('it was written by hampm '//by//' (format '//to_text(number)//'), this is hampm '//version// &
+                          ' (format '//to_text(format)//'); resume the run with the program that began it')
+   end subroutine open_checkpoint
+
+   !> Close the file; one that was written is put in its place if nothing has failed, and else removed.
+   subroutine finish(self, failure)
+      class(checkpoint_t), intent(inout) :: self
+      type(failure_t), intent(inout) :: failure
+      logical :: was_begun
+      was_begun = self%file%is_open() .and. .not. self%is_read
+      call self%file%close(self%failure)
+      if (was_begun .and. .not. self%failure%failed()) call replace_file(self%path, self%failure)
+      if (was_begun .and. self%failure%failed()) call remove_file(partial_name(self%path))
+      if (self%failure%failed()) call failure%report(self%failure%code, self%failure%message)
+   end subroutine finish
+
+   !> The items that follow belong together.
+   subroutine section(self, name)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      self%group = '/'//name//'/'
+      if (.not. self%is_read .and. .not. self%failure%failed()) call self%file%make_group('/'//name, self%failure)
+   end subroutine section
+
+   !> Fail because what was read cannot be right.
+   subroutine refuse(self, why)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: why
+      call self%failure%report(exit_file, self%path//': cannot be resumed: '//why)
+   end subroutine refuse
+
+   !> Keep a real number.
+   subroutine keep_real(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(dp), intent(inout) :: value
+      real(dp) :: values(1)
+      values = value
+      call self%keep_reals(name, 1, values)
+      value = values(1)
+   end subroutine keep_real
+
+   !> Keep an integer.
+   subroutine keep_integer(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(inout) :: value
+      integer :: values(1)
+      values = value
+      call self%keep_integers(name, 1, values)
+      value = values(1)
+   end subroutine keep_integer
+
+   !> Keep a long integer.
+   subroutine keep_long(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer(long), intent(inout) :: value
+      integer(long) :: values(1)
+      values = value
+      call self%keep_longs(name, 1, values)
+      value = values(1)
+   end subroutine keep_long
+
+   !> Keep a logical value.
+   subroutine keep_logical(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      logical, intent(inout) :: value
+      logical :: values(1)
+      values = value
+      call self%keep_logicals(name, 1, values)
+      value = values(1)
+   end subroutine keep_logical
+
+   !> Keep a text.
+   subroutine keep_text(self, name, text)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      character(:), allocatable, intent(inout) :: text
+      if (self%failure%failed()) return
+      if (self%is_read) then
+         call self%file%get(self%group//name, text, self%failure)
+      else
+         call self%file%put(self%group//name, text, self%failure)
+      end if
+   end subroutine keep_text
+
+   !> Keep the first `n` elements of an array of reals of any shape.
+   subroutine keep_reals(self, name, n, values)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: n
+      real(dp), intent(inout) :: values(n)
+      real(dp), allocatable :: found(:)
+      if (self%failure%failed()) return
+      if (.not. self%is_read) then
+         call self%file%put(self%group//name, values, self%failure)
+         return
+      end if
+      call self%file%get(self%group//name, found, self%failure)
+      if (fits(self, name, n, size(found))) values = found
+   end subroutine keep_reals
+
+   !> Keep the first `n` elements of an array of integers of any shape.
+   subroutine keep_integers(self, name, n, values)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: n
+      integer, intent(inout) :: values(n)
+      integer, allocatable :: found(:)
+      if (self%failure%failed()) return
+      if (.not. self%is_read) then
+         call self%file%put(self%group//name, values, self%failure)
+         return
+      end if
+      call self%file%get(self%group//name, found, self%failure)
+      if (fits(self, name, n, size(found))) values = found
+   end subroutine keep_integers
+
+   !> Keep the first `n` elements of an array of long integers of any shape.
+   subroutine keep_longs(self, name, n, values)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: n
+      integer(long), intent(inout) :: values(n)
+      integer(long), allocatable :: found(:)
+      if (self%failure%failed()) return
+      if (.not. self%is_read) then
+         call self%file%put(self%group//name, values, self%failure)
+         return
+      end if
+      call self%file%get(self%group//name, found, self%failure)
+      if (fits(self, name, n, size(found))) values = found
+   end subroutine keep_longs
+
+   !> Keep the first `n` elements of an array of logical values of any shape.
+   subroutine keep_logicals(self, name, n, values)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: n
+      logical, intent(inout) :: values(n)
+      integer, allocatable :: numbers(:)
+      allocate (numbers(n))
+      numbers = merge(1, 0, values)
+      call self%keep_integers(name, n, numbers)
+      values = numbers == 1
+   end subroutine keep_logicals
+
+   !> Whether an array that was read has the length that is expected.
+   logical function fits(self, name, expected, found)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: expected, found
+      fits = .not. self%failure%failed()
+      if (.not. fits .or. found == expected) return
+      fits = .false.
+      call self%refuse(self%group//name//' has '//to_text(found)//' values, not '//to_text(expected))
+   end function fits
+end module hampm_checkpoint
