@@ -42,7 +42,7 @@ help:  ## list the targets
 
 run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
 	@$(MAKE) --no-print-directory program
-	$(O)/hampm input/dcb.nml --output results
+	$(O)/hampm input/dcb.nml --output results --force
 	$(PYTHON) postprocess/plot_g.py results/dcb.h5 --converged 1.28737 --output results/dcb_G.png
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"

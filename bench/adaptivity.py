@@ -49,7 +49,7 @@ class Program:
         columns = round(0.1 / cell)
         settings = {"grid.cell": cell, "grid.cells": f"{columns}, {columns // 10 + 1}", "output.file": f"{name}.h5",
                     **SETTINGS, **settings}
-        command = [str(self.path), str(SCENE), "--output", str(self.folder), "--quiet", "--threads", "1"]
+        command = [str(self.path), str(SCENE), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
         command += [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         process = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})

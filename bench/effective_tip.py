@@ -52,7 +52,7 @@ def at_rest(program, part, cell, points, poisson, plane):
                  f"material.poisson={poisson}", f"run.plane={plane}", "refine.indicator=none",
                  "energy_release.radii=6.0e-3,7.5e-3,9.0e-3"]
     with tempfile.TemporaryDirectory() as folder:
-        command = [program, CASES / case / "case.nml", "--quiet", "--output", folder, "--set", "output.file=run.h5"]
+        command = [program, CASES / case / "case.nml", "--quiet", "--force", "--output", folder, "--set", "output.file=run.h5"]
         subprocess.run(command + [word for item in overrides for word in ("--set", item)], check=True)
         return {name: column[-1] for name, column in History(Path(folder) / "run.h5").columns.items()}
 

@@ -61,7 +61,7 @@ def count(folder, scene, words, ends):
     counts = []
     for end in ends:
         text = [word for item in [*words, f"run.end_time={end}"] for word in ("--set", item)]
-        counts.append(run_counted(COUNTED, scene, "--quiet", "--output", folder, *text)[1])
+        counts.append(run_counted(COUNTED, scene, "--quiet", "--force", "--output", folder, *text)[1])
     return counts[1] - counts[0]
 
 

@@ -31,7 +31,7 @@ class Program:
 
     def __call__(self, namelist, settings=()):
         """Run; return user time [s] and peak memory [KiB]."""
-        command = [self.path, str(namelist), "--output", str(self.folder), "--quiet", "--threads", "1"]
+        command = [self.path, str(namelist), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
         command += [word for setting in settings for word in ("--set", setting)]
         null = (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)
         log = (os.POSIX_SPAWN_OPEN, 2, str(self.folder / "log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)

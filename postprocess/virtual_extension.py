@@ -106,7 +106,7 @@ class Runner:
         """Run the case into NAME.h5; its history. What the run warns of is passed on."""
         if self.verbose:
             print(f"{name}: {' '.join(settings) or 'as it is'}", file=sys.stderr)
-        process = self._call([*settings, f"output.file={name}.h5"], "--quiet", "--output", self.folder)
+        process = self._call([*settings, f"output.file={name}.h5"], "--quiet", "--force", "--output", self.folder)
         if process.stderr:
             print(f"{name}: {process.stderr.rstrip()}", file=sys.stderr)
         return History(self.folder / f"{name}.h5")

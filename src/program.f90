@@ -5,6 +5,7 @@ module hampm_program
    use hampm_command_line, only: options_t, usage_text
    use hampm_failure, only: failure_t, exit_file, exit_stopped
    use hampm_file_moves, only: file_exists
+   use hampm_folders, only: is_folder
    use hampm_namelist_text, only: template_text
    use hampm_reading, only: read_scene, scene_of_text
    use hampm_scene, only: scene_t
@@ -84,6 +85,8 @@ contains
       if (file_exists(checkpoint)) then
          call failure%report(exit_file, checkpoint//': there is a checkpoint of a run. To go on with it: hampm --resume '// &
                              checkpoint//'. To begin it anew: --force. Or use another &output file or --output')
+      else if (is_folder(path)) then
+         return                                  ! to write the result will fail
       else if (file_exists(path)) then
          call failure%report(exit_file, path//': there is a result. To replace it: --force. Or use another &output file or '// &
                              '--output')

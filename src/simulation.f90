@@ -173,12 +173,12 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: resumes
       resumes = allocated(s%lengths)
+      call s%interruption%start(s%motion%steps)
       call open_results(s, folder, failure)
       if (failure%failed()) then
          call s%results%close(failure)
          return
       end if
-      call s%interruption%start(s%motion%steps)
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
       if (.not. resumes) call record(s, failure)

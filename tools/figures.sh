@@ -25,7 +25,7 @@ run() {
         shift
         set -- "$@" --set "$override"
     done
-    "$program" "$case" --output $out --set "output.file=$result.h5" "$@"
+    "$program" "$case" --output $out --force --set "output.file=$result.h5" "$@"
 }
 
 plot() { "$python" postprocess/plot_g.py --dpi 150 "$@"; }

@@ -4,7 +4,7 @@ module hampm_folders
    use hampm_failure, only: failure_t, exit_file
    implicit none
    private
-   public :: ensure_folder
+   public :: ensure_folder, is_folder
 
    integer(c_int), parameter :: everyone = int(o'777', c_int) !! permissions asked for; the user's mask limits them
 

@@ -10,6 +10,7 @@ module hampm_results
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
    use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file
+   use hampm_folders, only: is_folder
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values
    use hampm_snapshots, only: snapshots_t, block_t
@@ -62,7 +63,11 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
       call begin(self, path)
-      call self%file%create(partial_name(path), fault)
+      if (is_folder(path)) then
+         call fault%report(exit_file, path//': cannot be written: Is a directory')
+      else
+         call self%file%create(partial_name(path), fault)
+      end if
       self%is_begun = .not. fault%failed()
       if (.not. fault%failed()) call self%file%make_group('/history', fault)
       if (.not. fault%failed()) call self%file%make_group('/input', fault)

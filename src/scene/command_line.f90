@@ -102,13 +102,17 @@ contains
                                                  ''': the checkpoint has its scene; give one of the two')
       if (options%check) call mistakes%add('--resume and --check: give one of the two')
       do i = 1, size(options%overrides)
-         associate (text => adjustl(lower_case(options%overrides(i)%text)))
-            if (index(text, 'output.checkpoint_interval') == 1 .or. index(text, 'output.checkpoint_steps') == 1) cycle
-         end associate
-         call mistakes%add('--set '//printable(options%overrides(i)%text, 200)//': with --resume only '// &
-                           'output.checkpoint_interval and output.checkpoint_steps can be changed')
+         if (.not. is_about_checkpoints(lower_case(adjustl(options%overrides(i)%text)))) call mistakes%add( &
+            '--set '//printable(options%overrides(i)%text, 200)//': with --resume only output.checkpoint_interval and '// &
+            'output.checkpoint_steps can be changed')
       end do
    end subroutine check_resume
+
+   !> Whether an override is of when checkpoints are written.
+   pure logical function is_about_checkpoints(override)
+      character(*), intent(in) :: override
+      is_about_checkpoints = index(override, 'output.checkpoint_interval') == 1 .or. index(override, 'output.checkpoint_steps') == 1
+   end function is_about_checkpoints
 
    pure subroutine take_file(name, options, mistakes)
       character(*), intent(in) :: name

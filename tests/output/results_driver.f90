@@ -106,7 +106,7 @@ contains
       type(results_t) :: results(3)
       type(hdf5_file_t) :: file
       call results(1)%create(path//'/missing/dcb.h5', failure(1))
-      call check_report(failure(1), path//'/missing/dcb.h5: cannot be written')
+      call check_report(failure(1), path//'/missing/dcb.h5.part: cannot be written')
       call check_report(failure(1), 'No such file or directory')
       call results(2)%create(path, failure(2))
       call check_report(failure(2), 'Is a directory')
@@ -115,7 +115,7 @@ contains
       call results(2)%close(failure(2))
       call check(index(failure(2)%message, new_line('a')) == 0, 'one cause is reported once')
       call results(3)%create('/proc/dcb.h5', failure(3))
-      call check_report(failure(3), '/proc/dcb.h5: cannot be written')
+      call check_report(failure(3), '/proc/dcb.h5.part: cannot be written')
       call file%open(path//'/missing.h5', failure(4))
       call check_report(failure(4), 'cannot be read')
    end subroutine test_paths_that_fail

@@ -87,11 +87,31 @@ def test_same_results_give_the_same_bytes(folder, tmp_path):
     assert (tmp_path / "results.h5").read_bytes() == (folder / "results.h5").read_bytes()
 
 
-def test_file_in_use_is_not_overwritten(tmp_path):
-    with h5py.File(tmp_path / "results.h5", "w"):
+def test_a_result_that_another_run_writes_is_not_touched(tmp_path):
+    with h5py.File(tmp_path / "results.h5.part", "w"):
         outcome = subprocess.run([RESULTS_DRIVER, tmp_path], capture_output=True, text=True)
     assert outcome.returncode != 0
-    assert "results.h5: cannot be written: its disk is full, or another program has it open" in outcome.stdout
+    assert "results.h5.part: cannot be written: its disk is full, or another program has it open" in outcome.stdout
+
+
+def test_a_reader_of_the_result_neither_hinders_nor_notices(folder, tmp_path):
+    """The driver flushes 13 times while one of its results is open."""
+    shutil.copy(folder / "plain.h5", tmp_path / "results.h5")
+    with h5py.File(tmp_path / "results.h5") as file:
+        assert drive(tmp_path) == "results_driver passed\n"
+        check_samples(file["history"], SAMPLES)
+    with h5py.File(tmp_path / "results.h5") as file:
+        check_samples(file["history"], SAMPLES)
+    assert read_steps(tmp_path / "results.h5")[0] == read_steps(folder / "results.h5")[0]
+
+
+def test_files_by_turns_hold_the_same_as_one_that_is_written_at_once(folder):
+    """With snapshots every 500 samples and flushes every 100, some snapshots are only in the file that is replaced."""
+    with h5py.File(folder / "results.h5") as file:
+        for name in ("Points", "PointData/mass"):
+            data = file[f"VTKHDF/particles/{name}"][:]
+            assert len(data) == 5 + 8 + 11 and np.all(np.isfinite(data))
+        assert [file[f"VTKHDF/{block}/Steps"].attrs["NSteps"] for block in ("particles", "mesh")] == [3, 3]
 
 
 @pytest.fixture

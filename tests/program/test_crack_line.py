@@ -77,7 +77,7 @@ def columns_of(hampm, tmp_path):
     """`columns_of(scene)`: the history of a run of it."""
     def run(scene):
         (tmp_path / "beam.nml").write_text(scene)
-        result = hampm("beam.nml", "--quiet")
+        result = hampm("beam.nml", "--quiet", "--force")
         assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
         return History(tmp_path / "beam.h5").columns
     return run

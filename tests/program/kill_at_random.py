@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""Kill runs at random moments (SIGKILL) and resume them, again and again.
+
+After every kill the result and the checkpoint must be readable to their last byte, the checkpoint no older than before and the
+result no older than the checkpoint, and the wall time since the last checkpoint no longer than the interval, up to --slack. A run that
+comes to its end must have the bytes of one that was never stopped. Exit code 1 where anything of this does not hold.
+
+    .venv/bin/python tests/program/kill_at_random.py --kills 200 --folder /tmp/kills
+"""
+
+import argparse
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import h5py
+
+from results import differing
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENE = [ROOT / "input/dcb.nml", "--set", "grid.cell=2.5e-3", "--set", "grid.cells=40,5", "--set", "run.end_time=1.5e-4",
+         "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=2e-6", "--set", "refine.indicator='gradient'",
+         "--set", "refine.max_level=2", "--set", "refine.r_crit=0.02", "--set", "refine.region_lower=0.04,0.0",
+         "--set", "refine.region_upper=0.06,0.005"]
+RESULT = "dcb.h5"
+CHECKPOINT = RESULT + ".checkpoint"
+
+
+def read_whole(path):
+    """Read all datasets of a file; None where there is none."""
+    if not path.exists():
+        return None
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]} if isinstance(item, h5py.Dataset) else {}))
+    return found
+
+
+class Kills:
+    """The runs in a folder, one after the other, and what was found after each kill."""
+
+    def __init__(self, program, folder, interval, seed):
+        self.program, self.interval = program, interval
+        self.random = random.Random(seed)
+        self.whole, self.folder = folder / "unbroken", folder / "killed"
+        self.faults, self.kills, self.ends, self.in_writing, self.longest_lost = [], 0, 0, 0, 0.0
+        self.steps = 0  # of the checkpoint after the last kill
+        self.run(self.whole, *SCENE, "--set", "output.checkpoint_interval=0", "--force")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.clear()
+
+    def run(self, folder, *arguments):
+        subprocess.run(self.command(folder, *arguments), check=True, stderr=subprocess.DEVNULL)
+
+    def command(self, folder, *arguments):
+        return [str(word) for word in (self.program, *arguments, "--output", folder, "--quiet", "--threads", 1)]
+
+    def clear(self):
+        for path in self.folder.iterdir():
+            path.unlink()
+        self.steps = 0
+
+    def complain(self, fault):
+        self.faults.append(f"kill {self.kills}: {fault}")
+        print(self.faults[-1], file=sys.stderr)
+
+    def once(self):
+        """Begin or resume the run, and kill it at a random moment unless it ends before."""
+        checkpoint = self.folder / CHECKPOINT
+        words = ["--resume", checkpoint] if checkpoint.exists() else [*SCENE, "--force"]
+        command = self.command(self.folder, *words, "--set", f"output.checkpoint_interval={self.interval}")
+        started = time.time()
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        try:
+            process.wait(self.random.uniform(0, 5 * self.interval))
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+        killed = time.time()
+        message = process.communicate()[1]
+        if process.returncode == -signal.SIGKILL:
+            self.kills += 1
+            self.check_files(started, killed)
+        elif process.returncode == 0:
+            self.check_end()
+        else:
+            self.complain(f"exit code {process.returncode}: {message}")
+            self.clear()
+
+    def check_files(self, started, killed):
+        """Look at what a killed run has left."""
+        result, checkpoint = self.folder / RESULT, self.folder / CHECKPOINT
+        self.in_writing += any(path.name.startswith(CHECKPOINT) and path != checkpoint for path in self.folder.iterdir())
+        try:
+            history, state = read_whole(result), read_whole(checkpoint)
+        except Exception as error:
+            self.complain(f"unreadable: {error}")
+            return
+        if state:
+            steps, samples = int(state["motion/steps"][0]), int(state["run/samples"][0])
+            if steps < self.steps:
+                self.complain(f"the checkpoint went back from step {self.steps} to {steps}")
+            if history is None or samples > len(history["history/time"]):
+                self.complain("the result is behind the checkpoint")
+            self.steps = steps
+        since = max(started, checkpoint.stat().st_mtime) if state else started
+        self.longest_lost = max(self.longest_lost, killed - since)
+
+    def check_end(self):
+        """Compare a run that has come to its end."""
+        self.ends += 1
+        differences = differing(self.whole / RESULT, self.folder / RESULT)
+        if differences:
+            self.complain(f"differs from the unbroken run: {differences}")
+        left = sorted(path.name for path in self.folder.iterdir() if path.name != RESULT)
+        if left:
+            self.complain(f"left behind: {left}")
+        self.clear()
+
+
+def kill_runs(program, folder, kills, interval, slack, seed):
+    """Kill so many runs, and let the last one come to its end; what was found."""
+    found = Kills(program, Path(folder), interval, seed)
+    while found.kills < kills:
+        found.once()
+    if (found.folder / CHECKPOINT).exists():
+        found.run(found.folder, "--resume", found.folder / CHECKPOINT, "--set", "output.checkpoint_interval=0")
+        found.check_end()
+    if found.longest_lost > interval + slack:
+        found.complain(f"{found.longest_lost:.2f} s were lost, the interval is {interval} s")
+    print(f"{found.kills} kills, {found.in_writing} of them while a checkpoint was written; {found.ends} runs came to their end; at "
+          f"most {found.longest_lost:.2f} s were lost, the interval is {interval} s; {len(found.faults)} faults")
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", type=Path, default=ROOT / "build/release/hampm", help="default: the release build")
+    parser.add_argument("--kills", type=int, default=200, metavar="N", help="default: 200")
+    parser.add_argument("--interval", type=float, default=0.1, metavar="S", help="between checkpoints; default: 0.1 s")
+    parser.add_argument("--slack", type=float, default=1.0, metavar="S",
+                        help="for what a start and a checkpoint take; default: 1 s")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--folder", type=Path, help="where to run; default: a temporary folder")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        found = kill_runs(options.program.resolve(), options.folder or temporary, options.kills, options.interval, options.slack,
+                          options.seed)
+    return 1 if found.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

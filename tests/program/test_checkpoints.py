@@ -1,0 +1,299 @@
+"""Runs that are stopped, killed or cut off, and resumed."""
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from conftest import COARSE_DCB
+from history import History
+from kill_at_random import kill_runs, read_whole
+from paths import DEBUG_PROGRAM, PROGRAM
+from results import differing
+
+SHORT = ("--set", "run.end_time=4e-5", "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=1e-5")
+CHECKPOINT = "dcb.h5.checkpoint"
+
+# A soft and a hard body fly towards each other through the cells, one of them pushed; nothing of the first steps lasts
+FLIGHT = """\
+&run end_time = 0.04 /
+&grid cell = 1.0 cells = 8, 4 /
+&material name = 'soft' law = 'neo_hookean' young = 1e5 density = 1000 poisson = 0.3 /
+&material name = 'hard' young = 1e6 density = 2000 /
+&body material = 'soft' lower = 1.3, 1.2 upper = 2.3, 2.8 velocity = 30, 3 points_per_cell = 4 /
+&body material = 'hard' lower = 4.6, 1.0 upper = 5.6, 3.0 velocity = -10, 0 /
+&method courant = 0.02 /
+&damping rate = 1.0 /
+&load kind = 'traction' lower = 1.3, 1.2 upper = 1.3, 2.8 force = 1e3, 0 history = 'sine' frequency = 30 /
+&load kind = 'body' lower = 4.6, 1.0 upper = 5.6, 3.0 force = 1e3, 0 /
+&energy_release estimators = 'energy_balance' /
+&output history_interval = 4e-3 snapshot_interval = 13e-3 /
+"""
+REFINED = ("refine.indicator=gradient", "refine.field=speed", "refine.r_crit=0.05", "refine.r_coarsen=0.01", "refine.max_level=2",
+           "refine.interval=7")
+# A crack whose faces are pressed together, in an arm and a bulk that bend
+CLOSED = """\
+&run end_time = 2e-5 thickness = 0.01 /
+&grid lower = 0.0, -0.0125 cell = 2.5e-3 cells = 20, 10 /
+&material name = 'aluminium' young = 70e9 density = 2700 poisson = 0.3 /
+&body material = 'aluminium' lower = 0.0, -0.01 upper = 0.05, 0.01 /
+&constraint lower = 0.05, -0.01 upper = 0.05, 0.01 fix = 'xy' /
+&load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 0.0, -2000.0 /
+&crack kind = 'line' tip = 0.025, 0.0 contact = 'frictionless' /
+&energy_release estimators = 'nodal_force', 'domain_integral', 'energy_balance' /
+&output history_interval = 1e-6 snapshot_interval = 1e-5 /
+"""
+MANY_CELLS = """\
+&run end_time = 2e-6 /
+&grid cell = 1.0e-3 cells = 60, 50 /
+&material name = 'a' young = 70e9 density = 2700 /
+&body material = 'a' lower = 2e-3, 2e-3 upper = 52e-3, 47e-3 velocity = 10, 5 /
+&damping rate = 1e5 /
+&load kind = 'traction' lower = 2e-3, 2e-3 upper = 2e-3, 47e-3 force = 1e5, 0 /
+&output history_interval = 1e-7 snapshot_interval = 1e-6 /
+"""
+SCENES = {
+    "lumped musl": (FLIGHT, "method.scheme=musl"),
+    "total frame": (FLIGHT, "method.scheme=usavg", "method.frame=total"),
+    "full cg": (FLIGHT, "method.scheme=usf", "method.mass=full"),
+    "full umfpack": (FLIGHT, "method.mass=full", "method.solver=umfpack"),
+    "blend banded": (FLIGHT, "method.scheme=usavg", "method.mass=blend", "method.solver=banded"),
+    "fmpm": (FLIGHT, "method.scheme=usl", "method.mass=fmpm"),
+    "partial total": (FLIGHT, "method.mass=partial", "method.full_lower=0,0", "method.full_upper=4,4", "method.frame=total"),
+    "refined lumped": (FLIGHT, *REFINED),
+    "refined full": (FLIGHT, "method.mass=full", "method.solver=umfpack", *REFINED),
+    "refined zz": (FLIGHT, "refine.indicator=zz", "refine.tolerance=0.1", "refine.max_level=2", "refine.interval=11",
+                   "method.mass=blend"),
+    "local steps": (FLIGHT, "method.time_steps=local", *REFINED, "refine.max_level=3", "energy_release.estimators="),
+    "contact": (CLOSED,),
+    "contact full": (CLOSED, "method.mass=full", "method.frame=total"),
+    "contact refined": (CLOSED, "refine.indicator=tip", "refine.max_level=2"),
+    "tiles": (MANY_CELLS,),
+    "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
+}
+
+
+@pytest.fixture
+def unbroken(dcb, tmp_path):
+    """The result of a short run of the coarse beam that is never stopped."""
+    assert dcb(*SHORT, "--output", "unbroken").returncode == 0
+    return tmp_path / "unbroken/dcb.h5"
+
+
+@pytest.fixture
+def stopped(dcb, tmp_path):
+    """A folder with what the same run leaves that stops after 100 steps."""
+    assert dcb(*SHORT, "--steps", 100, "--quiet").returncode == 5
+    return tmp_path
+
+
+def files(folder):
+    return sorted(path.name for path in folder.iterdir() if path.is_file())
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_resumed_run_has_the_bytes_of_an_unbroken_one(hampm, tmp_path, name):
+    program = DEBUG_PROGRAM if name == "debug build" else PROGRAM
+    if not program.exists():
+        pytest.skip("there is no debug build")
+    scene, *settings = SCENES[name]
+    (tmp_path / "case.nml").write_text(scene)
+    words = [word for item in settings for word in ("--set", item)]
+    assert hampm("case.nml", "--quiet", "--output", "unbroken", *words, program=program).returncode == 0
+    steps = History(tmp_path / "unbroken/case.h5").columns["step"][-1]
+    assert steps > 20
+    result = hampm("case.nml", "--quiet", "--threads", 2, *words, "--steps", steps // 7, program=program)
+    for part in (1, steps // 5, steps // 3):
+        assert result.returncode == 5, result.stderr
+        result = hampm("--resume", "case.h5.checkpoint", "--quiet", "--steps", part, "--threads", 1 + part % 3, program=program)
+    assert hampm("--resume", "case.h5.checkpoint", "--quiet", program=program).returncode == 0
+    assert differing(tmp_path / "unbroken/case.h5", tmp_path / "case.h5") == []
+    assert files(tmp_path) == ["case.h5", "case.nml"]
+
+
+def test_a_run_that_is_stopped_says_how_to_go_on(stopped, hampm, dcb):
+    assert files(stopped) == ["dcb.h5", CHECKPOINT]
+    result = dcb(*SHORT)
+    assert result.returncode == 4
+    assert f"./{CHECKPOINT}: there is a checkpoint of a run. To go on with it: hampm --resume ./{CHECKPOINT}." in result.stderr
+    result = hampm("--resume", CHECKPOINT, "--steps", 1)
+    assert result.returncode == 5
+    assert result.stderr.startswith("hampm: step 101, t = ")
+    assert result.stderr.endswith(f"stopped by --steps 1. To go on: hampm --resume ./{CHECKPOINT}\n")
+
+
+def test_the_result_of_a_stopped_run_holds_what_came_before(stopped, unbroken):
+    with h5py.File(stopped / CHECKPOINT) as file:
+        samples = int(file["run/samples"][0])
+    found, whole = History(stopped / "dcb.h5").columns, History(unbroken).columns
+    for name, values in found.items():
+        assert values.tobytes() == whole[name][:samples].tobytes()
+
+
+def test_checkpoints_do_not_change_the_run(dcb, unbroken, tmp_path):
+    assert dcb(*SHORT, "--set", "output.checkpoint_steps=20").returncode == 0
+    assert differing(unbroken, tmp_path / "dcb.h5") == []
+    assert files(tmp_path) == ["dcb.h5"]
+
+
+def test_a_result_that_went_on_beyond_the_checkpoint_is_cut(stopped, hampm, unbroken):
+    """As a kill between the two leaves them, or one after the result was put in its place without a checkpoint."""
+    shutil.copy(unbroken, stopped / "dcb.h5")
+    assert hampm("--resume", CHECKPOINT, "--steps", 1).returncode == 5
+    assert len(History(stopped / "dcb.h5").times) < len(History(unbroken).times)
+    assert hampm("--resume", CHECKPOINT).returncode == 0
+    assert differing(unbroken, stopped / "dcb.h5") == []
+
+
+def test_a_time_limit_stops_the_run(dcb, tmp_path):
+    result = dcb("--set", "run.end_time=1.0", "--time-limit", 0.3)
+    assert (result.returncode, files(tmp_path)) == (5, ["dcb.h5", CHECKPOINT])
+    assert "stopped by --time-limit 0.3. To go on: " in result.stderr
+
+
+def start(folder, *words, **options):
+    """A long run of the coarse beam, once it has put its result in place for the first time."""
+    process = subprocess.Popen([PROGRAM, *COARSE_DCB, "--set", "run.end_time=1.0", "--set", "output.checkpoint_interval=0.1", *words],
+                               cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **options)
+    deadline = time.time() + 60
+    while not (folder / CHECKPOINT).exists() and process.poll() is None and time.time() < deadline:
+        time.sleep(0.01)
+    return process
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU"])
+def test_signals_stop_the_run(tmp_path, name):
+    process = start(tmp_path)
+    process.send_signal(getattr(signal, name))
+    message = process.communicate(timeout=60)[1]
+    assert process.returncode == 5
+    assert f"stopped by {name}. To go on: hampm --resume ./{CHECKPOINT}" in message
+    assert files(tmp_path) == ["dcb.h5", CHECKPOINT]
+    assert read_whole(tmp_path / "dcb.h5") and read_whole(tmp_path / CHECKPOINT)
+
+
+def test_a_signal_that_is_to_be_ignored_is_ignored(tmp_path):
+    process = start(tmp_path, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process.send_signal(signal.SIGHUP)
+    time.sleep(0.2)
+    assert process.poll() is None
+    process.kill()
+    process.communicate()
+
+
+def test_killed_at_random_moments(tmp_path):
+    found = kill_runs(PROGRAM, tmp_path, kills=10, interval=0.1, slack=2.0, seed=int(time.time()))
+    assert found.faults == []
+
+
+def limit_files(size):
+    """What a process has to do first for no file of its to become larger than `size` bytes; as Python does, let writes fail."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+@pytest.mark.parametrize("size", [100, 20000, 60000, 90000, 120000, 150000])
+def test_a_full_disk_leaves_the_last_files(hampm, dcb, unbroken, tmp_path, size):
+    """Of result (up to 190 kB) and checkpoint (80 kB), one or the other is too large at some time."""
+    words = *SHORT, "--set", "output.checkpoint_steps=20", "--quiet"
+    result = dcb(*words, preexec_fn=limit_files(size))
+    assert result.returncode == 4
+    assert result.stderr.startswith("hampm: ./dcb.h5") and "cannot be written" in result.stderr and "disk" in result.stderr
+    assert set(files(tmp_path)) <= {"dcb.h5", CHECKPOINT}
+    if (tmp_path / "dcb.h5").exists():
+        assert np.all(np.isfinite(read_whole(tmp_path / "dcb.h5")["history/strain_energy"]))
+    if (tmp_path / CHECKPOINT).exists():
+        assert hampm("--resume", CHECKPOINT, preexec_fn=limit_files(size)).returncode == 4
+        assert hampm("--resume", CHECKPOINT).returncode == 0
+        assert differing(unbroken, tmp_path / "dcb.h5") == []
+
+
+def change(path, name, value):
+    with h5py.File(path, "r+") as file:
+        file[name][...] = value(file[name][:]) if callable(value) else value
+
+
+def damage(path):
+    """Change a byte in the middle of the largest array."""
+    data = bytearray(path.read_bytes())
+    with h5py.File(path) as file:
+        place = file["particles/gradient"].id.get_chunk_info(0).byte_offset
+    data[place + 100] ^= 1
+    path.write_bytes(data)
+
+
+WRONG = {
+    "no file": (lambda path: path.unlink(), "cannot be read: there is no such file"),
+    "empty": (lambda path: path.write_bytes(b""), "cannot be read: it is no HDF5 file, or not a whole one"),
+    "text": (lambda path: path.write_text("&run /\n" * 1000), "cannot be read: it is no HDF5 file, or not a whole one"),
+    "cut off": (lambda path: os.truncate(path, path.stat().st_size - 10), "cannot be read: it is no HDF5 file, or not a whole one"),
+    "half": (lambda path: os.truncate(path, path.stat().st_size // 2), "cannot be read: it is no HDF5 file, or not a whole one"),
+    "damaged": (damage, "cannot be read: reading /particles/gradient failed"),
+    "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
+    "other version": (lambda path: change(path, "version", "99.1"),
+                      "it was written by hampm 99.1 (format 1), this is hampm 0.1.0 (format 1); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 1)"),
+    "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
+    "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]), "its particles do not stand in the order of their cells"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_checkpoint_that_is_none_or_not_whole(stopped, hampm, name):
+    spoil, phrase = WRONG[name]
+    spoil(stopped / CHECKPOINT)
+    before = {file: (stopped / file).read_bytes() for file in files(stopped)}
+    result = hampm("--resume", CHECKPOINT)
+    assert (result.returncode, result.stdout) == (4, "")
+    assert result.stderr.startswith(f"hampm: {CHECKPOINT}: ") and phrase in result.stderr and result.stderr.count("\n") == 1
+    assert before == {file: (stopped / file).read_bytes() for file in files(stopped)}
+
+
+def another_scene(path, dcb):
+    assert dcb(*SHORT, "--force", "--set", "load.force=0,2").returncode == 0
+
+
+@pytest.mark.parametrize(("spoil", "phrase"), [
+    (lambda path, dcb: path.unlink(), "dcb.h5: cannot be read: "),
+    (lambda path, dcb: path.write_text("text"), "dcb.h5: cannot be read: it is no HDF5 file"),
+    (another_scene, "dcb.h5: is the result of another scene than the checkpoint is of"),
+    (lambda path, dcb: dcb(*SHORT, "--force", "--steps", 20, "--output", "shorter") and shutil.copy("shorter/dcb.h5", path),
+     "fewer entries of /history/time than there were"),
+], ids=["none", "text", "another scene", "shorter"])
+def test_a_checkpoint_without_its_result(stopped, hampm, dcb, monkeypatch, spoil, phrase):
+    monkeypatch.chdir(stopped)
+    checkpoint = (stopped / CHECKPOINT).read_bytes()
+    spoil(stopped / "dcb.h5", dcb)
+    (stopped / CHECKPOINT).write_bytes(checkpoint)
+    before = {file: (stopped / file).read_bytes() for file in files(stopped)}
+    result = hampm("--resume", CHECKPOINT)
+    assert result.returncode == 4
+    assert phrase in result.stderr and result.stderr.count("\n") == 1
+    assert before == {file: (stopped / file).read_bytes() for file in files(stopped)}
+
+
+@pytest.mark.parametrize(("words", "phrase"), [
+    (("case.nml",), "--resume and the namelist file 'case.nml': the checkpoint has its scene; give one of the two"),
+    (("--check",), "--resume and --check: give one of the two"),
+    (("--set", "run.end_time=1"), "--set run.end_time=1: with --resume only output.checkpoint_interval and output.checkpoint_steps"),
+    (("--set", "output.checkpoint_steps=-1"), "&output checkpoint_steps = -1: must be an integer in [0, inf)"),
+    (("--steps", "0"), "--steps 0: must be an integer in [1, 1e18)"),
+    (("--steps", "many"), "--steps many: must be an integer in [1, 1e18)"),
+    (("--time-limit", "0"), "--time-limit 0: must be a number in (0, inf) [s]"),
+    (("--time-limit", "1:00"), "--time-limit 1:00: must be a number in (0, inf) [s]"),
+])
+def test_mistakes_on_the_command_line_of_a_resumed_run(stopped, hampm, words, phrase):
+    result = hampm("--resume", CHECKPOINT, *words)
+    assert result.returncode == 2
+    assert phrase in result.stderr
+
+
+def test_intervals_of_checkpoints_can_be_changed_on_the_way(stopped, hampm, unbroken):
+    assert hampm("--resume", CHECKPOINT, "--set", "output.checkpoint_steps=5", "--steps", 50).returncode == 5
+    assert hampm("--resume", CHECKPOINT, "--set", "output.checkpoint_interval=0.01").returncode == 0
+    assert differing(unbroken, stopped / "dcb.h5") == []
