@@ -8,7 +8,7 @@ module hampm_simulation
    use hampm_crack, only: crack_t
    use hampm_crack_placement, only: has_two_tips, domain_radii
    use hampm_failure, only: failure_t, exit_stopped
-   use hampm_file_moves, only: remove_file
+   use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_step, check_tip
    use hampm_interruption, only: interruption_t
@@ -106,6 +106,8 @@ contains
       call checkpoint%keep('steps_left', s%steps_left)
       call checkpoint%keep('dt', s%dt)
       call checkpoint%keep('largest_group', s%local_steps%largest)
+      if (s%local_steps%largest < 0 .or. s%local_steps%largest > s%motion%particles%groups%largest) &
+         call checkpoint%refuse('its time steps are not those of its cells')
       call checkpoint%keep('samples', s%samples)
       call checkpoint%keep('snapshots', s%snapshots)
       n = 0
@@ -188,7 +190,9 @@ contains
       end do
       call show_progress(s, last=.true.)
       call s%results%close(failure)
-      if (.not. failure%failed()) call remove_file(checkpoint_name(s%results%path))
+      if (failure%failed()) return
+      call remove_file(checkpoint_name(s%results%path))
+      call remove_file(partial_name(checkpoint_name(s%results%path)))
    end subroutine run
 
    !> Time of the next sample, snapshot or of the end [s].
@@ -296,7 +300,7 @@ contains
       call ensure_folder(folder, failure)
       if (failure%failed()) return
       if (allocated(s%lengths)) then
-         call s%results%continue(result_path(s%scene, folder), s%scene%as_used, s%lengths, failure)
+         call s%results%resume(result_path(s%scene, folder), s%scene%as_used, s%lengths, failure)
       else
          call s%results%create(result_path(s%scene, folder), failure)
       end if

@@ -204,7 +204,7 @@ contains
       call c%section('contact')
       call c%keep('pairs', n)
       if (n /= contact%n) call c%refuse('it has '//to_text(n)//' pairs of nodes on faces, the grid has '//to_text(contact%n))
-      if (n == 0) return
+      if (n == 0 .or. c%failure%failed()) return
       call c%keep_reals('gap', size(contact%gap), contact%gap)
       call c%keep_logicals('touches', size(contact%touches), contact%touches)
    end subroutine keep_contact

@@ -7,10 +7,11 @@ module hampm_file_moves
    use hampm_failure, only: failure_t, exit_file
    implicit none
    private
-   public :: partial_name, file_exists, replace_file, give_second_name, rename_file, copy_file, remove_file
+   public :: partial_name, file_exists, replace_file, give_second_name, rename_file, copy_file, remove_file, is_in_use
 
    character(*), parameter :: partial_ending = '.part'
    integer(c_int), parameter :: read_only = 0           !! O_RDONLY
+   integer(c_int), parameter :: alone_at_once = 2 + 4   !! LOCK_EX and LOCK_NB
    integer, parameter :: piece = 2**20                  !! bytes that are copied at a time
 
    interface
@@ -39,6 +40,11 @@ module hampm_file_moves
          import :: c_int
          integer(c_int), value :: descriptor
       end function c_fsync
+
+      integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
+         import :: c_int
+         integer(c_int), value :: descriptor, operation
+      end function c_flock
 
       integer(c_int) function c_close(descriptor) bind(c, name='close')
          import :: c_int
@@ -83,6 +89,17 @@ contains
       is_on_disk = c_fsync(descriptor) == 0
       status = c_close(descriptor)
    end function is_on_disk
+
+   !> Whether a program has a file open and keeps others from it, as HDF5 does.
+   logical function is_in_use(path)
+      character(*), intent(in) :: path
+      integer(c_int) :: descriptor, status
+      descriptor = c_open(path//c_null_char, read_only)
+      is_in_use = .false.
+      if (descriptor < 0) return
+      is_in_use = c_flock(descriptor, alone_at_once) /= 0
+      status = c_close(descriptor)
+   end function is_in_use
 
    !> Rename a file, in the place of one that has the name; false where that is impossible.
    logical function rename_file(from, to) result(done)

@@ -9,7 +9,8 @@ module hampm_results
    use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
-   use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file
+   use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file, &
+                                is_in_use
    use hampm_folders, only: is_folder
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values
@@ -42,7 +43,7 @@ module hampm_results
       integer(long), private :: clock_last = 0            !! ticks at the last flush
    contains
       procedure :: create
-      procedure :: continue
+      procedure :: resume
       procedure :: lengths
       procedure :: add_column
       generic :: add_attribute => add_attribute_text, add_attribute_real, add_attribute_integer
@@ -62,12 +63,8 @@ contains
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
-      call begin(self, path)
-      if (is_folder(path)) then
-         call fault%report(exit_file, path//': cannot be written: Is a directory')
-      else
-         call self%file%create(partial_name(path), fault)
-      end if
+      call begin(self, path, fault)
+      if (.not. fault%failed()) call self%file%create(partial_name(path), fault)
       self%is_begun = .not. fault%failed()
       if (.not. fault%failed()) call self%file%make_group('/history', fault)
       if (.not. fault%failed()) call self%file%make_group('/input', fault)
@@ -76,7 +73,7 @@ contains
 
    !> Continue the result of a scene, where it had certain `lengths`; it is declared as at its beginning. `exit_file` where there is
    !> no result of this scene or it is shorter.
-   subroutine continue(self, path, scene, lengths, failure)
+   subroutine resume(self, path, scene, lengths, failure)
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: path
       character(*), intent(in) :: scene          !! the namelist, as the result has it
@@ -85,8 +82,8 @@ contains
       type(failure_t) :: fault
       type(hdf5_file_t) :: old
       character(:), allocatable :: other
-      call begin(self, path)
-      call old%open(path, fault)
+      call begin(self, path, fault)
+      if (.not. fault%failed()) call old%open(path, fault)
       if (.not. fault%failed()) call old%get('/input/namelist', other, fault)
       call old%close(fault)
       if (.not. fault%failed()) then
@@ -99,18 +96,27 @@ contains
       self%kept = lengths(1)
       call self%snapshots%keep_only(lengths(2:))
       call settle(self, fault, failure)
-   end subroutine continue
+   end subroutine resume
 
-   !> No columns yet, and the clock runs.
-   subroutine begin(self, path)
+   !> No columns yet, and the clock runs. Fails where the name is that of a folder, or another run is writing this result; what a
+   !> killed one has left besides is removed.
+   subroutine begin(self, path, fault)
       type(results_t), intent(inout) :: self
       character(*), intent(in) :: path
+      type(failure_t), intent(inout) :: fault
       self%path = path
       allocate (self%columns(0))
       call system_clock(self%clock_last)
+      if (is_folder(path)) then
+         call fault%report(exit_file, path//': cannot be written: Is a directory')
+      else if (is_in_use(partial_name(path))) then
+         call fault%report(exit_file, path//': cannot be written: another program is writing '//partial_name(path))
+      else
+         call remove_file(path//last_ending)
+      end if
    end subroutine begin
 
-   !> How many samples there are, and entries of each dataset of the snapshots: what `continue` has to be told.
+   !> How many samples there are, and entries of each dataset of the snapshots: what `resume` has to be told.
    function lengths(self)
       class(results_t), intent(inout) :: self
       integer(long), allocatable :: lengths(:)

@@ -91,7 +91,7 @@ def test_a_result_that_another_run_writes_is_not_touched(tmp_path):
     with h5py.File(tmp_path / "results.h5.part", "w"):
         outcome = subprocess.run([RESULTS_DRIVER, tmp_path], capture_output=True, text=True)
     assert outcome.returncode != 0
-    assert "results.h5.part: cannot be written: its disk is full, or another program has it open" in outcome.stdout
+    assert "results.h5: cannot be written: another program is writing" in outcome.stdout
 
 
 def test_a_reader_of_the_result_neither_hinders_nor_notices(folder, tmp_path):

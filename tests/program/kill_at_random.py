@@ -2,8 +2,8 @@
 """Kill runs at random moments (SIGKILL) and resume them, again and again.
 
 After every kill the result and the checkpoint must be readable to their last byte, the checkpoint no older than before and the
-result no older than the checkpoint, and the wall time since the last checkpoint no longer than the interval, up to --slack. A run that
-comes to its end must have the bytes of one that was never stopped. Exit code 1 where anything of this does not hold.
+result no older than the checkpoint, and the wall time since the last checkpoint no longer than the interval, up to --slack. A run
+that comes to its end must have the bytes of one that was never stopped. Exit code 1 where anything of this does not hold.
 
     .venv/bin/python tests/program/kill_at_random.py --kills 200 --folder /tmp/kills
 """
@@ -99,6 +99,9 @@ class Kills:
         except Exception as error:
             self.complain(f"unreadable: {error}")
             return
+        if state is None and self.steps > 0:  # the run had come to its end, though not yet the program
+            self.check_end()
+            return
         if state:
             steps, samples = int(state["motion/steps"][0]), int(state["run/samples"][0])
             if steps < self.steps:
@@ -131,8 +134,8 @@ def kill_runs(program, folder, kills, interval, slack, seed):
         found.check_end()
     if found.longest_lost > interval + slack:
         found.complain(f"{found.longest_lost:.2f} s were lost, the interval is {interval} s")
-    print(f"{found.kills} kills, {found.in_writing} of them while a checkpoint was written; {found.ends} runs came to their end; at "
-          f"most {found.longest_lost:.2f} s were lost, the interval is {interval} s; {len(found.faults)} faults")
+    print(f"{found.kills} kills, {found.in_writing} of them while a checkpoint was written; {found.ends} runs came to their end; "
+          f"at most {found.longest_lost:.2f} s were lost, the interval is {interval} s; {len(found.faults)} faults")
     return found
 
 

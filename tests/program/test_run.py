@@ -23,7 +23,7 @@ def test_an_old_result_is_replaced_only_by_force(dcb, tmp_path):
     (tmp_path / "dcb.h5").write_text("something else")
     result = dcb()
     assert (result.returncode, result.stdout) == (4, "")
-    assert result.stderr == ("hampm: ./dcb.h5: there is a result. To replace it: --force. Or use another &output file or --output\n")
+    assert result.stderr == "hampm: ./dcb.h5: there is a result. To replace it: --force. Or use another &output file or --output\n"
     assert [path.name for path in tmp_path.iterdir()] == ["dcb.h5"]
     assert (tmp_path / "dcb.h5").read_text() == "something else"
     assert dcb("--force").returncode == 0
