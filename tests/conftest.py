@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from paths import DCB, PROGRAM, SCRIPTS
+from paths import COARSE_DCB, PROGRAM, SCRIPTS
 
 sys.path.insert(0, str(SCRIPTS))
 
@@ -15,8 +15,6 @@ sys.path.insert(0, str(SCRIPTS))
 os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
 
 ACCIDENTS = "backtrace", "Fortran runtime", "Sanitizer", "SIGSEGV"
-COARSE_DCB = (DCB, "--set", "grid.cell=5e-3", "--set", "grid.cells=20,3", "--set", "run.end_time=3e-4",
-              "--set", "energy_release.estimators=nodal_force,stress_closure,energy_balance")
 
 
 @pytest.fixture(scope="session")

@@ -11,10 +11,9 @@ import h5py
 import numpy as np
 import pytest
 
-from conftest import COARSE_DCB
 from history import History
 from kill_at_random import kill_runs, read_whole
-from paths import DEBUG_PROGRAM, PROGRAM
+from paths import COARSE_DCB, DEBUG_PROGRAM, PROGRAM
 from results import differing
 
 SHORT = ("--set", "run.end_time=4e-5", "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=1e-5")
