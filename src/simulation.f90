@@ -121,12 +121,17 @@ contains
       if (len(warning) > 0) s%warning = warning
    end subroutine keep_rest
 
-   !> Bring the result up to date, and then write a checkpoint that continues it.
-   subroutine write_checkpoint(s, failure)
+   !> Bring the result up to date, for the last time or not, and then write a checkpoint that continues it.
+   subroutine write_checkpoint(s, is_last, failure)
       type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: is_last
       type(failure_t), intent(inout) :: failure
       type(checkpoint_t) :: checkpoint
-      call s%results%flush(failure)
+      if (is_last) then
+         call s%results%close(failure)
+      else
+         call s%results%flush(failure)
+      end if
       if (failure%failed()) return
       s%lengths = s%results%lengths()
       call checkpoint%create(checkpoint_name(s%results%path))
@@ -145,7 +150,7 @@ contains
       logical :: is_time
       reason = s%interruption%reason_to_stop(s%motion%steps)
       is_time = s%interruption%wants_checkpoint(s%motion%steps)
-      if (reason /= '' .or. is_time) call write_checkpoint(s, failure)
+      if (reason /= '' .or. is_time) call write_checkpoint(s, reason /= '', failure)
       if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, when(s%motion%steps, s%motion%time)// &
          'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
    end subroutine look_for_interruption

@@ -111,7 +111,7 @@ contains
       self%length = length
    end subroutine shorten
 
-   !> Append what the same dataset of another file has beyond the entries that are here.
+   !> Append what the same dataset of another file has beyond the entries that are here, or drop what it has not.
    subroutine catch_up(self, file, donor, failure)
       class(hdf5_series_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file      !! that this dataset is in
@@ -126,6 +126,7 @@ contains
       integer :: e(3)
       source%path = self%path
       call source%reopen(donor, failure)
+      if (self%length > source%length .and. .not. failure%failed()) call self%shorten(file, source%length, failure)
       if (failure%failed()) return
       call h5dget_type_f(source%id, type_id, e(1))
       call h5tget_size_f(type_id, value_size, e(2))

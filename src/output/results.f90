@@ -38,7 +38,7 @@ module hampm_results
       integer, private :: waiting = 0                     !! number of samples not yet in the file
       logical, private :: broken = .false.                !! writing has failed: nothing more is tried or reported
       logical, private :: is_begun = .false.              !! whether there is a file under the partial name, by this run
-      logical, private :: is_placed = .false.             !! whether this run has put a file there
+      logical, private :: is_placed = .false.             !! whether a file of this run is there
       integer(long), private :: kept = -1                 !! samples that are kept where a result is continued, else -1
       integer(long), private :: clock_last = 0            !! ticks at the last flush
    contains
@@ -93,6 +93,7 @@ contains
       if (.not. fault%failed()) call copy_file(path, partial_name(path), fault)
       if (.not. fault%failed()) call self%file%open(partial_name(path), fault, writable=.true.)
       self%is_begun = .not. fault%failed()
+      self%is_placed = self%is_begun
       self%kept = lengths(1)
       call self%snapshots%keep_only(lengths(2:))
       call settle(self, fault, failure)
