@@ -19,7 +19,7 @@ module hampm_state
    use hampm_pipeline, only: plan_pipeline
    use hampm_refinement, only: refinement_t
    use hampm_splitting, only: start_families
-   use hampm_step, only: motion_t, fit_to_grid
+   use hampm_step, only: motion_t, fit_to_grid, fit_to_cells
    use hampm_text, only: to_text
    implicit none
    private
@@ -43,6 +43,7 @@ contains
       if (c%is_read .and. .not. c%failure%failed()) call fit_to_grid(m, c%failure)
       if (c%failure%failed()) return
       call keep_fields(c, m%fields, m%mapped)
+      if (m%mapped .and. .not. c%failure%failed()) call keep_response(c, m)
       call keep_contact(c, m%contact)
       call keep_solver(c, 'solver', m%grid, m%solver)
       call keep_plan(c, m)
@@ -194,6 +195,19 @@ contains
          call c%keep_reals('lumped_matrix', size(matrix%cell_lumped), matrix%cell_lumped)
       end associate
    end subroutine keep_fields
+
+   !> Keep what particles of cells that are swept without them have not got yet.
+   subroutine keep_response(c, m)
+      type(checkpoint_t), intent(inout) :: c
+      type(motion_t), intent(inout) :: m
+      if (c%is_read) call fit_to_cells(m)
+      call c%section('response')
+      call c%keep('is_behind', m%response%is_behind)
+      if (.not. m%response%is_behind) return
+      call c%keep_reals('kick', size(m%response%kick), m%response%kick)
+      call c%keep_reals('move', size(m%response%move), m%response%move)
+      call c%keep_reals('strain', size(m%response%strain), m%response%strain)
+   end subroutine keep_response
 
    !> Keep the gaps of faces that may touch.
    subroutine keep_contact(c, contact)

@@ -22,7 +22,7 @@ module hampm_step
    implicit none
    private
    public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, advance, take_step, settle, map_to_grid, &
-             report_jump, end_step, refresh_grid, stable_time_step
+             fit_to_cells, report_jump, end_step, refresh_grid, stable_time_step
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -41,6 +41,7 @@ module hampm_step
       type(pipeline_t) :: plan                   !! of steps in tiles
       type(cell_response_t) :: response          !! of cells that are swept without their particles
       logical :: mapped = .false.                !! whether the cells hold the sums for the next step
+      logical :: weighed = .false.               !! whether the nodes have the masses that these give
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done
@@ -104,8 +105,9 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       logical :: new_masses, left_cell
-      new_masses = .not. (m%mapped .and. m%particles%total_frame)
       if (.not. m%mapped) call map_to_grid(m)
+      new_masses = .not. (m%weighed .and. m%particles%total_frame)
+      m%weighed = .true.
       if (is_local(m)) then
          call step_through_tiles(m, dt, new_masses, left_cell, failure)
       else
@@ -228,12 +230,19 @@ contains
       type(motion_t), intent(inout) :: m
       type(sweep_report_t) :: report
       type(sweep_t) :: map
+      m%weighed = .false.
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! responses add to the force that is there
       call sweep_particles(map, 0.0_dp, m%materials, m%particles, m%fields, .false., report)
-      call fit_response(m%particles%total_frame .and. .not. m%audit, m%materials, m%loads, m%particles, m%fields, m%response)
+      call fit_to_cells(m)
       m%mapped = .true.
    end subroutine map_to_grid
+
+   !> Find the cells that are swept without their particles, from particles and shares of cells that fit each other.
+   subroutine fit_to_cells(m)
+      type(motion_t), intent(inout) :: m
+      call fit_response(m%particles%total_frame .and. .not. m%audit, m%materials, m%loads, m%particles, m%fields, m%response)
+   end subroutine fit_to_cells
 
    !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.
    subroutine refresh_grid(m)

@@ -74,6 +74,9 @@ SCENES = {
     "contact full": (CLOSED, "method.mass=full", "method.frame=total"),
     "contact refined": (CLOSED, "refine.indicator=tip", "refine.max_level=2"),
     "tiles": (MANY_CELLS,),
+    "tiles without particles": (MANY_CELLS, "method.frame=total", "body(1).velocity=0,0", "output.history_interval=5e-7"),
+    "refined without particles": (CLOSED, "method.frame=total", "refine.indicator=tip", "refine.max_level=2",
+                                  "energy_release.estimators='nodal_force'"),
     "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
 }
 
