@@ -1,5 +1,6 @@
 !> A run from its scene to its results: build, advance, record.
 module hampm_simulation
+   use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, place_crack
@@ -7,7 +8,7 @@ module hampm_simulation
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack, only: crack_t
    use hampm_crack_placement, only: has_two_tips, domain_radii
-   use hampm_failure, only: failure_t, exit_stopped
+   use hampm_failure, only: failure_t, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_step, check_tip
@@ -194,6 +195,7 @@ contains
          if (.not. failure%failed()) call record(s, failure)
       end do
       call show_progress(s, last=.true.)
+      if (failure%code == exit_computation) call show_what_failed(s)
       call s%results%close(failure)
       if (failure%failed()) return
       call remove_file(checkpoint_name(s%results%path))
@@ -268,7 +270,6 @@ contains
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      type(block_t) :: blocks(2)                 ! an array of what functions return would leak in gfortran 12
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
       call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
       if (failure%failed()) return
@@ -281,13 +282,33 @@ contains
       end if
       if (s%scene%output%snapshot_interval > 0) then
          if (is_due(s, s%snapshots*s%scene%output%snapshot_interval)) then
-            call particle_view(s%motion, blocks(1))
-            call mesh_view(s%motion, s%refinement, blocks(2))
-            call s%results%write_snapshot(s%motion%time, blocks, failure)
+            call write_snapshot(s, s%refinement, failure)
             s%snapshots = s%snapshots + 1
          end if
       end if
    end subroutine record
+
+   !> Write a snapshot of particles and mesh.
+   subroutine write_snapshot(s, refinement, failure)
+      type(simulation_t), intent(inout) :: s
+      type(refinement_t), intent(in) :: refinement
+      type(failure_t), intent(inout) :: failure
+      type(block_t) :: blocks(2)                 ! an array of what functions return would leak in gfortran 12
+      call particle_view(s%motion, blocks(1))
+      call mesh_view(s%motion, refinement, blocks(2))
+      call s%results%write_snapshot(s%motion%time, blocks, failure)
+   end subroutine write_snapshot
+
+   !> Write a last snapshot after a computation has gone wrong, whatever numbers it holds: how it went wrong can be seen there.
+   subroutine show_what_failed(s)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      logical :: halting(size(ieee_usual))
+      call ieee_get_halting_mode(ieee_usual, halting)
+      call ieee_set_halting_mode(ieee_usual, .false.)
+      call write_snapshot(s, refinement_t(), unwritten)
+      call ieee_set_halting_mode(ieee_usual, halting)
+   end subroutine show_what_failed
 
    !> Path of the result of a scene in a folder.
    pure function result_path(scene, folder) result(path)

@@ -21,23 +21,25 @@ contains
       real(dp), allocatable, intent(out) :: phi(:)  !! (n_points)
       real(dp), allocatable :: value(:)
       real(dp) :: h(ndim, ndim)
+      logical :: is_energy, is_stress
       integer :: i
+      is_energy = name == 'energy_density'
+      is_stress = name == 'stress_norm'
       allocate (value(m%particles%n), phi(m%grid%n_points))
       do i = 1, m%particles%n
          h = m%particles%gradient_of(i)
          associate (material => m%materials(m%particles%material(i)))
-            select case (name)
-            case ('energy_density')
+            if (is_energy) then
                value(i) = material%energy_density(h)
-            case ('stress_norm')
+            else if (is_stress) then
                value(i) = norm2(material%kirchhoff_stress(h))
-            case default
+            else
                value(i) = norm2(m%particles%velocity(i, :))
-            end select
+            end if
          end associate
       end do
       call refresh_grid(m)
-      if (name == 'energy_density') then
+      if (is_energy) then
          call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
       else
          call recover(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
@@ -54,7 +56,9 @@ contains
       real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
       real(dp), allocatable, intent(out) :: r(:) !! [-], (n_points)
       real(dp) :: mean
+      logical :: is_energy
       integer :: a, d
+      is_energy = name == 'energy_density'
       allocate (r(m%grid%n_points), source=0.0_dp)
       associate (all => m%fields%mass_matrix%all)
          do a = 1, all%n_nodes
@@ -62,7 +66,7 @@ contains
                if (.not. phi(node) > 0) cycle
                mean = 0
                do d = 1, ndim
-                  mean = mean + mean_beside(m, name == 'energy_density' .or. m%constraints%fixed(d, node), phi, node, d)/ndim
+                  mean = mean + mean_beside(m, is_energy .or. m%constraints%fixed(d, node), phi, node, d)/ndim
                end do
                r(node) = abs(mean/phi(node) - 1)
             end associate
@@ -103,8 +107,8 @@ contains
       real(dp), intent(in) :: x(ndim)
       real(dp), intent(out) :: value
       logical, intent(out) :: inside
-      real(dp) :: probe(ndim)
-      integer :: k, d, e
+      real(dp) :: probe(ndim), shape(corners)
+      integer :: k, d, e, c
       value = 0
       do k = 0, corners - 1                      ! a place on the edge between cells is in any of them
          do d = 1, ndim
@@ -114,7 +118,10 @@ contains
          inside = e /= outside
          if (inside) inside = is_occupied(m%grid, m%particles, m%grid%element_leaf(e))
          if (.not. inside) cycle
-         value = dot_product(shape_functions(m%grid%local_coordinate(e, x)), phi(m%grid%element_nodes(:, e)))
+         shape = shape_functions(m%grid%local_coordinate(e, x))
+         do c = 1, corners
+            value = value + shape(c)*phi(m%grid%element_nodes(c, e))
+         end do
          return
       end do
    end subroutine value_at

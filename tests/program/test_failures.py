@@ -2,6 +2,7 @@
 
 import re
 
+import h5py
 import numpy as np
 import pytest
 
@@ -41,6 +42,8 @@ def assert_failed(result, path, *patterns):
     assert history.times.size >= 1
     for values in history.columns.values():
         assert np.all(np.isfinite(values))
+    with h5py.File(path) as file:
+        assert file["VTKHDF/particles/Steps/Values"][-1] >= history.times[-1]   # a last snapshot
     return history
 
 
