@@ -7,7 +7,7 @@ module hampm_program
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
    use hampm_namelist_text, only: template_text
-   use hampm_reading, only: read_scene, scene_of_text
+   use hampm_reading, only: read_scene, understand_scene
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build, rebuild, run, summary, solver_report, result_path
    use hampm_text, only: to_text
@@ -68,7 +68,7 @@ contains
          call checkpoint%finish(failure)
          return
       end if
-      call scene_of_text(options%resume, text, options%overrides, scene, failure)
+      call understand_scene(options%resume, text, options%overrides, scene, failure)
       if (failure%failed()) return
       scene%as_used = text
       call rebuild(scene, options%threads, checkpoint, simulation, failure)

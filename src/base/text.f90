@@ -146,7 +146,7 @@ contains
       character(*), intent(in) :: candidates(:)
       character(:), allocatable :: question
       question = nearest_name(word, candidates)
-      if (question /= '') question = '; did you mean '''//question//'''?'
+      if (question /= '') question = '; did you mean '''//printable(question, name_len)//'''?'
    end function did_you_mean
 
    !> Number of letters inserted, removed, changed or swapped with their neighbour that lead from one word to the

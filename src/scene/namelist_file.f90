@@ -12,7 +12,9 @@ module hampm_namelist_file
    private
    public :: read_text, scan_namelist, scan_value_text
 
-   integer, parameter :: most_bytes = 2**24                    !! longer than any input file
+   integer, parameter :: most_bytes = 2**22        !! longer than any input file
+   integer, parameter :: most_groups = 1000        !! each is compared with each other, and with each node
+   integer, parameter :: most_mistakes = 1000      !! more than anybody reads: the rest of the file is passed over
 
 contains
 
@@ -27,6 +29,10 @@ contains
       character(:), allocatable :: buffer
       character :: byte
       text = ''
+      if (len_trim(path) < len(path)) then       ! which Fortran would leave away
+         call failure%report(exit_file, path//': cannot be read: its name ends with a blank')
+         return
+      end if
       open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', &
             iostat=status, iomsg=reason)
       if (status /= 0) then
@@ -61,7 +67,11 @@ contains
       if (index(text, char(239)//char(187)//char(191)) == 1) s%at = 4   ! byte order mark of UTF-8
       do
          call skip_blanks(s)
-         if (at_end(s)) exit
+         if (at_end(s) .or. mistakes%count > most_mistakes) exit
+         if (settings%count == most_groups) then
+            call mistakes%add(place(s)//': there may be at most '//to_text(most_groups)//' groups')
+            exit
+         end if
          if (peek(s) == '&') then
             call scan_group(s, settings, mistakes)
          else
@@ -109,7 +119,7 @@ contains
       block = new_block(group, start)
       do
          call check_end(s, start, name, mistakes, ended)
-         if (ended) exit
+         if (ended .or. mistakes%count > most_mistakes) exit
          if (is_letter(peek(s))) then
             call scan_assignment(s, block, mistakes)
          else
@@ -274,30 +284,32 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: start
       character :: quote
-      integer :: begin
+      integer :: last, n
       start = place(s)
       quote = peek(s)
       call advance(s)
-      text = ''
-      begin = s%at
+      text = repeat(' ', 80)
+      n = 0
       do
          if (at_end(s) .or. peek(s) == line_feed) exit
-         if (peek(s) /= quote) then
+         if (peek(s) == quote) then
             call advance(s)
-            cycle
+            if (peek(s) /= quote) then
+               text = text(:n)
+               return
+            end if
          end if
-         text = text//s%text(begin:s%at - 1)
-         call advance(s)
-         if (peek(s) /= quote) return
-         begin = s%at
+         if (n == len(text)) text = text//repeat(' ', n)
+         n = n + 1
+         text(n:n) = peek(s)
          call advance(s)
       end do
-      text = text//s%text(begin:s%at - 1)
+      text = text(:n)
       setting%good = .false.
       call mistakes%add(start//': the closing '//quote//' of '//quote//printable(text, 40)//' is missing on this line')
       ! The '/' at the end of such a line was meant to end the group, most likely.
-      begin = len_trim(s%text(:s%at - 1))
-      if (s%text(begin:begin) == '/') s%at = begin
+      last = len_trim(s%text(:s%at - 1))
+      if (s%text(last:last) == '/') s%at = last
    end subroutine take_quoted
 
    !> Whether a key comes next: a name before `=`, `(` or `%`, or the name of a key of this group that lacks its `=`.

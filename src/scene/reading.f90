@@ -14,7 +14,7 @@ module hampm_reading
    use hampm_values, only: least_magnitude
    implicit none
    private
-   public :: read_scene, scene_of_text
+   public :: read_scene, understand_scene
 
 contains
 
@@ -26,12 +26,13 @@ contains
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: text
       call read_text(path, text, failure)
-      if (.not. failure%failed()) call scene_of_text(path, text, overrides, scene, failure)
+      if (.not. failure%failed()) call understand_scene(path, text, overrides, scene, failure)
    end subroutine read_scene
 
-   !> The scene of a namelist text, which comes from a file, and of overrides.
-   subroutine scene_of_text(path, text, overrides, scene, failure)
-      character(*), intent(in) :: path, text
+   !> The scene that a namelist text and overrides describe.
+   pure subroutine understand_scene(path, text, overrides, scene, failure)
+      character(*), intent(in) :: path             !! of the file that the text comes from, for messages
+      character(*), intent(in) :: text
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(scene_t), intent(out) :: scene
       type(failure_t), intent(inout) :: failure
@@ -49,7 +50,7 @@ contains
       call check_consistency(scene, settings, mistakes)
       call mistakes%tell(failure)
       if (.not. failure%failed()) scene%as_used = canonical_text(settings)
-   end subroutine scene_of_text
+   end subroutine understand_scene
 
    !> Replace values that stand for another one by that one.
    pure subroutine resolve(settings)

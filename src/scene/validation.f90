@@ -6,7 +6,7 @@ module hampm_validation
                          kind_integer, kind_name, is_required, is_assumed
    use hampm_mistakes, only: mistakes_t
    use hampm_settings, only: settings_t, setting_t, block_t, value_t, new_block
-   use hampm_text, only: to_text, lower_case, did_you_mean
+   use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
    implicit none
    private
@@ -164,7 +164,7 @@ contains
       longest = path_len
       if (key%kind == kind_name) longest = name_len
       if (.not. value%quoted) then
-         message = 'must be in quotes: '''//value%text(:min(len(value%text), 40))//''''
+         message = 'must be in quotes: '''//printable(value%text, 40)//''''
       else if (len(value%text) > longest) then
          message = 'must not be longer than '//to_text(longest)//' characters'
       else if (any([(iachar(value%text(i:i)) < 32, i=1, len(value%text))])) then

@@ -2,7 +2,7 @@
 !> number, and magnitudes that no scene in SI units has: products of a few numbers can then not overflow.
 module hampm_values
    use hampm_kinds, only: dp
-   use hampm_text, only: lower_case
+   use hampm_text, only: lower_case, to_text
    implicit none
    private
    public :: parse_real, parse_integer, in_interval, least_magnitude, is_number, is_extreme, is_no_number
@@ -42,8 +42,7 @@ contains
          status = is_extreme
          return
       end if
-      if (mark <= len(word)) word(mark:mark) = 'e'
-      word = text(:len(text) - len(word))//word
+      word = text(:len(text) - len(word))//word(:mark - 1)//'e'//to_text(exponent)  ! the exponent as short as can be
       read (word, '(f200.0)', iostat=ios) number
       if (ios /= 0) status = is_no_number
    end subroutine parse_real
