@@ -30,32 +30,53 @@ contains
       logical, intent(in) :: components(ndim)
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
       c%boxes = [c%boxes, box_t(lower, upper, components)]
-      call fit_constraints(c, grid)
+      if (.not. allocated(c%fixed)) then
+         call fit_constraints(c, grid)
+      else
+         call hold_in_box(c, grid, size(c%boxes))
+         call list_held(c, grid)
+      end if
    end subroutine constrain_box
 
    !> Find the nodes of a grid that are in the boxes.
    subroutine fit_constraints(c, grid)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
-      real(dp), parameter :: slack = 1.0e-6_dp          ! of the smallest cell
-      real(dp) :: margin
-      integer :: i, k
+      integer :: k
       if (allocated(c%fixed)) deallocate (c%fixed, c%free)
       allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
       allocate (c%free(ndim, grid%n_points), source=1.0_dp)
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
-      margin = slack*grid%finest_cell
       do k = 1, size(c%boxes)
-         do i = 1, grid%n_nodes
-            associate (x => grid%node_position(:, i), box => c%boxes(k))
-               if (all(x >= box%lower - margin .and. x <= box%upper + margin)) &
-                  c%fixed(:, i) = c%fixed(:, i) .or. box%components
-            end associate
-         end do
+         call hold_in_box(c, grid, k)
       end do
+      call list_held(c, grid)
+   end subroutine fit_constraints
+
+   !> Hold the nodes in the k-th box.
+   pure subroutine hold_in_box(c, grid, k)
+      type(constraints_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: k
+      real(dp), parameter :: slack = 1.0e-6_dp          ! of the smallest cell
+      real(dp) :: margin
+      integer :: i
+      margin = slack*grid%finest_cell
+      do i = 1, grid%n_nodes
+         associate (x => grid%node_position(:, i), box => c%boxes(k))
+            if (all(x >= box%lower - margin .and. x <= box%upper + margin)) c%fixed(:, i) = c%fixed(:, i) .or. box%components
+         end associate
+      end do
+   end subroutine hold_in_box
+
+   !> What follows from the nodes that are held.
+   pure subroutine list_held(c, grid)
+      type(constraints_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      integer :: i
       where (c%fixed) c%free(:, :grid%n_nodes) = 0
       c%node = pack([(i, i=1, grid%n_nodes)], any(c%fixed, dim=1))
-   end subroutine fit_constraints
+   end subroutine list_held
 
    !> Whether a component of a node is held.
    pure logical function holds(self, node, component)
