@@ -7,6 +7,7 @@ module hampm_program
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
    use hampm_namelist_text, only: template_text
+   use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
    use hampm_reading, only: read_scene, understand_scene
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build, rebuild, run, summary, solver_report, result_path
@@ -39,25 +40,37 @@ contains
       type(failure_t), intent(inout) :: failure
       type(scene_t) :: scene
       type(simulation_t) :: simulation
+      type(needs_t) :: needs
       if (options%resume /= '') then
-         call resume(options, scene, simulation, failure)
+         call resume(options, scene, needs, simulation, failure)
       else
          call read_scene(options%input, options%overrides, scene, failure)
          if (.not. (failure%failed() .or. options%check .or. options%force)) call refuse_old(scene, folder_of(options), failure)
+         if (.not. failure%failed()) call weigh(scene, needs, failure)
          if (.not. failure%failed()) call build(scene, options%threads, simulation, failure)
       end if
       if (failure%failed()) return
       if (options%check) then
-         write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(scene, simulation)
+         write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(scene, simulation, needs)
       else
          call run_and_report(options, simulation, failure)
       end if
    end subroutine simulate
 
+   !> Find what a scene needs, and refuse what cannot be had.
+   subroutine weigh(scene, needs, failure)
+      type(scene_t), intent(in) :: scene
+      type(needs_t), intent(out) :: needs
+      type(failure_t), intent(inout) :: failure
+      needs = needs_of(scene)
+      call check_needs(needs, failure)
+   end subroutine weigh
+
    !> Take up a run where a checkpoint was written, with its scene.
-   subroutine resume(options, scene, simulation, failure)
+   subroutine resume(options, scene, needs, simulation, failure)
       type(options_t), intent(in) :: options
       type(scene_t), intent(out) :: scene
+      type(needs_t), intent(out) :: needs
       type(simulation_t), intent(out) :: simulation
       type(failure_t), intent(inout) :: failure
       type(checkpoint_t) :: checkpoint
@@ -71,7 +84,8 @@ contains
       call understand_scene(options%resume, text, options%overrides, scene, failure)
       if (failure%failed()) return
       scene%as_used = text
-      call rebuild(scene, options%threads, checkpoint, simulation, failure)
+      call weigh(scene, needs, failure)
+      if (.not. failure%failed()) call rebuild(scene, options%threads, checkpoint, simulation, failure)
    end subroutine resume
 
    !> Refuse to begin a run where there is a result or a checkpoint of one.
@@ -127,11 +141,12 @@ contains
    end subroutine run_and_report
 
    !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
-   function summary_as_comments(scene, simulation) result(text)
+   function summary_as_comments(scene, simulation, needs) result(text)
       type(scene_t), intent(in) :: scene
       type(simulation_t), intent(in) :: simulation
+      type(needs_t), intent(in) :: needs
       character(:), allocatable :: text
-      text = with_prefix('! ', summary(simulation)//refinement_summary(scene))
+      text = with_prefix('! ', summary(simulation)//refinement_summary(scene)//needs_report(needs))
    end function summary_as_comments
 
    !> How cells refine, and how deep; no line where they do not.

@@ -14,7 +14,8 @@ module hampm_consistency
    private
    public :: check_consistency
 
-   real(dp), parameter :: most_cells = 1e9_dp       !! cells of the lattice
+   real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
+   real(dp), parameter :: furthest = 1e9_dp         !! from the origin [cells]
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
    real(dp), parameter :: most_local_courant = 0.55_dp !! for time steps that differ, by the shear wave speed
    real(dp), parameter :: most_samples = 1e8_dp     !! of a history
@@ -133,13 +134,13 @@ contains
       g = settings%find('grid', 1)
       has_grid = settings%good(g, 'lower') .and. settings%good(g, 'cell') .and. settings%good(g, 'cells')
       if (settings%good(g, 'cells')) then
-         if (product(real(scene%grid%cells, dp)) > most_cells) then
-            call settings%complain(mistakes, g, 'cells', 'their product must be in [1, 1e9]')
+         if (product(scene%grid%cells + 1.0_dp) > most_nodes) then
+            call settings%complain(mistakes, g, 'cells', 'they must have at most 5e8 nodes, a row and a column more than cells')
             has_grid = .false.
          end if
       end if
       if (.not. has_grid) return
-      if (maxval(abs(scene%grid%lower)) <= most_cells*scene%grid%cell) return
+      if (maxval(abs(scene%grid%lower)) <= furthest*scene%grid%cell) return
       call settings%complain(mistakes, g, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
       has_grid = .false.
    end subroutine check_grid

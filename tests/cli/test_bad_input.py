@@ -48,8 +48,8 @@ VALUES = [
     ("cells = 80, 9", "cells = 80", "cells", "must have 2 values, not 1; each must be an integer in [1, inf)"),
     ("cells = 80, 9", "cells = 99999999999, 9", "cells", "value 1 must be an integer in [1, inf) and at most 2147483647"),
     ("cells = 80, 9", "cells = 2147483648, 9", "cells", "value 1 must be an integer in [1, inf) and at most 2147483647"),
-    ("cells = 80, 9", "cells = 2147483647, 9", "cells", "their product must be in [1, 1e9]"),
-    ("cells = 80, 9", "cells = 100000, 100000", "cells", "their product must be in [1, 1e9]"),
+    ("cells = 80, 9", "cells = 2147483647, 9", "cells", "they must have at most 5e8 nodes"),
+    ("cells = 80, 9", "cells = 100000, 100000", "cells", "they must have at most 5e8 nodes"),
     ("points_per_cell = 2", "points_per_cell = 17", "points", "must be an integer in [1, 16]"),
     ("points_per_cell = 2", "points_per_cell = 2.0", "points", "points_per_cell = 2.0: must be an integer"),
     ("courant = 0.1", "courant = 10.5", "courant", "&method courant = 10.5: must be in [0, 10]"),
@@ -354,7 +354,7 @@ def test_overlapping_bodies(hampm, tmp_path):
 
 def test_too_many_particles(hampm, tmp_path):
     text = changed(
-        ("cell = 1.25e-3", "cell = 1e-6"), ("cells = 80, 9", "cells = 100000, 10000"), ("points_per_cell = 2", "points_per_cell = 16")
+        ("cell = 1.25e-3", "cell = 1e-5"), ("cells = 80, 9", "cells = 10000, 1000"), ("points_per_cell = 2", "points_per_cell = 16")
     )
     (tmp_path / "case.nml").write_text(text)
     assert_refused(hampm("case.nml"), 2, "points_per_cell = 16: there would be", "must be in [1, 2e9]")

@@ -1,0 +1,49 @@
+!> The memory that this process may use, as Linux tells it in files.
+module hampm_memory
+   use hampm_kinds, only: dp
+   implicit none
+   private
+   public :: memory_there_is
+
+   real(dp), parameter :: unknown = -1
+
+contains
+
+   !> The least of what the machine has and of what this process or its group of processes is allowed [bytes]; huge where
+   !> nothing tells.
+   real(dp) function memory_there_is() result(bytes)
+      real(dp), parameter :: kilobyte = 1024
+      bytes = huge(bytes)
+      call take(kilobyte*number_behind('/proc/meminfo', 'MemTotal:'))
+      call take(number_behind('/sys/fs/cgroup/memory.max', ''))
+      call take(number_behind('/sys/fs/cgroup/memory/memory.limit_in_bytes', ''))
+      call take(number_behind('/proc/self/limits', 'Max address space'))
+
+   contains
+
+      subroutine take(limit)
+         real(dp), intent(in) :: limit
+         if (limit > 0) bytes = min(bytes, limit)
+      end subroutine take
+   end function memory_there_is
+
+   !> The number behind a label that begins a line of a file; negative where there is no file, line or number.
+   real(dp) function number_behind(path, label) result(number)
+      character(*), intent(in) :: path, label
+      character(200) :: line
+      integer :: unit, status
+      number = unknown
+      open (newunit=unit, file=path, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      do
+         read (unit, '(a)', iostat=status) line
+         if (status /= 0) exit
+         if (index(line, label) /= 1) cycle
+         line = adjustl(line(len(label) + 1:))
+         line = line(:scan(line, ' '//achar(9)) - 1)
+         if (line /= '' .and. verify(trim(line), '0123456789') == 0) read (line, *, iostat=status) number
+         exit
+      end do
+      close (unit)
+   end function number_behind
+end module hampm_memory

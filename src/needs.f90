@@ -1,0 +1,204 @@
+!> What a scene needs before anything is built: particles, cells, steps, samples, memory and room for its results. All numbers
+!> are real: an integer might not hold them.
+module hampm_needs
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_kinds, only: dp, ndim
+   use hampm_material, only: material_t, new_material
+   use hampm_memory, only: memory_there_is
+   use hampm_placement, only: particle_number
+   use hampm_scene, only: scene_t
+   use hampm_step, only: stable_time_step
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: needs_t, needs_of, check_needs, needs_report
+
+   real(dp), parameter :: most_steps = 1e12_dp      !! of the largest cells: months at a microsecond each
+
+   ! Bytes, measured (tests/program/test_needs.py)
+   real(dp), parameter :: of_program = 2.0e7_dp     !! without any scene
+   real(dp), parameter :: of_particle = 156, of_cell = 340, of_full_cell = 230
+   real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
+   real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
+   real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
+
+   type :: needs_t
+      real(dp) :: particles = 0                     !! that the run begins with, refined around a tip
+      real(dp) :: cells = 0                         !! leaves that the run begins with
+      real(dp) :: most_particles = 0                !! that it may come to where cells refine as the solution asks for
+      real(dp) :: steps = 0                         !! with all cells as large as the root cells
+      real(dp) :: rows = 0                          !! of the history
+      real(dp) :: snapshots = 0
+      real(dp) :: memory = 0                        !! at the start [bytes]
+      real(dp) :: most_memory = 0                   !! with `most_particles` [bytes]
+      real(dp) :: results = 0                       !! size of the result file with the mesh of the start [bytes]
+   end type needs_t
+
+contains
+
+   !> What a scene needs.
+   pure type(needs_t) function needs_of(scene) result(needs)
+      type(scene_t), intent(in) :: scene
+      type(material_t) :: materials(size(scene%materials))
+      real(dp) :: occupied
+      integer :: k
+      needs%particles = sum([(particle_number(scene%bodies(k), scene%grid%cell), k=1, size(scene%bodies))])
+      needs%cells = product(real(scene%grid%cells, dp))
+      occupied = sum([(product(scene%bodies(k)%upper - scene%bodies(k)%lower), k=1, size(scene%bodies))])/scene%grid%cell**ndim
+      occupied = max(min(occupied, needs%cells), 1.0_dp)
+      if (scene%refine%indicator == 'tip') call refine_around_tips(scene, needs, occupied)
+      needs%memory = memory_of(scene, needs%particles, needs%cells, occupied)
+      needs%most_particles = needs%particles
+      if (scene%refine%indicator /= 'none' .and. scene%refine%indicator /= 'tip' .and. scene%refine%max_level > 0) &
+         needs%most_particles = min(real(scene%refine%max_particles, dp), needs%particles*4.0_dp**scene%refine%max_level)
+      associate (growth => needs%most_particles/needs%particles)
+         needs%most_memory = memory_of(scene, needs%most_particles, needs%cells + (growth - 1)*occupied, growth*occupied)
+      end associate
+      do k = 1, size(materials)
+         materials(k) = new_material(scene%materials(k)%name, scene%materials(k)%law, scene%run%plane == 'stress', &
+                                     scene%materials(k)%young, scene%materials(k)%poisson, scene%materials(k)%density)
+      end do
+      needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials, scene%method%courant, &
+                                                        scene%method%wave_speed)
+      needs%rows = 1 + scene%run%end_time/scene%output%history_interval
+      if (scene%output%snapshot_interval > 0) needs%snapshots = 1 + scene%run%end_time/scene%output%snapshot_interval
+      needs%rows = aint(needs%rows*(1 + 4*epsilon(needs%rows)))
+      needs%snapshots = aint(needs%snapshots*(1 + 4*epsilon(needs%rows)))
+      needs%results = 5e4_dp + 8*columns_of(scene)*max(needs%rows, 512.0_dp) + &
+                      needs%snapshots*(of_snapshot_particle*needs%particles + of_snapshot_cell*needs%cells)
+   end function needs_of
+
+   !> What refinement around the tips adds before the run: at each level the cells within so many cells of a tip, within the
+   !> material, are divided.
+   pure subroutine refine_around_tips(scene, needs, occupied)
+      type(scene_t), intent(in) :: scene
+      type(needs_t), intent(inout) :: needs
+      real(dp), intent(inout) :: occupied           !! cells with particles
+      real(dp) :: density, divided, fit, tips
+      integer :: level
+      density = needs%particles/occupied
+      tips = 1
+      if (scene%crack%kind == 'symmetry') tips = 0.5_dp
+      if (scene%crack%kind == 'line' .and. scene%crack%length > 0) tips = 2
+      fit = occupied
+      do level = 0, scene%refine%max_level - 1
+         divided = min(fit, tips*(2*scene%refine%rings + 1.0_dp)**ndim)
+         if (needs%particles + 3*divided*density > scene%refine%max_particles) exit
+         needs%particles = needs%particles + 3*divided*density
+         needs%cells = needs%cells + 3*divided
+         occupied = occupied + 3*divided
+         fit = 4*divided
+      end do
+   end subroutine refine_around_tips
+
+   !> Memory of a run with so many particles, cells and cells with particles [bytes].
+   pure real(dp) function memory_of(scene, particles, cells, occupied) result(bytes)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: particles, cells, occupied
+      bytes = of_program + of_particle*particles + of_cell*cells + of_full_cell*occupied
+      if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
+         bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
+      if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
+      if (scene%method%mass == 'lumped') return
+      bytes = bytes + of_mass*cells
+      if (scene%method%mass == 'fmpm') return
+      select case (scene%method%solver)
+       case ('cg')
+         bytes = bytes + of_cg*cells
+       case default
+         bytes = bytes + factors_of(scene, occupied)
+      end select
+   end function memory_of
+
+   !> Memory of the factors of the mass matrix [bytes]: two directions, bands as wide as the narrower side of the material, or
+   !> the fill of nested dissection.
+   pure real(dp) function factors_of(scene, occupied) result(bytes)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: occupied
+      if (scene%method%solver == 'banded') then
+         bytes = 2*8*occupied*(min(sqrt(occupied), minval(scene%grid%cells) + 1.0_dp) + 2)
+      else
+         bytes = 56*2*occupied*max(log(occupied)/log(2.0_dp), 1.0_dp)
+      end if
+   end function factors_of
+
+   !> About how many columns the history has.
+   pure integer function columns_of(scene) result(columns)
+      type(scene_t), intent(in) :: scene
+      columns = 10
+      if (scene%crack%present) columns = columns + 14 + size(scene%energy_release%radii)
+   end function columns_of
+
+   !> Fail where a scene needs more than there can be.
+   subroutine check_needs(needs, failure)
+      type(needs_t), intent(in) :: needs
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: memory
+      if (needs%steps > most_steps) call failure%report(exit_input, 'the run would take '//rough(needs%steps)// &
+                              ' time steps, more than '//rough(most_steps)//': use a shorter &run end_time or a larger '// &
+                              '&grid cell or &method courant; or &material young or density is mistaken')
+      memory = memory_there_is()
+      if (needs%memory > memory) call failure%report(exit_input, 'the scene needs about '//bytes_text(needs%memory)// &
+                              ' of memory for '//rough(needs%particles)//' particles and '//rough(needs%cells)// &
+                              ' cells, and there are '//bytes_text(memory)//': use fewer &grid cells, a larger &grid cell or '// &
+                              'fewer &body points_per_cell')
+   end subroutine check_needs
+
+   !> What a run needs, for people.
+   pure function needs_report(needs) result(text)
+      type(needs_t), intent(in) :: needs
+      character(:), allocatable :: text
+      character(*), parameter :: nl = new_line('a')
+      text = 'samples         '//rough(needs%rows)//' of the history'
+      if (needs%snapshots > 0) text = text//', '//rough(needs%snapshots)//' snapshots'
+      text = text//nl//'results         about '//bytes_text(needs%results)//nl// &
+             'memory          about '//bytes_text(needs%memory)
+      if (needs%most_particles > needs%particles) text = text//', '//bytes_text(needs%most_memory)//' where cells refine to '// &
+                                                         rough(needs%most_particles)//' particles'
+      text = text//nl
+   end function needs_report
+
+   !> A number of bytes as text, in two or three digits.
+   pure function bytes_text(bytes) result(text)
+      real(dp), intent(in) :: bytes
+      character(:), allocatable :: text
+      character(2), parameter :: unit(*) = ['kB', 'MB', 'GB', 'TB']
+      real(dp) :: size_in_unit
+      integer :: k
+      size_in_unit = bytes/1000
+      do k = 1, size(unit) - 1
+         if (size_in_unit < 999.5_dp) exit
+         size_in_unit = size_in_unit/1000
+      end do
+      if (size_in_unit < 9.95_dp) then
+         text = to_text(anint(10*size_in_unit)/10)//' '//unit(k)
+      else if (size_in_unit < 1e6_dp) then
+         text = to_text(nint(size_in_unit))//' '//unit(k)
+      else
+         text = to_text(size_in_unit)//' '//unit(k)
+      end if
+   end function bytes_text
+
+   !> A whole number as text; in powers of ten where an integer does not hold it.
+   pure function rough(number) result(text)
+      real(dp), intent(in) :: number
+      character(:), allocatable :: text
+      character(16) :: buffer
+      if (number < 1e9_dp) then
+         text = to_text(nint(number))
+      else
+         write (buffer, '(es9.1e3)') number
+         text = trim(adjustl(buffer))
+         text = text(:3)//'e'//to_text(decade(number))
+      end if
+   end function rough
+
+   !> Power of ten of a number not below 1, as its text with two digits has it.
+   pure integer function decade(number)
+      real(dp), intent(in) :: number
+      character(16) :: buffer
+      write (buffer, '(es9.1e3)') number
+      buffer = adjustl(buffer)
+      read (buffer(5:8), '(i4)') decade
+   end function decade
+end module hampm_needs

@@ -1,0 +1,96 @@
+"""What a scene needs is known before anything is built, and a scene that needs too much is refused."""
+
+import os
+import re
+import resource
+import subprocess
+
+import pytest
+
+from paths import DEBUG_PROGRAM, PROGRAM
+
+SCENE = """\
+&run thickness = 0.01 end_time = 1e-7 /
+&grid cell = 1e-3 cells = {0}, {1} /
+&material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'a' lower = 0.0, 0.0 upper = {2}e-3, {2}e-3 points_per_cell = {3} /
+&load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, {2}e-3 force = 1.0, 1.0 /
+"""
+PLAIN = SCENE.format(151, 151, 150, 2)
+CRACK = "&constraint lower = 0.05, 0.0 upper = 0.1, 0.0 fix = 'y' /\n&crack tip = 0.05, 0.0 /\n"
+MASS = "&method mass = 'full' solver = '{}' frame = 'total' /\n"
+SCENES = {
+    "particles": SCENE.format(151, 151, 150, 4),
+    "cells": SCENE.format(500, 500, 20, 2),
+    "plain": PLAIN,
+    "cg": PLAIN + MASS.format("cg"),
+    "banded": PLAIN + MASS.format("banded"),
+    "umfpack": PLAIN + MASS.format("umfpack"),
+    "refined": SCENE.format(101, 101, 100, 2) + CRACK + "&refine indicator = 'tip' rings = 40 max_level = 4 /\n",
+    "snapshots": PLAIN + "&output snapshot_interval = 1e-8 /\n",
+}
+UNIT = {"kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
+
+
+def said(report, what):
+    """A size that --check prints [bytes]."""
+    number, unit = re.search(rf"! {what} +about (\S+) (\w+)", report).groups()
+    return float(number) * UNIT[unit]
+
+
+@pytest.mark.parametrize("text", SCENES.values(), ids=SCENES)
+def test_memory_and_size_of_results_are_as_foretold(hampm, tmp_path, text):
+    (tmp_path / "case.nml").write_text(text)
+    options = "--set", "output.history_interval=1e-8"
+    check = hampm("case.nml", "--check", *options)
+    assert check.returncode == 0, check.stderr
+    run = subprocess.Popen([PROGRAM, "case.nml", "--quiet", "--threads", "1", *options], cwd=tmp_path)
+    _, status, used = os.wait4(run.pid, 0)
+    assert status == 0
+    peak, size = 1024 * used.ru_maxrss, (tmp_path / "case.h5").stat().st_size
+    print(f"memory: {peak / 1e6:.1f} MB, foretold {said(check.stdout, 'memory') / 1e6:.1f}; "
+          f"results: {size / 1e6:.2f} MB, foretold {said(check.stdout, 'results') / 1e6:.2f}")
+    assert said(check.stdout, "memory") == pytest.approx(peak, rel=0.3)
+    assert said(check.stdout, "results") == pytest.approx(size, rel=0.3, abs=1e5)
+
+
+def test_check_tells_rows_snapshots_and_what_refinement_may_come_to(hampm, tmp_path):
+    refine = "&refine indicator = 'gradient' max_level = 3 /\n&output snapshot_interval = 1e-8 /\n"
+    (tmp_path / "case.nml").write_text(SCENE.format(41, 41, 40, 2) + refine)
+    report = hampm("case.nml", "--check").stdout
+    assert "! samples         1001 of the history, 11 snapshots\n" in report
+    assert re.search(r"! memory +about \d+ MB, \d+ MB where cells refine to 409600 particles\n", report)
+
+
+TOO_MUCH = [
+    (("cell = 1e-3 cells = 151, 151", "cell = 1e-5 cells = 20000, 20000"),
+     r"the scene needs about \d+ GB of memory for 900000000 particles and 400000000 cells, and there are \S+ GB"),
+    (("cell = 1e-3 cells = 151, 151", "cell = 1e-5 cells = 30000, 30000"), "cells = 30000, 30000: they must have at most 5e8 nodes"),
+    (("cell = 1e-3 cells = 151, 151", "cell = 1e-3 cells = 499999999, 1"), "cells = 499999999, 1: they must have at most 5e8 nodes"),
+    (("end_time = 1e-7", "end_time = 1e9"), r"the run would take 3.2e16 time steps, more than 1.0e12: use a shorter &run end_time"),
+    (("end_time = 1e-7", "end_time = 1e99"), r"the run would take 3.2e106 time steps"),
+    (("young = 70e9", "young = 1e99"), r"the run would take 3.8e44 time steps"),
+]
+
+
+@pytest.mark.parametrize("program", [PROGRAM, DEBUG_PROGRAM], ids=["release", "debug"])
+@pytest.mark.parametrize(("change", "message"), TOO_MUCH, ids=range(len(TOO_MUCH)))
+def test_too_much_is_refused_at_once(hampm, tmp_path, change, message, program):
+    """Limits on the memory of the process are those of the shell; the first scene needs more than any machine these tests meet."""
+    (tmp_path / "case.nml").write_text(PLAIN.replace(*change))
+    result = hampm("case.nml", program=program, timeout=10)
+    assert result.returncode == 2, result.stderr
+    assert re.search(message, result.stderr), result.stderr
+    assert os.listdir(tmp_path) == ["case.nml"]
+
+
+def test_a_limit_of_the_shell_counts_as_memory(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(SCENE.format(2001, 2001, 2000, 2))
+    limit = 4 * 10**9
+
+    def restrict():
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    result = hampm("case.nml", "--check", preexec_fn=restrict, timeout=10)
+    assert result.returncode == 2
+    assert re.search(r"needs about \d\.\d GB of memory for 16000000 particles and 4004001 cells, and there are 4.0 GB: use fewer "
+                     "&grid cells, a larger &grid cell or fewer &body points_per_cell", result.stderr)
