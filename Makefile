@@ -20,6 +20,10 @@ debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 counted := $(subst -march=native,$(if $(filter x86_64,$(shell uname -m)),-march=x86-64-v3),$(release)) -g
 counted_simulation := -fno-lto -fno-inline
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
+# The checks of the debug build at half of its cost, for many short runs
+checked := -O2 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
+# What gcov counts: lines, also those that several threads run
+coverage := -O0 -g --coverage -fprofile-update=atomic
 FLAGS := $(COMMON) $($(build)) $(HDF5_COMPILE) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
@@ -32,9 +36,9 @@ UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
 # Files compiled, and tests run, at a time
 JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
-VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output bench
+VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
-.PHONY: help run figures test bench minimal masses adaptivity local_steps tip program unit setup clean
+.PHONY: help run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity local_steps tip program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -56,6 +60,23 @@ test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup tests
+
+coverage: setup  ## count which lines of src/ the tests run: a table; an error below 90 %
+	@$(MAKE) -j$(JOBS) --no-print-directory build=coverage program unit
+	$(PYTHON) tools/coverage.py
+
+sanitize: setup  ## run unit tests, random input and the coarse cases with AddressSanitizer and UndefinedBehaviorSanitizer
+	@$(MAKE) -j$(JOBS) --no-print-directory build=sanitize program unit
+	$(PYTHON) tools/checked_runs.py sanitize
+
+memcheck:  ## run unit tests and short cases under valgrind
+	@tools/setup.sh valgrind
+	@$(MAKE) -j$(JOBS) --no-print-directory build=counted program unit
+	$(PYTHON) tools/checked_runs.py memcheck
+
+fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random
+	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
+	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
 
 bench:  ## measure time, memory and instructions of a step beside the least that they could be: one table
 	@tools/setup.sh valgrind
@@ -91,18 +112,18 @@ setup:  ## install what is missing: compiler, libraries, Python environment
 
 program: $(O)/hampm
 
-unit: $(UNIT_PROGRAMS) $(O)/results_driver $(patsubst bench/%.f90,$(O)/%.o,$(wildcard bench/*.f90))
+unit: $(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(patsubst bench/%.f90,$(O)/%.o,$(wildcard bench/*.f90))
 
 clean:  ## remove what was built; results stay
 	rm -rf build
 
 $(O)/hampm: $(O)/main.o
 $(O)/bench_step $(O)/minimal_step: $(O)/%: $(O)/%.o $(addprefix $(O)/,timing.o plain_scene.o minimal_kernel.o)
-$(O)/results_driver: $(O)/results_driver.o
+$(O)/results_driver $(O)/fuzz_driver: $(O)/%: $(O)/%.o
 $(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
-$(UNIT_PROGRAMS) $(O)/results_driver: LINK := -fno-lto   # many programs, each of which runs for a moment
+$(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver: LINK := -fno-lto   # many programs, each of which runs for a moment
 
-$(O)/hampm $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(UNIT_PROGRAMS): $(LIBRARY)
+$(O)/hampm $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(O)/fuzz_driver $(UNIT_PROGRAMS): $(LIBRARY)
 	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
 # A changed flag, here or on the command line, builds everything anew.
@@ -114,10 +135,10 @@ $(O)/flags: FORCE
 	@echo '$(FC) $(FLAGS)' | cmp -s - $@ || echo '$(FC) $(FLAGS)' > $@
 FORCE:
 
-$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 bench/*.f90) tools/depends.awk
+$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 tests/fuzz/*.f90 bench/*.f90) tools/depends.awk
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test bench minimal masses adaptivity local_steps tip,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity local_steps tip,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif

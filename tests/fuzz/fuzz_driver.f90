@@ -1,0 +1,131 @@
+!> Reads many scenes and command lines in one process, for tests/fuzz:
+!>
+!>     fuzz_driver CASES ANSWERS
+!>
+!> CASES holds one case after the other, each an integer for its kind, an integer n and n texts. A text is an integer, its length,
+!> and its bytes. For kind 1 the texts are those of a namelist file and of its overrides, for kind 2 the arguments of a command
+!> line. ANSWERS gets the exit code and a text for each case, at once, so that where a case ends the process it is known which:
+!> the scene as it is understood, the options as a list, or the message. Scenes of few particles are built too.
+program fuzz_driver
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use hampm_command_line, only: options_t, parse_arguments
+   use hampm_failure, only: failure_t
+   use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
+   use hampm_reading, only: understand_scene
+   use hampm_scene, only: scene_t
+   use hampm_simulation, only: simulation_t, build, summary
+   use hampm_text, only: string_t, to_text
+   implicit none
+   integer, parameter :: is_scene = 1
+   integer, parameter :: most_built = 2000         !! particles and cells
+   character, parameter :: separator = achar(0)
+   character(4096) :: path
+   integer :: cases, answers, kind, n, i, status
+   type(string_t), allocatable :: texts(:)
+
+   call get_command_argument(1, path)
+   open (newunit=cases, file=path, access='stream', form='unformatted', status='old', action='read')
+   call get_command_argument(2, path)
+   open (newunit=answers, file=path, access='stream', form='unformatted', status='replace', action='write')
+   do
+      read (cases, iostat=status) kind, n
+      if (status /= 0) exit
+      if (allocated(texts)) deallocate (texts)
+      allocate (texts(n))
+      do i = 1, n
+         call read_text(texts(i)%text)
+      end do
+      if (kind == is_scene) then
+         call try_scene(texts(1)%text, texts(2:))
+      else
+         call try_arguments(texts)
+      end if
+   end do
+
+contains
+
+   subroutine read_text(text)
+      character(:), allocatable, intent(out) :: text
+      integer :: length
+      read (cases) length
+      allocate (character(length) :: text)
+      if (length > 0) read (cases) text
+   end subroutine read_text
+
+   !> Understand a scene; what is understood must read back as the same.
+   subroutine try_scene(text, overrides)
+      character(*), intent(in) :: text
+      type(string_t), intent(in) :: overrides(:)
+      character(*), parameter :: file = 'case.nml'
+      type(scene_t) :: scene, again
+      type(failure_t) :: failure, second
+      type(string_t) :: none(0)
+      character(:), allocatable :: report
+      report = ''
+      call understand_scene(file, text, overrides, scene, failure)
+      if (.not. failure%failed()) then
+         call understand_scene(file, scene%as_used, none, again, second)
+         if (second%failed()) call stop_with('what was understood is refused: '//second%message, text)
+         if (again%as_used /= scene%as_used) call stop_with('what was understood reads as something else', text)
+         report = scene%as_used
+         call try_to_build(scene, report, failure)
+      end if
+      if (failure%failed()) then
+         call answer(failure%code, failure%message)
+      else
+         call answer(0, report)
+      end if
+   end subroutine try_scene
+
+   !> Build a scene that is small, as --check does.
+   subroutine try_to_build(scene, report, failure)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: report
+      type(failure_t), intent(inout) :: failure
+      type(simulation_t) :: simulation
+      type(needs_t) :: needs
+      needs = needs_of(scene)
+      call check_needs(needs, failure)
+      if (failure%failed() .or. needs%particles + needs%cells > most_built) return
+      call build(scene, 1, simulation, failure)
+      if (failure%failed()) return
+      report = report//summary(simulation)//needs_report(needs)
+   end subroutine try_to_build
+
+   subroutine stop_with(message, text)
+      character(*), intent(in) :: message, text
+      write (error_unit, '(a)') message, text
+      error stop
+   end subroutine stop_with
+
+   subroutine try_arguments(arguments)
+      type(string_t), intent(in) :: arguments(:)
+      type(options_t) :: options
+      type(failure_t) :: failure
+      character(:), allocatable :: text
+      integer :: k
+      call parse_arguments(arguments, options, failure)
+      if (failure%failed()) then
+         call answer(failure%code, failure%message)
+         return
+      end if
+      text = options%input//separator//options%output//separator//to_text(options%threads)//separator// &
+             flag(options%check)//flag(options%template)//flag(options%quiet)//flag(options%version)//flag(options%help)
+      do k = 1, size(options%overrides)
+         text = text//separator//options%overrides(k)%text
+      end do
+      call answer(0, text)
+   end subroutine try_arguments
+
+   pure character function flag(is_set)
+      logical, intent(in) :: is_set
+      flag = merge('1', '0', is_set)
+   end function flag
+
+   subroutine answer(code, text)
+      integer, intent(in) :: code
+      character(*), intent(in) :: text
+      write (answers) code, len(text), text
+      flush (answers)
+   end subroutine answer
+end program fuzz_driver

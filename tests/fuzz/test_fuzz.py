@@ -1,0 +1,63 @@
+"""Namelists and command lines that are changed at random are understood as what they say, or refused with a message."""
+
+import random
+import subprocess
+import sys
+
+import mutations
+import pytest
+from fuzz import SCENES, answers, fuzz, table
+
+from paths import DEBUG_PROGRAM, PROGRAM
+
+DRIVER = DEBUG_PROGRAM.with_name("fuzz_driver")
+SEEDS = 1, 2
+CASES = 5000
+PROCESSES = 100
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_changes(seed):
+    """By the debug build, in which an index, a pointer or a number that goes wrong ends the process."""
+    print(table(fuzz(CASES, seed, DRIVER, PROGRAM)))
+
+
+def test_the_program_ends_as_its_exit_codes_say(tmp_path):
+    """Whole runs of `--check`: files, options and sizes together."""
+    source = random.Random(3)
+    for number in range(PROCESSES):
+        text = mutations.byte(source.choice(SCENES), source)
+        text = mutations.KINDS["value"](text.decode("latin-1"), source)
+        (tmp_path / "case.nml").write_text(text, encoding="latin-1")
+        program = DEBUG_PROGRAM if number % 2 else PROGRAM
+        options = [word for word in mutations.arguments(source) if word != b"/dev/zero"]
+        if number % 3:
+            options = [b"case.nml"]
+        run = subprocess.run([program, *options, b"--check"], cwd=tmp_path, capture_output=True, timeout=60)
+        assert run.returncode in (0, 2, 4), (options, text, run.stderr)
+        assert run.returncode == 0 or not run.stdout, (options, text)
+        for line in run.stderr.splitlines():
+            assert line.startswith(b"hampm: "), (options, text, run.stderr)
+
+
+HUGE = {
+    "a text of quotes": b"&run title = '" + 1_000_000 * b"''",
+    "groups": 300_000 * b"&load /\n",
+    "unknown groups": 500_000 * b"&ab/",
+    "unknown keys": b"&refine " + 200_000 * b"max_levle = 1 " + b"/",
+    "values": b"&run title = " + 500_000 * b"1000*x ",
+    "texts of an unknown group": b"&ab " + 500_000 * b"'a' ",
+    "a word": b"&run title = " + 2_000_000 * b"x",
+}
+
+
+@pytest.mark.parametrize("text", HUGE.values(), ids=HUGE)
+def test_large_files_do_not_take_long(hampm, tmp_path, text):
+    (tmp_path / "case.nml").write_bytes(text)
+    assert hampm("case.nml", timeout=10).returncode == 2
+
+
+def test_a_crash_is_found(tmp_path):
+    """The driver itself: where it ends early, the case is named."""
+    with pytest.raises(Exception, match="the driver stopped at case 0"):
+        answers(sys.executable, [("value", 0, [b"&run /"])], tmp_path)
