@@ -22,8 +22,10 @@ counted_simulation := -fno-lto -fno-inline
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost, for many short runs
 checked := -O2 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
-# What gcov counts: lines, also those that several threads run
-coverage := -O0 -g --coverage -fprofile-update=atomic
+# To be run under valgrind, which knows what was never set
+memcheck := -O1 -g
+# Threads that count at once lose counts, never the first one
+coverage := -O1 -g --coverage
 FLAGS := $(COMMON) $($(build)) $(HDF5_COMPILE) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
@@ -71,7 +73,7 @@ sanitize: setup  ## run unit tests, random input and the coarse cases with Addre
 
 memcheck:  ## run unit tests and short cases under valgrind
 	@tools/setup.sh valgrind
-	@$(MAKE) -j$(JOBS) --no-print-directory build=counted program unit
+	@$(MAKE) -j$(JOBS) --no-print-directory build=memcheck program unit
 	$(PYTHON) tools/checked_runs.py memcheck
 
 fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random
