@@ -211,10 +211,10 @@ def dissipation(program, periods):
 SHIFTS = (0.01, 0.2, 0.251, 0.26, 0.3, 0.4)  # of a block against the lattice; at 0.25 particles enter new cells
 
 
-def is_stable(program, block, kind, scheme, courant, steps=2000):
+def is_stable(program, block, kind, scheme, courant, frame="total", steps=2000):
     nx, ny, poisson = block
     method = mass_settings(kind, (0, 0, nx / 2, ny)) | {
-        "scheme": f"'{scheme}'", "courant": courant * (1 + 1e-9), "wave_speed": "'dilatational'", "frame": "'total'"}
+        "scheme": f"'{scheme}'", "courant": courant * (1 + 1e-9), "wave_speed": "'dilatational'", "frame": f"'{frame}'"}
     across = 0.0 if ny == 1 else 0.7e-6
     text = scene((nx + 1, ny + 1), poisson, steps * courant, steps * courant / 10, method)
     text += body((0, 0), (nx, ny), (1e-6, across)) + (bar_is_held(nx) if ny == 1 else held((0, 0), (0, ny), "xy"))
@@ -225,16 +225,16 @@ def is_stable(program, block, kind, scheme, courant, steps=2000):
     return True
 
 
-def bisect(program, block, kind, scheme, guess, accuracy=0.005):
+def bisect(program, block, kind, scheme, guess, accuracy=0.005, frame="total"):
     """Largest stable courant number: between a stable and an unstable run, first sought around the guess."""
     low, high = 0.98 * guess, 1.02 * guess
-    while not is_stable(program, block, kind, scheme, low):
+    while not is_stable(program, block, kind, scheme, low, frame):
         low, high = low / 1.3, low
-    while is_stable(program, block, kind, scheme, high):
+    while is_stable(program, block, kind, scheme, high, frame):
         low, high = high, high * 1.3
     while high > (1 + accuracy) * low:
         middle = (low * high) ** 0.5
-        low, high = (middle, high) if is_stable(program, block, kind, scheme, middle) else (low, middle)
+        low, high = (middle, high) if is_stable(program, block, kind, scheme, middle, frame) else (low, middle)
     return (low * high) ** 0.5
 
 

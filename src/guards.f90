@@ -2,7 +2,7 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack, only: crack_t
-   use hampm_energy, only: largest_gradient, most_crushed_particle, liveliest_particle, determinant_of
+   use hampm_energy, only: moment_of_momentum, largest_gradient, most_crushed_particle, liveliest_particle, determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_measurements, only: measurements_t
@@ -15,11 +15,16 @@ module hampm_guards
    public :: check_state, check_tip, check_step
 
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
+   real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be told [-]
+   real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
+   real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the moment of momentum without cause, over what it can be [-]
+   character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
+                              slowed = 'the moment of momentum has changed by '
 
 contains
 
-   !> Fail where material is turned inside out, an energy is not a number or has grown without work. Set `warning`, once,
-   !> where the small-strain law is used beyond what it is meant for.
+   !> Fail where material is turned inside out, an energy is not a number or has grown without work. Add to `warning` where it has
+   !> grown less, and where the small-strain law is used beyond what it is meant for.
    subroutine check_state(motion, measurements, warning, failure)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(in) :: measurements
@@ -50,11 +55,10 @@ contains
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
                              liveliest(motion)//'. Likely cause: the run is unstable; reduce &method courant'// &
                              other_scheme(motion))
-      else if (.not. allocated(warning)) then
-         gain = largest_gradient(motion%particles, motion%materials)
-         if (gain > small_gradient) warning = now//'a displacement gradient has reached '//to_text(gain)// &
-            '; the law ''linear_elastic'' is for small strains and rotations (below '//to_text(small_gradient)// &
-            '). Use law = ''neo_hookean'''
+      else
+         call look_for_gain(motion, measurements, now, gain, warning)
+         call look_at_strain(motion, now, warning)
+         call look_at_moment(motion, measurements, now, warning)
       end if
    end subroutine check_state
 
@@ -68,6 +72,60 @@ contains
                           ' s, is too small to be added to the time. Likely cause: cells have become too small; reduce &refine '// &
                           'max_level, or the end time')
    end subroutine check_step
+
+   !> Warn, once, where energy has grown without work by a notable part of what the material stores. The motion of the bodies as a
+   !> whole is no measure: it would hide in its own energy whatever the material in flight does.
+   subroutine look_for_gain(motion, measurements, now, gain, warning)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(in) :: measurements
+      character(*), intent(in) :: now
+      real(dp), intent(in) :: gain               !! [J]
+      character(:), allocatable, intent(inout) :: warning
+      if (gain <= noticed_gain*measurements%largest_inner_energy) return
+      if (gain <= rounding*max(measurements%largest_energy, measurements%initial_energy)) return
+      call warn(now//gained//to_text(gain)//' J more than the loads have done work, more than a tenth of what the material '// &
+                'stores. Likely cause: the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion), &
+                gained, warning)
+   end subroutine look_for_gain
+
+   !> Warn, once, where the small-strain law is used beyond what it is meant for.
+   subroutine look_at_strain(motion, now, warning)
+      type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: now
+      character(:), allocatable, intent(inout) :: warning
+      real(dp) :: largest
+      largest = largest_gradient(motion%particles, motion%materials)
+      if (largest <= small_gradient) return
+      call warn(now//strained//to_text(largest)//'; the law ''linear_elastic'' is for small strains and rotations (below '// &
+                to_text(small_gradient)//'). Use law = ''neo_hookean''', strained, warning)
+   end subroutine look_at_strain
+
+   !> Warn, once, where the moment of momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
+   !> far as particles stand evenly around nodes: at free edges they do not.
+   subroutine look_at_moment(motion, measurements, now, warning)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(in) :: measurements
+      character(*), intent(in) :: now
+      character(:), allocatable, intent(inout) :: warning
+      real(dp) :: moment, largest
+      if (size(motion%loads) > 0 .or. motion%damping_rate > 0 .or. size(motion%constraints%node) > 0) return
+      call moment_of_momentum(motion%particles, moment, largest)
+      if (abs(moment - measurements%initial_moment) <= noticed_turn*largest) return
+      call warn(now//slowed//to_text(moment - measurements%initial_moment)//' kg m2/s though nothing acts on the material, '// &
+                'more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its mass matrix; '// &
+                'use smaller &grid cell or &method mass = ''full''', slowed, warning)
+   end subroutine look_at_moment
+
+   !> Add a warning, unless one with the same phrase is there already.
+   subroutine warn(text, phrase, warning)
+      character(*), intent(in) :: text, phrase
+      character(:), allocatable, intent(inout) :: warning
+      if (.not. allocated(warning)) then
+         warning = text
+      else if (index(warning, phrase) == 0) then
+         warning = warning//new_line('a')//'warning: '//text
+      end if
+   end subroutine warn
 
    !> Fail where the crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the material
    !> moves through that.

@@ -7,7 +7,7 @@ module hampm_measurements
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
-   use hampm_energy, only: kinetic_energy, strain_energy
+   use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
    use hampm_particles, only: smallest_occupied_cell
@@ -23,6 +23,8 @@ module hampm_measurements
    type :: measurements_t
       real(dp) :: initial_energy = 0             !! kinetic energy of the bodies at the start [J]
       real(dp) :: largest_energy = 0             !! largest of kinetic + strain energy and external work so far [J]
+      real(dp) :: initial_moment = 0             !! moment of momentum around the middle of mass at the start [kg m2/s]
+      real(dp) :: largest_inner_energy = 0       !! the same, without kinetic energy of the motion as a whole [J]
       real(dp) :: kinetic_energy = 0             !! [J]
       real(dp) :: strain_energy = 0              !! [J]
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
@@ -41,8 +43,9 @@ contains
       type(motion_t), intent(in) :: motion
       type(crack_t), intent(in) :: crack
       type(measurements_t), intent(inout) :: m
-      real(dp) :: force, length, depth
+      real(dp) :: force, length, depth, largest
       m%initial_energy = kinetic_energy(motion%particles)
+      call moment_of_momentum(motion%particles, m%initial_moment, largest)
       select case (scene%energy_release%reference)
       case ('value')
          m%g_ref = scene%energy_release%reference_value
@@ -120,6 +123,8 @@ contains
          m%kinetic_energy = kinetic_energy(p)
          m%strain_energy = strain_energy(p, motion%materials)
          m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
+         m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
+                                      m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
          row%n = 0
          call row%add(motion%time)
          call row%add(real(motion%steps, dp))
@@ -138,6 +143,16 @@ contains
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
+
+   !> Kinetic energy of the motion as a whole, which is nobody else's where nothing holds the material [J].
+   pure real(dp) function energy_of_flight(motion) result(energy)
+      type(motion_t), intent(in) :: motion
+      energy = 0
+      if (size(motion%constraints%node) > 0) return
+      associate (p => motion%particles)
+         energy = sum(linear_momentum(p)**2)/(2*sum(p%mass(:p%n)))
+      end associate
+   end function energy_of_flight
 
    !> What is missing in the energy balance, over the largest energy so far; without the audit it is the numerical loss [-].
    pure real(dp) function energy_residual(motion, m) result(residual)

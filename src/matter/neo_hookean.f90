@@ -46,14 +46,16 @@ contains
    pure real(dp) function neo_hookean_energy_density(lambda, mu, plane_stress, h) result(energy)
       real(dp), intent(in) :: lambda, mu, h(ndim, ndim)
       logical, intent(in) :: plane_stress
-      real(dp) :: y, log_j, strain
+      real(dp) :: y, log_j, distortion, x
       energy = 0
       if (turned_over(h)) return
       log_j = log_plane(h)
       y = log_thickness(lambda, mu, plane_stress, log_j)
       log_j = log_j + y
-      strain = 2*trace(h) + sum(h**2) + exp_minus_one(2*y)      ! tr(b) - 3
-      energy = 0.5_dp*mu*(strain - 2*log_j) + 0.5_dp*lambda*log_j**2
+      ! tr(b) - 3 - 2 ln J is of the second order in H: terms of the first cancel before they are computed
+      x = trace(h) + determinant(h)              ! det(I + H) - 1
+      distortion = (h(1, 1) - h(2, 2))**2 + (h(1, 2) + h(2, 1))**2 + 2*beyond_log(x) + beyond_exp(2*y)
+      energy = 0.5_dp*mu*distortion + 0.5_dp*lambda*log_j**2
    end function neo_hookean_energy_density
 
    !> Whether det F <= 0.
@@ -77,6 +79,38 @@ contains
       real(dp), intent(in) :: x
       exp_minus_one = 2*sinh(x/2)*exp(x/2)
    end function exp_minus_one
+
+   !> x - ln(1 + x) with all digits of a small x: with s = x/(2 + x), ln(1 + x) = 2 (s + s**3/3 + s**5/5 + ...).
+   pure real(dp) function beyond_log(x)
+      real(dp), intent(in) :: x
+      real(dp) :: s, rest
+      integer :: k
+      if (abs(x) > 0.1_dp) then
+         beyond_log = x - log(1 + x)
+         return
+      end if
+      s = x/(2 + x)
+      rest = 0
+      do k = 13, 3, -2
+         rest = s**2*(rest + 1.0_dp/k)
+      end do
+      beyond_log = x*s - 2*s*rest
+   end function beyond_log
+
+   !> exp(x) - 1 - x with all digits of a small x.
+   pure real(dp) function beyond_exp(x)
+      real(dp), intent(in) :: x
+      integer :: k
+      if (abs(x) > 0.1_dp) then
+         beyond_exp = exp_minus_one(x) - x
+         return
+      end if
+      beyond_exp = 0
+      do k = 11, 2, -1
+         beyond_exp = x/k*(1 + beyond_exp)
+      end do
+      beyond_exp = x*beyond_exp
+   end function beyond_exp
 
    !> y = ln F_33 from mu (exp(2 y) - 1) + lambda (ln J_2 + y) = 0; 0 in plane strain.
    pure real(dp) function log_thickness(lambda, mu, plane_stress, log_j_plane) result(y)

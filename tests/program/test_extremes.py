@@ -1,0 +1,107 @@
+"""At the extremes a run is stable with numbers that theory confirms, is refused, or is stopped or warns: see docs/stability.md."""
+
+import math
+import re
+import sys
+
+import pytest
+
+from paths import BENCH, PROGRAM
+
+sys.path.insert(0, str(BENCH))
+
+import extreme_scenes as scenes  # noqa: E402
+
+
+@pytest.fixture
+def runner(tmp_path):
+    return scenes.Runner(PROGRAM, tmp_path)
+
+
+@pytest.mark.parametrize(("poisson", "wave", "mass", "outcome"), [
+    (0.4999, "shear", "lumped", "refused"), (0.4999, "dilatational", "lumped", "stable"), (0.49, "shear", "lumped", "stable"),
+    (0.48, "shear", "full", "stopped")])
+def test_nearly_incompressible_material(runner, poisson, wave, mass, outcome):
+    text, exact = scenes.settled_block(poisson, "strain", mass, {"wave_speed": f"'{wave}'", "frame": "'total'"})
+    cell = runner.judge("", text, "", 1e-4, lambda h: scenes.static_error(exact, h))
+    assert cell.outcome == outcome, cell
+    if outcome == "refused":
+        assert re.search(r"&method courant = 0.0 \(default\): must be at most 0.028\d*, not 0.1, with", cell.message)
+        assert "use wave_speed = 'dilatational'" in cell.message
+
+
+@pytest.mark.parametrize(("courant", "outcome"), [(0.3, "stable"), (1.8, "stopped"), (2.01, "refused")])
+@pytest.mark.parametrize("scheme", ["musl", "usf", "usavg"])
+def test_time_steps_up_to_the_limit_and_beyond(runner, courant, outcome, scheme):
+    text = scenes.bar(8, scenes.method_of(scheme=scheme, courant=courant), 320.0)
+    w = scenes.time_discrete(scenes.bar_frequency(8, "lumped"), courant)
+    cell = runner.judge("", text, "", 0.01, lambda h: scenes.frequency_error(w, h))
+    assert cell.outcome == outcome, cell
+
+
+@pytest.mark.parametrize(("damping_a_step", "outcome"), [(0.0, "stable"), (0.9, "stable"), (1.1, "refused"), (2.5, "refused")])
+def test_damping(runner, damping_a_step, outcome):
+    text = scenes.bar(4, scenes.method_of(courant=0.25), 100.0) + scenes.group("damping", rate=damping_a_step / 0.25)
+    cell = runner.judge("", text, "", 0.1, scenes.growth)
+    assert cell.outcome == outcome, cell
+    if outcome == "refused":
+        assert "&damping rate" in cell.message and "must be at most 4.0 [1/s]" in cell.message
+
+
+@pytest.mark.parametrize("law", ["linear_elastic", "neo_hookean"])
+@pytest.mark.parametrize("strain", [1e-90, 1e-20, 1e-15, -1e-15, 1e-8])
+def test_energy_of_strains_below_rounding(runner, law, strain):
+    text = scenes.scene((2, 2), 0.0, 60.0, 1.0, scenes.method_of(courant=0.25), law) + scenes.body((0, 0), (1, 1))
+    text += scenes.bar_is_held(1) + scenes.group("damping", rate=1.0)
+    text += scenes.group("load", kind="'traction'", lower="1, 0", upper="1, 1", force=f"{strain!r}, 0")
+    cell = runner.judge("", text, "", 1e-6, lambda h: scenes.static_error(strain**2 / 2, h))
+    assert cell.outcome == "stable", cell
+
+
+def test_a_load_too_small_for_any_unit_is_refused(runner):
+    text = scenes.bar(1, scenes.method_of(), 1.0, velocity=1e-300)
+    assert runner.outcome(text).code == 2
+
+
+@pytest.mark.parametrize(("law", "mass", "words"), [
+    ("neo_hookean", "full", ""), ("linear_elastic", "full", "displacement gradient"), ("neo_hookean", "lumped", "moment of momentum")])
+def test_a_body_that_turns(runner, law, mass, words):
+    text, _ = scenes.pinwheel(law, scenes.method_of(mass, "usavg", "total", 0.2, box=(0, 0, 8, 8)), 1, 0.02)
+    end = runner.outcome(text)
+    assert end.code == (0 if law == "neo_hookean" else end.code) and words in end.message
+    if not words:
+        assert end.message == ""
+        assert scenes.turned(end.path) == pytest.approx(2 * math.pi, rel=0.05)
+        assert scenes.growth(end.columns) < 0.05
+
+
+@pytest.mark.parametrize("name", ["TIP", "BLOW"])
+@pytest.mark.parametrize("unit", [(1e-9, 1e-6, 1e-20), (1e3, 3.15576e7, 1e20)], ids=["nm, us", "km, a"])
+def test_units(runner, name, unit):
+    groups = getattr(scenes, name)
+    reference = runner.outcome(scenes.in_units(groups, (1.0, 1.0, 1.0)))
+    scaled = runner.outcome(scenes.in_units(groups, unit))
+    assert (reference.code, scaled.code) == (0, 0), scaled.message
+    assert scenes.columns_differ(reference.columns, scaled.columns, reference.units, unit) < 1e-10
+
+
+@pytest.mark.parametrize("kind", ["lumped", "fmpm 2", "blend 0.5", "full"])
+@pytest.mark.parametrize("at", [(0.25, 0.25), (0.0, 0.0), (0.5 - 1e-6, 0.5)])
+def test_one_particle_falls(runner, kind, at):
+    text = scenes.flight((1, 1), 0.4, 1, scenes.method_of(kind, courant=0.1), at)
+    cell = runner.judge("", text, "", 1e-6, lambda h: h["kinetic_energy"][-1] / (0.5 * 0.4**2 * 2e-4) - 1)
+    assert cell.outcome == "stable", cell
+
+
+@pytest.mark.parametrize("frame", scenes.FRAMES)
+def test_a_loaded_body_is_let_go(runner, frame):
+    text = scenes.scene((6, 2), 0.0, 480.0, 0.4, scenes.method_of(frame=frame, courant=0.2), estimators="'energy_balance'")
+    text += scenes.body((0, 0), (4, 1)) + scenes.bar_is_held(4)
+    text += scenes.group("load", kind="'traction'", lower="4, 0", upper="4, 1", force="1e-6, 0", history="'table'",
+                         times="0, 160, 192, 192.000001", factors="0, 1, 1, 0")
+    end = runner.outcome(text)
+    assert (end.code, end.message) == (0, "")
+    after = end.columns["time"] > 193
+    vibrates = scenes.stored(end.columns)[after]
+    assert vibrates.mean() == pytest.approx(2e-12, rel=0.05)
+    assert end.columns["kinetic_energy"][after].max() > 1.7e-12
