@@ -54,10 +54,10 @@ def outcomes(cells, path):
         axes.plot([float(limit.message.split(",")[0])] * 2, np.array([-0.5, 0.5]) + rows.index((kind, scheme)), "k", lw=1.5)
     axes.set(xscale="log", yticks=range(len(rows)), xlabel="courant number of the dilatational wave", ylim=(len(rows) - 0.5, -0.5))
     axes.set_yticklabels([", ".join(row) for row in rows], fontsize=7)
-    for outcome in ("stable", "stopped", "refused"):
+    for outcome in ("stable", "warned", "stopped", "refused"):
         axes.plot([], [], "s", color=COLOURS[outcome], label=outcome)
-    axes.plot([], [], "k", lw=1.5, label="measured limit")
-    axes.legend(fontsize=7, loc="lower left")
+    axes.plot([], [], "k", lw=1.5, label="limit of a bar of 20 cells")
+    axes.legend(fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1), ncol=5)
     save(figure, path)
 
 
@@ -76,5 +76,5 @@ def errors(results, path):
     axes.set_xticklabels(parts, rotation=30, fontsize=8)
     for outcome in ("stable", "warned"):
         axes.plot([], [], ".", color=COLOURS[outcome], label=outcome)
-    axes.legend(fontsize=7, loc="lower left")
+    axes.legend(fontsize=7, loc="lower right")
     save(figure, path)

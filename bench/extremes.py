@@ -36,7 +36,7 @@ OUTCOMES = ("stable", "warned", "refused", "stopped", "defect")
 
 def row(part, cell):
     return (part, cell.name, cell.outcome, cell.quantity, "" if cell.value is None else f"{cell.value:.2e}",
-            "" if cell.bound is None else f"{cell.bound:.0e}", cell.message)
+            "" if cell.bound is None else f"{cell.bound:g}", cell.message)
 
 
 def save(part, cells, folder):
@@ -73,7 +73,7 @@ def atlas(results):
         for k, (quantity, cell) in enumerate(worst.items()):
             numbers = [len(cells)] + [count[o] or "" for o in OUTCOMES] if k == 0 else [""] * 6
             lines.append(f"| {part if k == 0 else ''} | {quantity} | " + " | ".join(map(str, numbers)) +
-                         f" | {cell.value:.1e} | {cell.bound:.0e} |")
+                         f" | {cell.value:.1e} | {cell.bound:g} |")
     return lines
 
 
@@ -82,7 +82,7 @@ def causes(results):
     said = {}
     for part, cells in results.items():
         for cell in cells:
-            if cell.message and cell.outcome != "defect":
+            if cell.message and cell.outcome in ("warned", "refused", "stopped"):
                 said.setdefault((part, cell.outcome, extreme_scenes.kind_of(cell.message)), []).append(cell.name)
     lines = ["| part | outcome | cells | of which one | what the program says |", "|---|---|---|---|---|"]
     for (part, outcome, message), names in said.items():
