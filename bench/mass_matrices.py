@@ -20,7 +20,7 @@ KINDS = ("lumped", "fmpm 2", "fmpm 4", "blend 0.5", "partial", "full")  # partia
 
 
 class Unstable(Exception):
-    """The program has ended with exit code 3."""
+    """The program has ended with exit code 3, or has refused a time step that is unstable with every scheme."""
 
 
 class Program:
@@ -39,10 +39,11 @@ class Program:
         process = os.posix_spawn(self.path, command, environment, file_actions=[null, log])
         _, status, usage = os.wait4(process, 0)
         code = os.waitstatus_to_exitcode(status)
-        if code == 3:
+        message = (self.folder / "log").read_text(errors="replace")
+        if code == 3 or "unstable with every scheme" in message:
             raise Unstable
         if code != 0:
-            sys.exit(f"{' '.join(command)}\nhas ended with {code}: {(self.folder / 'log').read_text()}")
+            sys.exit(f"{' '.join(command)}\nhas ended with {code}: {message}")
         return usage.ru_utime, usage.ru_maxrss
 
     def history(self, text, name):
