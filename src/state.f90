@@ -70,6 +70,8 @@ contains
       call c%keep('largest_energy', m%largest_energy)
       call c%keep('kinetic_energy', m%kinetic_energy)
       call c%keep('strain_energy', m%strain_energy)
+      call c%keep('initial_moment', m%initial_moment)
+      call c%keep('largest_inner_energy', m%largest_inner_energy)
       call keep_solver(c, 'extrapolation', grid, m%extrapolation)
    end subroutine keep_measurements
 

@@ -4,6 +4,7 @@ module hampm_command_line
    use hampm_kinds, only: dp, long, name_len
    use hampm_mistakes, only: mistakes_t
    use hampm_text, only: string_t, did_you_mean, lower_case, printable
+   use hampm_values, only: parse_real, is_number
    implicit none
    private
    public :: options_t, command_arguments, parse_arguments, usage_text
@@ -194,9 +195,8 @@ contains
          if (ios /= 0 .or. options%steps < 1) call mistakes%add('--steps '//printable(value, 40)// &
                                                                 ': must be an integer in [1, 1e18)')
        case ('--time-limit')
-         ios = 1
-         if (verify(value, '0123456789.eE+-') == 0) read (value, *, iostat=ios) options%time_limit
-         if (ios /= 0 .or. .not. (options%time_limit > 0 .and. options%time_limit <= huge(1.0_dp))) &
+         call parse_real(value, options%time_limit, ios)
+         if (ios /= is_number .or. .not. options%time_limit > 0) &
             call mistakes%add('--time-limit '//printable(value, 40)//': must be a number in (0, inf) [s]')
        case ('--set')
          call append(options%overrides, value)

@@ -103,13 +103,16 @@ contains
       type(options_t) :: options
       type(failure_t) :: failure
       character(:), allocatable :: text
+      character(16) :: bits
       integer :: k
       call parse_arguments(arguments, options, failure)
       if (failure%failed()) then
          call answer(failure%code, failure%message)
          return
       end if
+      write (bits, '(z16.16)') transfer(options%time_limit, options%steps)
       text = options%input//separator//options%output//separator//to_text(options%threads)//separator// &
+             options%resume//separator//to_text(options%steps)//separator//bits//separator//flag(options%force)// &
              flag(options%check)//flag(options%template)//flag(options%quiet)//flag(options%version)//flag(options%help)
       do k = 1, size(options%overrides)
          text = text//separator//options%overrides(k)%text

@@ -178,7 +178,10 @@ def override(random):
 ARGUMENTS = """--check --template --quiet --version --help --set --output --threads --threads=2 --threads=-1 --threads=1025 --threads=
 --threads=1e1 --threads=00001 --threads=0000001 --output= --output=. --output=/dev/null --set= --set=grid.cell=1 --set=x --check=1
 --chek --Check -h -v - -- --- -x --set=grid.cell --= = case.nml ./case.nml /tmp /etc/shadow /dev/zero 0 1 4 1024 1025 run.title=x
---output=a=b --quiet=""".split() + ["", " ", "   ", "case.nml ", 300 * "x", "\n", "a b", "é", "\x01", "--set=run.title= a "]
+--output=a=b --quiet= --force --force=1 --resume --resume=x.checkpoint --resume= --steps --steps=10 --steps=0 --steps=1e3
+--steps=999999999999999999 --steps=1000000000000000000 --time-limit --time-limit=3600 --time-limit=1.5d1 --time-limit=-1
+--time-limit=1-5 --time-limit=1e400 --time-limit=.5 --time-limit=x --set=output.checkpoint_steps=5
+--set=OUTPUT.checkpoint_interval=1""".split() + ["", " ", "   ", "case.nml ", 300 * "x", "\n", "a b", "é", "\x01", "--set=run.title= a "]
 
 
 def arguments(random):

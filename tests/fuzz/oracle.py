@@ -6,6 +6,7 @@ program accepts must have the values that this reader finds.
 """
 
 import re
+import struct
 
 GAP = re.compile(rb"(?:[ \t\r\n]|![^\n]*)*")
 NAME = re.compile(rb"[A-Za-z0-9_]*")
@@ -184,12 +185,15 @@ def differences(text, overrides, as_used, keys):
     return wrong
 
 
-TAKES_VALUE, FLAGS = {"--set", "--output", "--threads"}, ["--check", "--template", "--quiet", "--version", "--help"]
+TAKES_VALUE = {"--set", "--output", "--threads", "--resume", "--steps", "--time-limit"}
+FLAGS = ["--force", "--check", "--template", "--quiet", "--version", "--help"]
+CHANGEABLE = (b"output.checkpoint_interval", b"output.checkpoint_steps")  # when a run is resumed
 
 
 def command_line(arguments):
     """What a command line asks for, in the form of the driver's answer; raises `Refused`."""
-    files, output, threads, flags, overrides, only_files = [], b".", b"0", set(), [], False
+    files, output, threads, flags, overrides, only_files = [], b"", b"0", set(), [], False
+    resume, steps, limit = b"", 0, 0.0
     rest = list(arguments)
     while rest:
         argument = rest.pop(0)
@@ -216,13 +220,27 @@ def command_line(arguments):
             output = value
         elif name == "--set":
             overrides.append(value)
+        elif name == "--resume":
+            resume = value
+        elif name == "--steps":
+            if not re.fullmatch(rb"\d{1,18}", value) or int(value) < 1:
+                raise Refused("steps")
+            steps = int(value)
+        elif name == "--time-limit":
+            limit = meaning((value, False), "real", False)
+            if not 1e-100 <= limit < 1e100:
+                raise Refused("time limit")
         elif re.fullmatch(rb"\d{1,6}", value) and int(value) <= 1024:
             threads = b"%d" % int(value)
         else:
             raise Refused("threads")
     if len(files) > 1 or any(not name.strip(b" ") for name in files):
         raise Refused("files")
-    if not files and not flags & {"--template", "--version", "--help"}:
+    if resume and (files or "--check" in flags or
+                   not all(one.lstrip(b" ").lower().startswith(CHANGEABLE) for one in overrides)):
+        raise Refused("not with --resume")
+    if not files and not resume and not flags & {"--template", "--version", "--help"}:
         raise Refused("no file")
     shown = b"".join(b"1" if flag in flags else b"0" for flag in FLAGS)
-    return b"\0".join([files[0] if files else b"", output, threads, shown, *overrides])
+    bits = struct.pack(">d", limit).hex().upper().encode()
+    return b"\0".join([files[0] if files else b"", output, threads, resume, b"%d" % steps, bits, shown, *overrides])
