@@ -86,10 +86,26 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer :: i
       largest = 0
+      if (all(materials%linear)) then
+         largest = largest_of(size(p%gradient), p%gradient)
+         return
+      end if
       do i = 1, p%n
          if (materials(p%material(i))%linear) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
       end do
    end function largest_gradient
+
+   !> The largest of some numbers in size.
+   pure real(dp) function largest_of(n, values) result(largest)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: values(n)
+      integer :: i
+      largest = 0
+      !$omp simd reduction(max: largest)
+      do i = 1, n
+         largest = max(largest, abs(values(i)))
+      end do
+   end function largest_of
 
    !> The particle with the smallest determinant of F among those whose law needs it positive; 0 where there are none.
    pure integer function most_crushed_particle(p, materials) result(crushed)
@@ -98,6 +114,7 @@ contains
       real(dp) :: smallest
       integer :: i
       crushed = 0
+      if (all(materials%linear)) return
       smallest = huge(smallest)
       do i = 1, p%n
          if (materials(p%material(i))%linear) cycle
