@@ -117,6 +117,10 @@ class History:
         """Column `name` divided by G_ref."""
         return self.columns[name] / self.g_ref()
 
+    def late_mean(self, name, part=0.1):
+        """Mean of a column over the last part of the run, so that what still rings counts little."""
+        return np.mean(self.columns[name][self.times >= (1 - part) * self.times[-1]])
+
     def beam_ratio(self):
         """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""
         value = self.attributes.get("G_beam_on_foundation")

@@ -10,8 +10,6 @@ import csv
 import sys
 from fnmatch import fnmatchcase
 
-import numpy as np
-
 from history import USAGE, History, ResultError, run
 
 
@@ -38,14 +36,14 @@ def parse(arguments):
     parser.add_argument("--column", action="append", metavar="NAME", help="column of the history, * and ? allowed; may be "
                         "repeated (default: G_*)")
     parser.add_argument("--converged", type=float, metavar="VALUE", help="converged G/G_ref")
-    parser.add_argument("--part", type=part, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
+    parser.add_argument("--part", type=fraction, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
     parser.add_argument("--csv", action="store_true", help="print comma-separated values")
     options = parser.parse_args(arguments)
     options.column = options.column or ["G_*"]
     return options
 
 
-def part(text):
+def fraction(text):
     value = float(text)
     if not 0 < value <= 1:
         raise argparse.ArgumentTypeError("must be in (0, 1]")
@@ -66,7 +64,7 @@ def words(history, name, options):
     count = len(headings(name, options))
     if name not in history.columns:
         return ["-"] * count
-    value = np.mean(history.columns[name][history.times >= (1 - options.part) * history.times[-1]])
+    value = history.late_mean(name, options.part)
     if is_rate(name) and "G_ref" in history.attributes:
         value /= history.attributes["G_ref"]
     return [f"{value:.5g}", f"{100 * (value / options.converged - 1):+.2f}"][:count] if count > 1 else [f"{value:.5g}"]

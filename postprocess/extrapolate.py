@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Extrapolate results on cells of different sizes to cells of size zero.
+
+The files are of one scene on two cell sizes c or more. A crack tip and a load make errors that are proportional to c, beside
+smaller ones in c^2 and so on: at each time the polynomial in c through the values is taken at c = 0. Two sizes remove the term c,
+three also c^2. Printed are means over the last tenth of the runs (--part): the value on each size, the extrapolated one, and by
+how many percent of it the finest run, and the extrapolation without the coarsest run, differ from it: estimates of the errors of
+both. Where three sizes are halves of each other, the order that the errors show is printed too; about 1 is what the extrapolation
+takes for granted.
+
+Refined meshes have to be similar: double `rings` where the cells are halved, so that the refined zone keeps its size.
+"""
+
+import argparse
+import math
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from history import UNREADABLE, History, ResultError, run
+from tabulate import fraction
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    histories = sorted(map(History, options.files), key=cell_size, reverse=True)
+    check(histories)
+    cells = [cell_size(h) for h in histories]
+    names = [name for name in histories[-1].select(options.column) if all(name in h.columns for h in histories)]
+    if options.output:
+        write(options.output, histories, *curves(histories, names))
+    print(" ".join(["column", *(f"{cell * 1e3:g} mm" for cell in cells), "extrapolated", "finest [%]"]
+                   + ["without coarsest [%]", "order"] * (len(histories) > 2)))
+    for name in names:
+        print(name, *summary(cells, [h.late_mean(name, options.part) for h in histories]))
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm; two or more")
+    parser.add_argument("--column", action="append", metavar="NAME", help="column of the history, * and ? allowed; may be "
+                        "repeated (default: G_*)")
+    parser.add_argument("--part", type=fraction, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE.h5", help="write the extrapolated columns over time as a result "
+                        "file, which the other scripts read")
+    options = parser.parse_args(arguments)
+    options.column = options.column or ["G_*"]
+    return options
+
+
+def cell_size(history):
+    """Size of the smallest cell at the end of a run [m]."""
+    if "finest_cell" not in history.columns:
+        raise ResultError(f"{history.path}: has no column finest_cell: its size of cells is not known")
+    return float(history.columns["finest_cell"][-1])
+
+
+def check(histories):
+    """Refuse what can't be extrapolated."""
+    if len(histories) < 2:
+        raise ResultError("two results or more are needed, on cells of different sizes")
+    for coarse, fine in zip(histories, histories[1:]):
+        if cell_size(fine) > 0.99 * cell_size(coarse):
+            raise ResultError(f"{coarse.path} and {fine.path} have cells of the same size, {cell_size(fine) * 1e3:g} mm")
+        for what, a, b in (("end", coarse.times[-1], fine.times[-1]),
+                           ("G_ref", *(h.attributes.get("G_ref", 0.0) for h in (coarse, fine)))):
+            if not math.isclose(a, b, rel_tol=1e-6):
+                raise ResultError(f"{coarse.path} and {fine.path} are not of one scene: {what} is {a:g} and {b:g}")
+
+
+def weights(cells):
+    """What each value counts in the polynomial through (cell size, value) at cell size 0."""
+    return [math.prod(other / (other - own) for other in cells if other != own) for own in cells]
+
+
+def extrapolate(cells, values):
+    """Values, numbers or arrays, on these cell sizes, taken to cell size 0."""
+    return sum(weight * value for weight, value in zip(weights(cells), values))
+
+
+def curves(histories, names):
+    """Times of the finest run, and the extrapolated columns by name."""
+    times, cells = histories[-1].times, [cell_size(h) for h in histories]
+    return times, {name: extrapolate(cells, [np.interp(times, h.times, h.columns[name]) for h in histories]) for name in names}
+
+
+def summary(cells, values):
+    """The words of a column's line behind its name."""
+    limit = extrapolate(cells, values)
+    words = [*(f"{value:.6g}" for value in values), f"{limit:.6g}", percent(values[-1], limit)]
+    if len(values) > 2:
+        words += [percent(extrapolate(cells[1:], values[1:]), limit), order(cells[-3:], values[-3:])]
+    return words
+
+
+def percent(value, limit):
+    return f"{100 * (value / limit - 1):+.3f}" if limit else "-"
+
+
+def order(cells, values):
+    """The order that three values show, as text; '-' where cells are not halves, or values do not approach a limit."""
+    halves = all(math.isclose(a, 2 * b, rel_tol=1e-6) for a, b in zip(cells, cells[1:]))
+    ratio = (values[1] - values[0]) / (values[2] - values[1]) if values[2] != values[1] else 0.0
+    return f"{math.log2(ratio):.2f}" if halves and ratio > 0 else "-"
+
+
+def write(path, histories, times, columns):
+    """Write /history as a result file has it."""
+    source = histories[-1]
+    try:
+        with h5py.File(path, "w") as file:
+            group = file.create_group("history")
+            group.attrs.update(source.attributes)
+            for name, values in {"time": times, **columns}.items():
+                item = group.create_dataset(name, data=values)
+                item.attrs["units"] = source.units[name]
+                item.attrs["long_name"] = source.long_names[name] + (", extrapolated" if name != "time" else "")
+            file.create_group("input").attrs["extrapolated_from"] = ", ".join(str(h.path) for h in histories)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written ({error.strerror or error})", UNREADABLE) from error
+
+
+if __name__ == "__main__":
+    run(main)

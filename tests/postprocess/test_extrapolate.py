@@ -1,0 +1,70 @@
+"""Results on cells of several sizes, extrapolated to size zero."""
+
+import h5py
+import numpy as np
+import pytest
+
+from history import History
+from synthetic import dcb, write_result
+
+
+@pytest.fixture
+def on_cells(tmp_path):
+    """Write a result whose G errs by `first` c + `second` c^2 of itself, c in mm."""
+    def write(size, first=-0.01, second=0.0, **more):
+        columns = dcb(**more)
+        columns["G_nodal_force_I"] = columns["G_nodal_force_I"] * (1 + first * size + second * size**2)
+        columns["finest_cell"] = np.full_like(columns["time"], size * 1e-3)
+        return write_result(tmp_path / f"c{size:g}.h5", columns)
+    return write
+
+
+def exact():
+    return dcb()["G_nodal_force_I"]
+
+
+@pytest.mark.parametrize("sizes", [(2.0, 1.0), (3.0, 2.0), (1.0, 2.0), (4.0, 2.0, 1.0), (5.0, 3.0, 2.0)])
+def test_polynomials_in_the_cell_size_are_removed(script, on_cells, tmp_path, sizes):
+    second = 0.003 if len(sizes) > 2 else 0.0
+    files = [on_cells(size, second=second) for size in sizes]
+    assert script("extrapolate.py", *files, "--output", tmp_path / "zero.h5", "--column", "G_nodal_*").returncode == 0
+    result = History(tmp_path / "zero.h5")
+    np.testing.assert_allclose(result.columns["G_nodal_force_I"], exact(), rtol=1e-12, atol=1e-20)
+    assert result.units["G_nodal_force_I"] == "J/m2"
+    assert result.g_ref() == History(files[0]).g_ref()
+    with h5py.File(tmp_path / "zero.h5") as file:
+        assert str(files[0]) in file["input"].attrs["extrapolated_from"]
+
+
+def test_samples_at_other_times_are_interpolated(script, on_cells, tmp_path):
+    files = [on_cells(2.0, samples=2401), on_cells(1.0)]
+    assert script("extrapolate.py", *files, "-o", tmp_path / "zero.h5").returncode == 0
+    np.testing.assert_allclose(History(tmp_path / "zero.h5").columns["G_nodal_force_I"], exact(), rtol=1e-9, atol=1e-20)
+
+
+def test_the_table_tells_the_order_and_the_errors(script, on_cells):
+    shown = script("extrapolate.py", *map(on_cells, (4.0, 2.0, 1.0)), "--column", "G_nodal_force_I").stdout.splitlines()[1].split()
+    assert float(shown[4]) == pytest.approx(np.mean(exact()[-121:]), rel=1e-5)  # the last tenth
+    assert float(shown[5]) == pytest.approx(-1.0, abs=1e-3)
+    assert float(shown[6]) == pytest.approx(0.0, abs=1e-3)
+    assert float(shown[7]) == pytest.approx(1.0, abs=1e-2)
+
+
+def test_errors_of_second_order_are_told(script, on_cells):
+    files = [on_cells(size, first=0.0, second=0.002) for size in (4.0, 2.0, 1.0)]
+    assert float(script("extrapolate.py", *files, "--column", "G_nodal_force_I").stdout.split()[-1]) == pytest.approx(2.0, abs=1e-2)
+
+
+def test_what_cannot_be_extrapolated_is_refused(script, on_cells, dcb_file, tmp_path):
+    fine = on_cells(1.0)
+    same = tmp_path / "same.h5"
+    same.write_bytes(fine.read_bytes())
+    for files, word in (([fine], "two results"), ([fine, same], "same size"), ([fine, dcb_file], "finest_cell"),
+                        ([fine, on_cells(2.0, end=1e-3)], "one scene")):
+        result = script("extrapolate.py", *files)
+        assert result.returncode == 2 and word in result.stderr
+
+
+def test_an_output_that_cannot_be_written(script, on_cells, tmp_path):
+    result = script("extrapolate.py", on_cells(2.0), on_cells(1.0), "-o", tmp_path / "none" / "zero.h5")
+    assert result.returncode == 4 and "cannot be written" in result.stderr
