@@ -40,7 +40,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
-.PHONY: help run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity extremes local_steps tip program unit setup clean
+.PHONY: help run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity extremes tradeoff local_steps tip program unit setup clean
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -103,6 +103,12 @@ extremes: setup  ## run the extremes of every part of a scene and write docs/sta
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/extremes.py --output results/extremes --document 1
 
+tradeoff: setup  ## measure accuracy against cost for every kind of setting and write docs/tradeoff.md
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
+	for study in static dynamic; do $(PYTHON) postprocess/plot_work_precision.py results/tradeoff/$$study.csv \
+	    --output docs/tradeoff_$$study.png; done
+
 local_steps: setup  ## measure what time steps that fit the size of the cells cost and change
 	@tools/setup.sh valgrind
 	@$(MAKE) --no-print-directory program
@@ -145,6 +151,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity extremes local_steps tip,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out help clean setup run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity extremes tradeoff local_steps tip,$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif

@@ -21,13 +21,12 @@ Run by `make extremes`, or for some parts: .venv/bin/python bench/extremes.py st
 """
 
 import csv
-import re
 import sys
 from collections import Counter
 
 import extreme_scenes
 from extreme_scenes import PARTS, Cell, Runner
-from tables import ROOT, command_line
+from tables import ROOT, command_line, rewrite
 
 DOCUMENT = ROOT / "docs/stability.md"
 HEAD = ("part", "case", "outcome", "what", "value", "bound", "message")
@@ -101,23 +100,15 @@ def limits(cells):
     return lines
 
 
-def rewrite(name, lines, text):
-    """The text with what stands between the two markers of a name replaced."""
-    pattern = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
-    if not pattern.search(text):
-        sys.exit(f"{DOCUMENT} has no markers of {name}")
-    return pattern.sub(lambda match: match[1] + "\n".join(lines) + "\n" + match[2], text)
-
-
 def document(folder):
     """Write the tables and pictures of all parts that have results into the document."""
     from extreme_pictures import draw
     results = {part: cells for part in PARTS if (cells := load(part, folder))}
     text = DOCUMENT.read_text()
-    text = rewrite("atlas", atlas(results), text)
-    text = rewrite("messages", causes(results), text)
+    text = rewrite("atlas", atlas(results), text, DOCUMENT)
+    text = rewrite("messages", causes(results), text, DOCUMENT)
     if "courant" in results:
-        text = rewrite("limits", limits(results["courant"]), text)
+        text = rewrite("limits", limits(results["courant"]), text, DOCUMENT)
     DOCUMENT.write_text(text)
     draw(results, DOCUMENT.parent)
 

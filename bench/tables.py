@@ -1,7 +1,8 @@
-"""What the measuring scripts share: their command line, and tables on the screen and as CSV."""
+"""What the measuring scripts share: their command line, and tables on the screen, as CSV and in documents."""
 
 import argparse
 import csv
+import re
 import sys
 from pathlib import Path
 
@@ -17,6 +18,14 @@ def write(rows, name, folder):
     for row in rows:
         print("  ".join(str(value).ljust(width) for value, width in zip(row, widths)).rstrip())
     sys.stdout.flush()
+
+
+def rewrite(name, lines, text, path):
+    """The text of a document with what stands between the two markers of a name replaced; `path` names it in a message."""
+    pattern = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
+    if not pattern.search(text):
+        sys.exit(f"{path} has no markers of {name}")
+    return pattern.sub(lambda match: match[1] + "\n".join(lines) + "\n" + match[2], text)
 
 
 def command_line(description, parts, folder, program=ROOT / "build/release/hampm", **numbers):

@@ -1,0 +1,259 @@
+"""Accuracy against cost: errors of the energy release rate of the double cantilever beam, and the processor time they take.
+
+    static    G at rest against the converged value: the largest error in the last tenth of the run, with its sign
+    dynamic   G(t) of the undamped beam against converged finite elements: rms difference below 50 kHz in the first 0.6 ms, over the peak
+
+The matrix is declared in tradeoff_matrix.py. Each run is one process on one thread; its cost is its processor time, user and
+system, the median of `repeats` turns. The machine may be busy: before every run the same small run is timed, and what is measured
+is multiplied by the median of all those times over the one just taken.
+
+A small error may be luck: where an error changes its sign it is zero. So a setting counts with the largest error of its family on
+its own cells and on all finer ones, the *sustained* error, and the finest cells of each family, which nothing confirms, do not
+count. A batch of two runs is extrapolated from cells c and c/2, taking the error to be proportional to c; one of three, from c to
+c/4, takes it to be a sum of terms c and c^2. Its cost is the sum.
+
+Run by `make tradeoff`, which writes docs/tradeoff.md too; for one study: .venv/bin/python bench/tradeoff.py static --output DIR
+"""
+
+import csv
+import math
+import os
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from tables import ROOT, command_line, rewrite
+from tradeoff_matrix import BASE, FAMILIES, Family
+
+sys.path.insert(0, str(ROOT / "postprocess"))
+import numpy as np  # noqa: E402
+
+from extrapolate import extrapolate  # noqa: E402
+from history import History, lowpass, read_curve  # noqa: E402
+from tradeoff_tables import advice, curves, front  # noqa: E402
+
+SCENE = ROOT / "input/dcb.nml"
+DEPTH, LENGTH = 0.01, 0.1  # of an arm [m]
+ESTIMATORS = {"nodal_force": "G_nodal_force_I", "domain_integral": "G_domain_I"}
+COMMON = {"energy_release.estimators": ",".join(ESTIMATORS), "output.snapshot_interval": 0.0}
+STUDIES = {
+    "static": {"damping.rate": 3.2e4, "run.end_time": 1e-3, "output.history_interval": 1e-5},  # critical of the first mode
+    "dynamic": {"damping.rate": 0.0, "run.end_time": 7e-4, "output.history_interval": 1e-6}}
+CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
+REFERENCE = ROOT / "tests/reference/dcb_dynamic_undamped.csv"
+EARLY, CUTOFF = 6e-4, 5e4  # what counts of G(t): until [s], below [Hz]
+CALIBRATION = Family("calibration", "uniform", {}, (8,))
+ACCURACIES = {"static": (5, 2, 1, 0.5, 0.3, 0.1), "dynamic": (5, 2, 1, 0.5)}  # [%]
+DOCUMENT = ROOT / "docs/tradeoff.md"
+COLUMNS = ["study", "group", "family", "name", "estimator", "cells", "cell", "settings", "runs", "particles", "cpu_seconds",
+           "cpu_lowest", "cpu_highest", "error_percent", "sustained_percent", "message"]
+
+
+class Run(NamedTuple):
+    """What one run of the program has given."""
+
+    seconds: float
+    particles: float
+    curves: dict     # estimator -> G/G_ref: in the last tenth, or at the times of the reference; None where the run failed
+    message: str
+
+
+class Program:
+    """Runs members of families in a folder."""
+
+    def __init__(self, path, folder):
+        self.path, self.folder = str(path), folder
+
+    def __call__(self, study, family, k):
+        """Run the k-th member of a family once."""
+        result = self.folder / "result.h5"
+        settings = settings_of(study, family, k) | {"output.file": result.name}
+        command = [self.path, str(SCENE), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
+        command += [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+        log = self.folder / "log"
+        actions = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0),
+                   (os.POSIX_SPAWN_OPEN, 2, str(log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)]
+        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        process = os.posix_spawn(self.path, command, environment, file_actions=actions)
+        _, status, usage = os.wait4(process, 0)
+        seconds, code = usage.ru_utime + usage.ru_stime, os.waitstatus_to_exitcode(status)
+        if code in (2, 3):  # refused, or stopped with a cause: a result of the study
+            return Run(seconds, math.nan, None, log.read_text(errors="replace").strip().splitlines()[0])
+        if code:
+            sys.exit(f"{' '.join(command)}\nhas ended with {code}: {log.read_text(errors='replace')}")
+        return Run(seconds, *read(result, study), "")
+
+
+def settings_of(study, family, k):
+    """Every key that the k-th member of a family sets."""
+    n = family.cells[k]
+    settings = {"grid.cell": DEPTH / n, "grid.cells": f"{round(LENGTH / DEPTH) * n}, {n + 1}", **COMMON, **STUDIES[study], **BASE}
+    if family.rings:
+        settings["refine.rings"] = max(1, round(family.rings * n))
+    return settings | family.settings | (family.finer[k] if family.finer else {})
+
+
+def read(path, study):
+    """Number of particles at the end, and the curves of G/G_ref by each estimator."""
+    history = History(path)
+    particles, times = float(history.columns["particles"][-1]), reference_curve()[0]
+    if study == "static":
+        times = history.times[-1] * np.linspace(0.9, 1.0, 21)
+    times = times[times <= history.times[-1]]
+    return particles, {name: np.interp(times, history.times, history.g_ratio(column)) for name, column in ESTIMATORS.items()}
+
+
+def reference_curve():
+    """Times [s] and G/G_ref of the finite elements, all modes."""
+    return read_curve(REFERENCE)
+
+
+def error_of(curve, study):
+    """Error of a curve of G/G_ref in percent, as the study defines it."""
+    if study == "static":
+        errors = 100 * (curve / CONVERGED - 1)
+        return float(max(errors, key=abs))
+    times, asked = reference_curve()
+    early = times <= EARLY
+    difference = lowpass(times[:curve.size], curve, CUTOFF)[early[:curve.size]] - lowpass(times, asked, CUTOFF)[early]
+    return 100 * float(np.sqrt(np.mean(difference**2)) / np.max(np.abs(asked[early])))
+
+
+def measure(program, study, families, repeats):
+    """All members of the families in turns; returns (name of the family, k) -> list of runs with the time of a calm machine."""
+    members = [(family, k) for family in families for k in range(len(family.cells))]
+    runs, factors = {(family.name, k): [] for family, k in members}, []
+    for turn in range(repeats):
+        for number, (family, k) in enumerate(members):
+            factors.append(program(study, CALIBRATION, 0).seconds)
+            runs[family.name, k].append((program(study, family, k), factors[-1]))
+            progress(f"{study}: turn {turn + 1} of {repeats}, {number + 1} of {len(members)} runs")
+    progress("")
+    calm = statistics.median(factors)
+    spread = [f / calm for f in sorted(factors)]
+    print(f"{study}: the calibrating run took {calm:.3f} s, nine in ten times {spread[len(spread) // 20]:.2f} to "
+          f"{spread[-len(spread) // 20]:.2f} of it")
+    return {member: [run._replace(seconds=run.seconds * calm / factor) for run, factor in taken] for member, taken in runs.items()}
+
+
+def progress(text):
+    if sys.stderr.isatty():
+        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+
+class Point(NamedTuple):
+    """A point of a curve: one run, or a batch of them that is extrapolated."""
+
+    label: str
+    cells: int
+    settings: str
+    runs: int
+    particles: float
+    seconds: tuple  # of each turn
+    curves: dict    # as those of a run
+    message: str
+
+
+def points(family, study, measured):
+    """The points of a family."""
+    for k, n in enumerate(family.cells):
+        runs = measured[family.name, k]
+        own = settings_of(study, family, k)
+        given = " ".join(f"{key}={value}" for key, value in own.items() if key not in COMMON | STUDIES[study])
+        label = ", ".join([f"n = {n}"] + [f"{key}={value}" for key, value in own.items() if family.finer and key in family.finer[k]])
+        yield Point(label, n, given, 1, runs[0].particles, tuple(run.seconds for run in runs), runs[0].curves, runs[0].message)
+
+
+BATCHES = (2, 3)  # numbers of runs that are extrapolated together
+
+
+def batches(single, count):
+    """Points that are extrapolated from `count` single ones, each with half the cells of the one before."""
+    by_cells = {point.cells: point for point in single if point.curves}
+    for coarse in by_cells:
+        members = [by_cells.get(coarse * 2**i) for i in range(count)]
+        if all(members):
+            size = min(next(iter(m.curves.values())).size for m in members)
+            sizes = [1 / m.cells for m in members]
+            yield Point(f"n = {', '.join(str(m.cells) for m in members)}", members[-1].cells, " | ".join(m.settings for m in members),
+                        count, sum(m.particles for m in members), tuple(map(sum, zip(*(m.seconds for m in members)))),
+                        {name: extrapolate(sizes, [m.curves[name][:size] for m in members]) for name in ESTIMATORS}, "")
+
+
+def rows_of(study, families, measured):
+    """Rows of the table: each family on its own, and the batches of those whose root cells become finer."""
+    for family in families:
+        single = list(points(family, study, measured))
+        yield from curve_rows(study, family.group, family.name, single)
+        if not family.finer:
+            for count in BATCHES:
+                group = "batch, uniform" if not family.rings else "batch, refined"
+                yield from curve_rows(study, group, f"{family.name}, batch of {count}", list(batches(single, count)))
+
+
+def curve_rows(study, group, family, curve):
+    """Rows of one curve, for each estimator, with the sustained errors."""
+    for estimator in ESTIMATORS:
+        errors = [error_of(p.curves[estimator], study) if p.curves else math.nan for p in curve]
+        for k, (p, error) in enumerate(zip(curve, errors)):
+            sustained = max(map(abs, errors[k:])) if k + 1 < len(errors) and not any(map(math.isnan, errors[k:])) else math.nan
+            yield dict(zip(COLUMNS, [
+                study, group, family, f"{family}, {p.label}", estimator, p.cells, f"{DEPTH / p.cells:.6g}", p.settings, p.runs,
+                text(p.particles, ".0f"), text(statistics.median(p.seconds), ".4g"), text(min(p.seconds), ".4g"),
+                text(max(p.seconds), ".4g"), text(error, ".4f"), text(sustained, ".4f"), p.message]))
+
+
+def text(value, form):
+    return "" if math.isnan(value) else format(value, form)
+
+
+def save(rows, study, folder):
+    with open(folder / f"{study}.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def load(study, folder):
+    """The rows of a study that has been measured, None if it has not."""
+    path = folder / f"{study}.csv"
+    if not path.is_file():
+        return None
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def document(folder):
+    """Write the tables of all studies that have results into the document."""
+    page = DOCUMENT.read_text()
+    for study in STUDIES:
+        if rows := load(study, folder):
+            for name, table in (("advice", advice(rows, ACCURACIES[study])), ("front", front(rows)), ("curves", curves(rows))):
+                page = rewrite(f"{study} {name}", table, page, DOCUMENT)
+    DOCUMENT.write_text(page)
+
+
+def main():
+    arguments = command_line(__doc__, list(STUDIES), "results/tradeoff", repeats=(3, "turns, of which the median counts"),
+                             measure=(1, "0: only write the tables of what has been measured"),
+                             document=(0, "1: write the tables of docs/tradeoff.md"))
+    folder = arguments.output.resolve()
+    for study in arguments.part:
+        if arguments.measure:
+            families = FAMILIES[study]
+            with tempfile.TemporaryDirectory() as scratch:
+                measured = measure(Program(arguments.program.resolve(), Path(scratch)), study, families, arguments.repeats)
+            save(rows_of(study, families, measured), study, folder)
+        rows = load(study, folder)
+        if rows is None:
+            sys.exit(f"{folder / study}.csv: not measured yet")
+        print(f"\n{folder / study}.csv")
+        print("\n".join(advice(rows, ACCURACIES[study])))
+    if arguments.document:
+        document(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""The matrix of the trade-off study: families of settings, each on cells that become finer.
+
+A family is what stays the same while cells become finer; its error and its cost are curves. All families compute the double
+cantilever beam of input/dcb.nml, whose arm is `cells` cells deep. Unless a family says otherwise it takes the cheapest of the
+settings that leave the result as it is: the total frame, and nine tenths of the largest stable time step
+(docs/mass.md, On refined meshes).
+"""
+
+from typing import NamedTuple
+
+YARDSTICK = "uniform"  # the group that others are compared with: uniform cells, lumped mass matrix, one run
+COARSE = (2, 3, 4, 6, 8, 12, 16)
+SLOW = COARSE[:-1]  # of settings that take several times as long
+FINE = (*COARSE, 20, 24, 28, 32, 40)
+BASE = {"method.frame": "total", "method.scheme": "musl", "method.mass": "lumped", "method.courant": 0.9}
+FULL = {"method.courant": 0.22, "method.solver": "umfpack"}
+
+
+class Family(NamedTuple):
+    """Runs that differ in the size of their cells, or in the tolerance of their refinement."""
+
+    group: str
+    name: str
+    settings: dict        # keys of the namelist and their values, over BASE
+    cells: tuple          # root cells over the depth of an arm, from coarse to fine
+    rings: float = 0      # refine.rings for each of these cells: the refined zone has the same size on all
+    finer: tuple = ()     # settings of each member besides, where not the root cells but these make the mesh finer
+
+
+def uniform():
+    """Uniform cells with the lumped mass matrix: other time steps, schemes, frames and numbers of particles."""
+    yield Family(YARDSTICK, "uniform", {}, FINE)
+    yield Family(YARDSTICK, "courant 0.4", {"method.courant": 0.4}, COARSE)
+    yield Family(YARDSTICK, "courant 0.1", {"method.courant": 0.1}, SLOW)
+    yield Family(YARDSTICK, "updated frame", {"method.frame": "updated"}, COARSE)
+    yield Family(YARDSTICK, "defaults of &method", {"method.frame": "updated", "method.courant": 0.0}, SLOW)
+    yield Family(YARDSTICK, "usf", {"method.scheme": "usf"}, FINE)
+    yield Family(YARDSTICK, "usavg", {"method.scheme": "usavg"}, COARSE)
+    yield Family(YARDSTICK, "usl", {"method.scheme": "usl", "method.courant": 0.4}, COARSE)
+    yield Family(YARDSTICK, "1 point per cell", {"body.points_per_cell": 1}, COARSE)
+    yield Family(YARDSTICK, "9 points per cell", {"body.points_per_cell": 3}, COARSE)
+
+
+def masses():
+    """Uniform cells with the other mass matrices and solvers."""
+    for name, settings in (("fmpm 2", {"method.order": 2, "method.courant": 0.55}),
+                           ("fmpm 4", {"method.order": 4, "method.courant": 0.38}),
+                           ("blend 0.5, banded", {"method.blend": 0.5, "method.courant": 0.63, "method.solver": "banded"}),
+                           ("full, cg", FULL | {"method.solver": "cg"}), ("full, umfpack", FULL),
+                           ("full, banded", FULL | {"method.solver": "banded"})):
+        yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, SLOW)
+
+
+def refined():
+    """Cells refined around the tip, over zones of 1, 2 and 3 depths of an arm, and choices beside that."""
+    sizes = {1: (2, 3, 4, 6, 8, 12, 16), 2: (2, 3, 4, 6, 8, 12), 3: (2, 3, 4, 6), 4: (2, 3, 4), 5: (2, 3)}
+    for levels, cells in sizes.items():
+        for depths in (1, 2, 3):
+            yield tip(f"tip, {levels} levels, {depths} n rings", levels, depths, cells)
+    other = "tip, 2 levels, 2 n rings, "
+    for name, cells, settings in (("updated frame", SLOW, {"method.frame": "updated"}), ("usavg", SLOW, {"method.scheme": "usavg"}),
+                                  ("local time steps", SLOW, {"method.time_steps": "local", "method.courant": 0.5}),
+                                  ("fmpm 2", SLOW[:-1], {"method.mass": "fmpm", "method.courant": 0.55}),
+                                  ("full, umfpack", SLOW[:-2], FULL | {"method.mass": "full"}),
+                                  ("partial, umfpack", SLOW[:-2], FULL | {"method.mass": "partial", "method.full_region": "refined"})):
+        yield tip(other + name, 2, 2, cells, settings)
+
+
+def tip(name, levels, depths, cells, settings=None):
+    """A family that is refined around the tip from the start."""
+    return Family("refined at the tip", name, {"refine.indicator": "tip", "refine.max_level": levels, **(settings or {})}, cells, depths)
+
+
+# Refinement that finds its place by itself needs a load that rises slowly, and begins at rest (docs/adaptivity.md)
+RISE = {"method.scheme": "usl", "method.courant": 0.3, "load.history": "ramp", "load.rise_time": 4e-4, "run.end_time": 1.5e-3,
+        "refine.start": 9e-4}
+
+
+def adaptive():
+    """Cells refined where the estimated error, or the gradient of a field, is large; for the static value only."""
+    yield Family("adaptive", "zz", {**RISE, "refine.indicator": "zz", "refine.interval": 400, "refine.max_level": 6}, (2,) * 4,
+                 finer=tuple({"refine.tolerance": tolerance} for tolerance in (0.2, 0.1, 0.05, 0.035)))
+    yield Family("adaptive", "gradient of the stress", {
+        **RISE, "refine.indicator": "gradient", "refine.field": "stress_norm", "refine.max_level": 6, "refine.interval": 100,
+        "refine.region_lower": "0.04, 0", "refine.region_upper": "0.06, 0.01", "refine.energy_floor": 0.2}, (2,) * 4,
+                 finer=tuple({"refine.r_crit": r} for r in (0.08, 0.04, 0.02, 0.01)))
+
+
+FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive()], "dynamic": [*uniform(), *masses(), *refined()]}
