@@ -10,8 +10,10 @@ COUNTED_BENCH = ROOT / "build/counted/bench_step"
 RESULTS_DRIVER = PROGRAM.with_name("results_driver")
 SCRIPTS = ROOT / "postprocess"
 BENCH = ROOT / "bench"
+BATCH = ROOT / "batch"
+INPUT = ROOT / "input"
 REFERENCE = ROOT / "tests/reference"
-DCB = ROOT / "input/dcb.nml"
+DCB = INPUT / "dcb.nml"
 
 # The double cantilever beam with coarse cells for a short time
 COARSE_DCB = (DCB, "--set", "grid.cell=5e-3", "--set", "grid.cells=20,3", "--set", "run.end_time=3e-4",

@@ -1,0 +1,52 @@
+"""YAML as it is written: every value as its text, every text with the line where it stands."""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "postprocess"))
+
+from history import UNREADABLE, ResultError, run  # noqa: F401  what the commands of this folder share
+
+try:
+    import yaml
+except ImportError as missing:
+    sys.exit(f"{missing}: run tools/setup.sh with a Python of 3.11 or later and use .venv/bin/python")
+
+
+class Text(str):
+    """A text of a file and its line: `1.25e-3` stays what it is, and `no` does not become a truth value."""
+
+    line = 0
+
+
+def read_yaml(path):
+    """The file's content as dictionaries, lists and Text; ResultError where it is none, or a key stands twice."""
+    try:
+        node = yaml.compose(Path(path).read_text(), Loader=yaml.SafeLoader)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
+    except yaml.YAMLError as error:
+        line = error.problem_mark.line + 1 if getattr(error, "problem_mark", None) else 1
+        raise ResultError(f"{path}:{line}: no YAML: {getattr(error, 'problem', error)}") from error
+    return _plain(node, path) if node else {}
+
+
+def _plain(node, path):
+    if isinstance(node, yaml.SequenceNode):
+        return [_plain(item, path) for item in node.value]
+    if isinstance(node, yaml.MappingNode):
+        items = {}
+        for key, value in node.value:
+            text = _text(key)
+            if text in items:
+                raise ResultError(f"{path}:{text.line}: '{text}' stands twice")
+            items[text] = _plain(value, path)
+        return items
+    return _text(node)
+
+
+def _text(node):
+    text = Text(node.value if isinstance(node, yaml.ScalarNode) else "?")
+    text.line = node.start_mark.line + 1
+    return text

@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""Run one case of a sweep in its own folder and record how it ended.
+
+    hampm.log                  what hampm said on its last start
+    result.h5                  its result; result.h5.checkpoint where it was stopped
+    case.json                  what the case is, and what its starts have taken that did not end it
+    outcome.json               how it ended; written only when it did
+    ended                      empty, for Snakemake; written after it
+
+A case has ended when hampm is done (exit code 0), or refuses the scene or fails in the computation (2, 3): these would end in the
+same way again. Any other end, such as a full disk, a limit of time or a signal, is no outcome: the exit code is 1, and the next
+start goes on from the checkpoint if there is one. A case whose outcome is there is not run again. A signal that ends batch jobs is
+passed on to hampm, which then writes its checkpoint.
+"""
+
+import argparse
+import ctypes
+import fcntl
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+OUTCOMES = {0: "done", 2: "refused", 3: "failed"}  # by exit code of hampm
+SIGNALS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGUSR1, signal.SIGXCPU
+PASSED_ON = signal.SIGUSR2  # of another kind than any of them: a second one of a kind would end hampm without a checkpoint
+PR_SET_PDEATHSIG = 1
+NOTHING_SPENT = {"starts": 0, "cpu_seconds": 0.0, "wall_seconds": 0.0, "peak_megabytes": 0.0}
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    folder = options.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder):
+        what = identity(options.namelist, dict(text.split("=", 1) for text in options.set))
+        outcome = folder / "outcome.json"
+        if known(outcome).get("case") == what:
+            (folder / "ended").touch()
+            return 0
+        outcome.unlink(missing_ok=True)
+        begin = known(folder / "case.json")
+        if begin.get("case") != what:
+            (folder / "result.h5.checkpoint").unlink(missing_ok=True)
+            begin = {"case": what, "spent": NOTHING_SPENT}
+            write(folder / "case.json", begin)
+        code, spent = start(command(options), options, begin["spent"])
+        message = said(folder / "hampm.log")
+        if code in OUTCOMES:
+            write(outcome, {"case": what, "outcome": OUTCOMES[code], "message": message, "spent": spent})
+            (folder / "ended").touch()
+            print(f"{OUTCOMES[code]}: {folder.name}{message and ': '}{message}")
+            return 0
+        write(folder / "case.json", {"case": what, "spent": spent})
+        print(f"not finished: {folder.name}: {ending(code)}{message and ': '}{message}", file=sys.stderr)
+        return 1
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the case; made where there is none")
+    parser.add_argument("namelist", metavar="CASE.nml", type=Path)
+    parser.add_argument("--set", metavar="GROUP.KEY=VALUE", nargs="*", default=[], help="settings of the case")
+    parser.add_argument("--program", metavar="FILE", type=Path, required=True, help="hampm")
+    parser.add_argument("--threads", metavar="N", type=int, default=1)
+    parser.add_argument("--checkpoint", metavar="SECONDS", type=float, default=600, help="wall time between checkpoints")
+    return parser.parse_args(arguments)
+
+
+def identity(namelist, settings):
+    """What makes a case the same case: the text of its namelist and what it sets."""
+    return {"namelist": hashlib.sha256(namelist.read_bytes()).hexdigest(), "settings": settings}
+
+
+@contextmanager
+def locked(folder):
+    """Wait until nobody else runs this case. It is a matter of course only where the file system knows locks."""
+    with open(folder / "lock", "w") as file:
+        try:
+            fcntl.lockf(file, fcntl.LOCK_EX)
+        except OSError:
+            pass
+        yield
+
+
+def known(path):
+    """A JSON file; empty where there is none or not a whole one."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return {}
+
+
+def write(path, content):
+    """Write a JSON file under a partial name, and rename it."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(json.dumps(content, indent=1) + "\n")
+    part.replace(path)
+
+
+def command(options):
+    """The command line that goes on from the checkpoint, or begins the case."""
+    checkpoint = options.folder / "result.h5.checkpoint"
+    interval = "--set", f"output.checkpoint_interval={options.checkpoint:g}"
+    common = [options.program, "--quiet", "--threads", str(options.threads), *interval]
+    if checkpoint.exists():
+        return [*common, "--resume", checkpoint]
+    settings = [word for text in (*options.set, "output.file=result.h5") for word in ("--set", text)]
+    return [*common, options.namelist, "--output", options.folder, "--force", *settings]
+
+
+def start(words, options, before):
+    """Run hampm to its end. Its exit code, negative for a signal, and what all starts of the case have taken."""
+    environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), str(options.threads))
+    begin = time.monotonic()
+    with open(options.folder / "hampm.log", "w") as log:
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment,
+                                   start_new_session=True, preexec_fn=stop_with_parent)
+    pass_on_signals(process.pid)
+    _, status, usage = os.wait4(process.pid, 0)
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)   # the outcome is about to be written
+    return os.waitstatus_to_exitcode(status), {
+        "starts": before["starts"] + 1,
+        "cpu_seconds": round(before["cpu_seconds"] + usage.ru_utime + usage.ru_stime, 3),
+        "wall_seconds": round(before["wall_seconds"] + time.monotonic() - begin, 3),
+        "peak_megabytes": round(max(before["peak_megabytes"], usage.ru_maxrss / 1024), 1)}
+
+
+def stop_with_parent():
+    """Have Linux send the calling process a signal when its parent dies, so that no run goes on without one."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, PASSED_ON)
+
+
+def pass_on_signals(process):
+    """Send the process one signal to stop for the first that comes."""
+    def stop(number, frame):
+        for each in SIGNALS:
+            signal.signal(each, signal.SIG_IGN)
+        os.kill(process, PASSED_ON)
+    for number in SIGNALS:
+        signal.signal(number, stop)
+
+
+def said(log):
+    """The messages of hampm in one line."""
+    lines = log.read_text(errors="replace").splitlines()
+    return "; ".join(line.removeprefix("hampm: ").strip() for line in lines if line.strip())
+
+
+def ending(code):
+    return f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

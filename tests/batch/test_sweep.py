@@ -1,0 +1,132 @@
+"""The cases that a sweep declares, and what is said of a declaration that makes no sense."""
+
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("yaml")
+
+from history import UNREADABLE, USAGE, ResultError
+from paths import BATCH, INPUT
+from scene import HEAD, write_sweep
+from sweep import case_name, read_sweep
+
+
+@pytest.fixture
+def declared(tmp_path):
+    """The sweep that a text declares, behind the scene and the folder."""
+    return lambda text: read_sweep(write_sweep(tmp_path, HEAD + text))
+
+
+def settings(sweep):
+    return list(sweep.cases.values())
+
+
+def test_a_product_is_every_value_with_every_other_one(declared):
+    sweep = declared("product: {grid.cell: [1.0, 0.5], method.mass: [lumped, full, fmpm]}")
+    assert settings(sweep) == [{"grid.cell": cell, "method.mass": mass}
+                               for cell in ("1.0", "0.5") for mass in ("lumped", "full", "fmpm")]
+
+
+def test_keys_change_together(declared):
+    sweep = declared("product:\n  grid.cell, grid.cells: [[1.0, [8, 4]], [0.5, [16, 8]]]\n  method.mass: [lumped, full]")
+    assert settings(sweep)[::2] == [{"grid.cell": "1.0", "grid.cells": "8,4", "method.mass": "lumped"},
+                                    {"grid.cell": "0.5", "grid.cells": "16,8", "method.mass": "lumped"}]
+    assert sweep.keys == ["grid.cell", "grid.cells", "method.mass"]
+
+
+def test_a_list_stands_beside_the_product(declared):
+    sweep = declared("product: {method.mass: [lumped, full]}\ncases:\n- {method.scheme: usl}\n- {Body(1).Velocity: [1, -2]}")
+    assert settings(sweep) == [{"method.mass": "lumped"}, {"method.mass": "full"}, {"method.scheme": "usl"},
+                               {"body(1).velocity": "1,-2"}]
+
+
+def test_values_are_taken_as_they_are_written(declared):
+    """YAML would make numbers and truth values of them."""
+    sweep = declared("cases:\n- {run.title: no, run.end_time: 1.50e-3, grid.cells: 010}")
+    assert settings(sweep) == [{"run.title": "no", "run.end_time": "1.50e-3", "grid.cells": "010"}]
+
+
+def test_names_say_what_a_case_sets_and_stay_when_cases_are_added(declared):
+    before = declared("product: {grid.cell: [1.0], method.mass: [lumped]}")
+    after = declared("product: {grid.cell: [0.5, 1.0], method.mass: [full, lumped]}\ncases: [{run.end_time: -1}]")
+    name, = before.cases
+    assert name.startswith("cell-1.0_mass-lumped_") and name in after.cases
+    assert len(set(after.cases)) == 5
+
+
+@pytest.mark.parametrize("value", ["a/b", "..", "it's $HOME", "x" * 300, "a b,c=d:e", "\u00e9"])
+def test_names_are_names_of_files_whatever_the_value(value):
+    name = case_name({"run.title": value})
+    assert set(name) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.+-_") and len(name) < 100
+    assert name != case_name({"run.title": value + "!"})
+
+
+def test_defaults(declared, tmp_path):
+    sweep = declared("cases: [{method.mass: full}]")
+    assert (sweep.columns, sweep.mean, sweep.threads, sweep.memory, sweep.runtime, sweep.checkpoint) == \
+        (("*",), None, 1, None, 60, 600)
+    assert (sweep.namelist, sweep.output) == (tmp_path / "flight.nml", tmp_path / "out")
+
+
+MISTAKES = {
+    "key of the sweep": ("produkt: {a: b}", ":3: a sweep has no key 'produkt'; did you mean 'product'?"),
+    "group": ("product: {gird.cell: [1]}", ":3: 'gird.cell': hampm has no group &gird; did you mean 'grid'?"),
+    "namelist key": ("product:\n  grid.cel: [1]", ":4: 'grid.cel': &grid has no key 'cel'; did you mean 'cell'?"),
+    "namelist key of a case": ("cases:\n- {method.mass: full}\n- {method.mas: full}", ":5: 'method.mas': &method has no key 'mas'"),
+    "no group": ("product: {cell: [1]}", ":3: 'cell': a key is GROUP.KEY, such as grid.cell"),
+    "result file": ("cases: [{output.file: a.h5}]", ":3: 'output.file': the results of a sweep are named by their folders"),
+    "unequal lengths": ("product:\n  grid.cell, grid.cells: [[1.0, [8, 4]], [0.5]]",
+                        ":4: grid.cell, grid.cells: [0.5]: each value is a list of 2, one for each key"),
+    "no list": ("product: {grid.cell: 1}", ":3: grid.cell: a list of values is needed, such as [1e-3, 2e-3]"),
+    "list of the list": ("product: {grid.cells: [[[1, 2], 3]]}", ":3: grid.cells: [[1, 2], 3]: a value is a number, a name or a list"),
+    "one key twice": ("product: {grid.cell: [1], 'grid.cell, grid.cells': [[1, 2]]}", ":3: product: 'grid.cell' stands in two"),
+    "repeated key": ("product: {grid.cell: [1]}\nproduct: {grid.cells: [1]}", ":4: 'product' stands twice"),
+    "no cases": ("columns: [J]", ":1: there are no cases: 'product' or 'cases' is needed"),
+    "duplicate": ("product: {method.mass: [full]}\ncases:\n- {method.mass: full}", ":5: the case method.mass=full is there already"),
+    "number": ("cases: [{method.mass: full}]\nthreads: two", ":4: threads: two: one whole number is needed, above 0"),
+    "negative": ("cases: [{method.mass: full}]\ncheckpoint: -1", ":4: checkpoint: -1: one number is needed, 0 or more"),
+    "columns": ("cases: [{method.mass: full}]\ncolumns: [[J]]", ":4: columns: a list of names is needed"),
+    "YAML": ("product: [", ": no YAML: "),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_named_with_its_line_and_what_would_be_right(declared, tmp_path, name):
+    text, message = MISTAKES[name]
+    with pytest.raises(ResultError) as error:
+        declared(text)
+    first = str(error.value).splitlines()[0]
+    assert first.startswith(f"{tmp_path / 'sweep.yaml'}:") and message in first
+
+
+def test_all_mistakes_are_named_at_once(declared):
+    with pytest.raises(ResultError) as error:
+        declared("product: {gird.cell: [1]}\ncases: [{method.mas: full}]\nthreads: 0")
+    assert len(str(error.value).splitlines()) == 3
+
+
+def test_what_is_missing_is_named(tmp_path):
+    path = tmp_path / "sweep.yaml"
+    path.write_text("namelist: none.nml\ncases: [{method.mass: full}]\n")
+    with pytest.raises(ResultError) as error:
+        read_sweep(path)
+    assert "output: a path is needed" in str(error.value)
+    assert f":1: namelist: there is no file {tmp_path / 'none.nml'}" in str(error.value)
+    with pytest.raises(ResultError) as error:
+        read_sweep(tmp_path / "no.yaml")
+    assert error.value.exit_code == UNREADABLE
+
+
+def test_the_command_lists_the_cases(tmp_path):
+    path = write_sweep(tmp_path, HEAD + "product: {method.mass: [lumped, full]}")
+    result = subprocess.run([sys.executable, BATCH / "sweep.py", path], capture_output=True, text=True)
+    assert [line.split()[1:] for line in result.stdout.splitlines()] == [["method.mass=lumped"], ["method.mass=full"]]
+    path.write_text(HEAD)
+    assert subprocess.run([sys.executable, BATCH / "sweep.py", path], capture_output=True).returncode == USAGE
+
+
+@pytest.mark.parametrize("path", sorted(INPUT.glob("*.yaml")), ids=lambda path: path.name)
+def test_the_sweeps_of_input_make_sense(path):
+    assert read_sweep(path).cases
