@@ -40,7 +40,10 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
-.PHONY: help run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity extremes tradeoff local_steps tip program unit setup clean
+# Targets that compile nothing themselves
+TASKS := help setup clean run figures sweep test coverage sanitize memcheck fuzz \
+         bench minimal masses adaptivity extremes tradeoff local_steps tip
+.PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
@@ -56,6 +59,11 @@ run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_re
 figures: setup  ## draw the pictures of the docs: meshes, the paper's Fig. 10, and the verification cases
 	@$(MAKE) --no-print-directory program
 	tools/figures.sh $(O)/hampm $(PYTHON)
+
+sweep: setup  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml
+	@$(MAKE) --no-print-directory program
+	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
+	.venv/bin/snakemake -s batch/Snakefile --cores all --config sweep=$(or $(file),input/dcb_sweep.yaml) program=$(O)/hampm
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
@@ -151,6 +159,6 @@ $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 
-ifneq ($(filter-out help clean setup run figures test coverage sanitize memcheck fuzz bench minimal masses adaptivity extremes tradeoff local_steps tip,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(filter-out $(TASKS),$(or $(MAKECMDGOALS),help)),)
 include $(O)/depends.mk
 endif

@@ -5,7 +5,7 @@
     result.h5                  its result; result.h5.checkpoint where it was stopped
     case.json                  what the case is, and what its starts have taken that did not end it
     outcome.json               how it ended; written only when it did
-    ended                      empty, for Snakemake; written after it
+    ended-NUMBER               empty, for Snakemake; written after it. The number stands for the text of the namelist
 
 A case has ended when hampm is done (exit code 0), or refuses the scene or fails in the computation (2, 3): these would end in the
 same way again. Any other end, such as a full disk, a limit of time or a signal, is no outcome: the exit code is 1, and the next
@@ -35,30 +35,35 @@ NOTHING_SPENT = {"starts": 0, "cpu_seconds": 0.0, "wall_seconds": 0.0, "peak_meg
 
 def main(arguments=None):
     options = parse(arguments)
-    folder = options.folder
-    folder.mkdir(parents=True, exist_ok=True)
-    with locked(folder):
+    options.folder.mkdir(parents=True, exist_ok=True)
+    with locked(options.folder):
         what = identity(options.namelist, dict(text.split("=", 1) for text in options.set))
-        outcome = folder / "outcome.json"
-        if known(outcome).get("case") == what:
-            (folder / "ended").touch()
-            return 0
-        outcome.unlink(missing_ok=True)
-        begin = known(folder / "case.json")
-        if begin.get("case") != what:
-            (folder / "result.h5.checkpoint").unlink(missing_ok=True)
-            begin = {"case": what, "spent": NOTHING_SPENT}
-            write(folder / "case.json", begin)
-        code, spent = start(command(options), options, begin["spent"])
-        message = said(folder / "hampm.log")
-        if code in OUTCOMES:
-            write(outcome, {"case": what, "outcome": OUTCOMES[code], "message": message, "spent": spent})
-            (folder / "ended").touch()
-            print(f"{OUTCOMES[code]}: {folder.name}{message and ': '}{message}")
-            return 0
+        if known(options.folder / "outcome.json").get("case") != what and not has_ended(what, options):
+            return 1
+        marker(options.folder, what["namelist"]).touch()
+    return 0
+
+
+def has_ended(what, options):
+    """Begin a case or go on with it; whether it came to an end, which is then recorded."""
+    folder = options.folder
+    for old in (folder / "outcome.json", *folder.glob("ended-*")):
+        old.unlink(missing_ok=True)
+    begin = known(folder / "case.json")
+    if begin.get("case") != what:
+        (folder / "result.h5.checkpoint").unlink(missing_ok=True)
+        begin = {"case": what, "spent": NOTHING_SPENT}
+        write(folder / "case.json", begin)
+    code, spent = start(command(options), options, begin["spent"])
+    message = said(folder / "hampm.log")
+    behind = f": {message}" if message else ""
+    if code not in OUTCOMES:
         write(folder / "case.json", {"case": what, "spent": spent})
-        print(f"not finished: {folder.name}: {ending(code)}{message and ': '}{message}", file=sys.stderr)
-        return 1
+        print(f"not finished: {folder.name}: {ending(code)}{behind}", file=sys.stderr)
+        return False
+    write(folder / "outcome.json", {"case": what, "outcome": OUTCOMES[code], "message": message, "spent": spent})
+    print(f"{OUTCOMES[code]}: {folder.name}{behind}")
+    return True
 
 
 def parse(arguments):
@@ -74,7 +79,16 @@ def parse(arguments):
 
 def identity(namelist, settings):
     """What makes a case the same case: the text of its namelist and what it sets."""
-    return {"namelist": hashlib.sha256(namelist.read_bytes()).hexdigest(), "settings": settings}
+    return {"namelist": digest(namelist), "settings": settings}
+
+
+def digest(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def marker(folder, text):
+    """The file that says that a case has ended, for a namelist whose text has this digest."""
+    return folder / f"ended-{text[:8]}"
 
 
 @contextmanager

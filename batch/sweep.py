@@ -176,7 +176,7 @@ class Reader:
     def cases(self):
         """Name -> settings of all cases, the product's first."""
         cases, count = {}, len(self.mistakes)
-        for line, settings in [*self.product(), *self.listed()]:
+        for line, settings in [*self.combined(), *self.listed()]:
             name = case_name(settings)
             if name in cases:
                 self.note(line, f"the case {', '.join(f'{k}={v}' for k, v in settings.items())} is there already")
@@ -185,7 +185,7 @@ class Reader:
             self.note(None, "there are no cases: 'product' or 'cases' is needed")
         return cases
 
-    def product(self):
+    def combined(self):
         """(where it is declared, settings) of every combination of the product."""
         axes = self.items.get("product", {})
         if not isinstance(axes, dict):

@@ -1,4 +1,7 @@
-"""A scene of a moment, and sweeps of it."""
+"""A scene of a moment, sweeps of it, and what is seen of their runs."""
+
+import time
+from pathlib import Path
 
 FLIGHT = """\
 &run end_time = 1e-3 /
@@ -9,7 +12,7 @@ FLIGHT = """\
 &output history_interval = 1e-4 /
 """
 MASS = 1000.0  # of the body [kg]
-SLOW = "{run.end_time: 2.0, body.velocity: [0.5, 0], output.history_interval: 0.1}"
+SLOW = {"run.end_time": "1000", "body.velocity": "0.0005,0", "output.history_interval": "10", "method.courant": "0.02"}  # half a second
 HEAD = "namelist: flight.nml\noutput: out\n"
 
 
@@ -19,3 +22,25 @@ def write_sweep(folder, text):
     path = folder / "sweep.yaml"
     path.write_text(text)
     return path
+
+
+def runs_of(folder, program):
+    """Identities of the processes of a program that have something of a folder on their command line."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = path.read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue
+        if words[0] == str(program) and any(str(folder) in word for word in words):
+            found.append(int(path.parent.name))
+    return found
+
+
+def wait_for(condition, seconds=60):
+    """Until a condition holds; its value."""
+    deadline = time.monotonic() + seconds
+    while not (value := condition()):
+        assert time.monotonic() < deadline, "this has taken too long"
+        time.sleep(0.02)
+    return value

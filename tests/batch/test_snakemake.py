@@ -1,0 +1,156 @@
+"""Sweeps run by Snakemake: on this machine, with what goes wrong there, and by command lines as on a cluster."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+from collections import Counter
+
+import h5py
+import numpy as np
+import pytest
+
+pytest.importorskip("snakemake")
+
+from paths import BATCH, PROGRAM
+from scene import HEAD, MASS, SLOW, runs_of, wait_for, write_sweep
+from sweep import read_sweep
+
+PRODUCT = """\
+columns: [kinetic_energy, time]
+mean: 5e-4
+memory: 100
+checkpoint: 0.1
+product:
+  body.velocity: [[5, 0], [10, 0], [20, 0], [30, 0], [0, 5], [0, 10], [0, 20], [0, 30]]
+  method.scheme: [usf, usavg, musl]
+  method.mass: [lumped, full]
+"""
+FAILING = {
+    "{body.velocity: [30000, 0]}": ("failed", "Likely cause: the run is unstable, or a body is too fast"),
+    "{load.force: [-1e12, 0]}": ("failed", "Likely cause: the run is unstable"),
+    "{body.velocity: [100, 0], run.end_time: 0.2}": ("failed", "left the grid"),
+    "{material.young: -1}": ("refused", "must be in (0, inf) [Pa]"),
+    "{method.scheme: mulse}": ("refused", "did you mean 'musl'?"),
+    "{grid.cells: [2, 2]}": ("refused", "must be within the grid"),
+}
+CASES = "cases:\n" + "".join(f"- {settings}\n" for settings in FAILING)
+
+
+def snakemake(path, *options, cores):
+    """The command that runs a sweep."""
+    return [sys.executable, "-m", "snakemake", "-s", BATCH / "Snakefile", "--cores", str(cores), *options,
+            "--config", f"sweep={path}", f"program={PROGRAM}"]
+
+
+def start(path, *options, cores=2, **environment):
+    """Snakemake begins a sweep, from its folder and by a relative path."""
+    return subprocess.Popen(snakemake(path.name, *options, cores=cores), cwd=path.parent, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=os.environ | environment)
+
+
+def finish(process):
+    """Exit code, the lines that tell how cases ended, and the messages."""
+    out, messages = process.communicate(timeout=300)
+    return process.returncode, [line for line in out.splitlines() if line.startswith("done: ")], messages
+
+
+def table(path):
+    with open(read_sweep(path).output / "table.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def times(sweep, names):
+    return {name: (sweep.folder(name) / "outcome.json").stat().st_mtime_ns for name in names}
+
+
+def test_a_sweep_with_failures_and_kills(tmp_path):
+    path = write_sweep(tmp_path, HEAD + PRODUCT + CASES)
+    before = read_sweep(path)
+    assert len(before.cases) == 54
+
+    # Snakemake is killed: what it has started comes to its end without it
+    process = start(path)
+    wait_for(lambda: len(list(before.output.glob("cases/*/ended-*"))) >= 20)
+    process.kill()
+    process.communicate(timeout=60)
+    wait_for(lambda: not runs_of(before.output, PROGRAM))
+    first = times(before, [folder.parent.name for folder in before.output.glob("cases/*/outcome.json")])
+    assert 20 <= len(first) < 54
+
+    # A case is added, and killed; the others go on
+    path.write_text(path.read_text() + "- {" + ", ".join(f"{k}: '{v}'" for k, v in SLOW.items()) + "}\n")
+    sweep = read_sweep(path)
+    slow, = set(sweep.cases) - set(before.cases)
+    process = start(path)
+    wait_for((sweep.folder(slow) / "result.h5.checkpoint").exists)
+    for run in runs_of(sweep.folder(slow), PROGRAM):
+        os.kill(run, signal.SIGKILL)
+    code, _, messages = finish(process)
+    assert code == 1 and f"not finished: {slow}: ended by SIGKILL" in messages
+    ends = {row["case"]: row["outcome"] for row in table(path)}
+    assert Counter(ends.values()) == {"done": 48, "refused": 3, "failed": 3, "not finished": 1} and ends[slow] == "not finished"
+    second = times(sweep, before.cases)
+    assert first.items() <= second.items()
+
+    # Only that one is run again
+    code, lines, messages = finish(start(path))
+    assert (code, lines) == (0, [f"done: {slow}"]), messages
+    assert times(sweep, before.cases) == second
+    assert_table(path, sweep, slow)
+    code, lines, messages = finish(start(path))
+    assert (code, lines) == (0, []) and "Nothing to be done" in messages
+
+
+def assert_table(path, sweep, slow):
+    """One row a case: energies of free flight, the failures' messages, and how often the killed case was started."""
+    rows = {row["case"]: row for row in table(path)}
+    assert list(rows) == list(sweep.cases)
+    assert rows[slow]["starts"] == "2" and float(rows[slow]["time"]) == float(SLOW["run.end_time"])
+    done = [row for name, row in rows.items() if row["outcome"] == "done" and name != slow]
+    assert len(done) == 48
+    for row in done:
+        energy = MASS * max(map(float, row["body.velocity"].split(","))) ** 2 / 2
+        assert float(row["kinetic_energy"]) == pytest.approx(energy) == pytest.approx(float(row["kinetic_energy_mean"]))
+    failures = [row for row in rows.values() if row["outcome"] in ("refused", "failed")]
+    for row, (end, message) in zip(failures, FAILING.values(), strict=True):
+        assert row["outcome"] == end and message in row["message"] and row["kinetic_energy"] == ""
+    with h5py.File(sweep.output / "table.h5") as file:
+        energies = file["table/kinetic_energy"]
+        assert energies.shape == (55,) and energies.attrs["units"] == "J" and np.isnan(energies[:]).sum() == 6
+        assert file["table/outcome"].asstr()[:].tolist() == [row["outcome"] for row in rows.values()]
+
+
+def test_cases_in_groups_as_on_a_cluster(tmp_path):
+    """By an executor that takes the place of Slurm's; the rest is what the profile for Slurm says."""
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0], [20, 0], [30, 0]], method.mass: [lumped, ful]}\n"
+                       "memory: 100\nruntime: 7")
+    process = start(path, "--profile", BATCH / "profiles/slurm", "--executor", "standin",
+                    "--seconds-between-status-checks", "1", cores=4, PYTHONPATH=str(BATCH.parent / "tests/batch/plugins"))
+    code, _, messages = finish(process)
+    assert code == 0, messages
+    assert Counter(row["outcome"] for row in table(path)) == {"done": 3, "refused": 3}
+    # Four of the six at a time, then the other two
+    assert (tmp_path / "submitted.txt").read_text().split() == ["6", "4", "400", "14"]
+
+
+def test_a_mistake_ends_before_any_case_is_run(tmp_path):
+    path = write_sweep(tmp_path, HEAD + "product: {grid.cel: [1]}")
+    code, _, messages = finish(start(path))
+    assert code == 1 and f"{path}:3: 'grid.cel': &grid has no key 'cel'; did you mean 'cell'?" in messages
+    assert "Traceback" not in messages and not (tmp_path / "out").exists()
+
+
+def test_failures_are_forgotten_when_asked_for(tmp_path):
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [lumped, ful]}")
+    sweep = read_sweep(path)
+    for name, settings in sweep.cases.items():
+        words = [f"{key}={value}" for key, value in settings.items()]
+        subprocess.run([sys.executable, BATCH / "run_case.py", sweep.folder(name), sweep.namelist, "--program", PROGRAM, "--set",
+                        *words], check=True, stdout=subprocess.DEVNULL)
+    good, bad = sweep.cases
+    result = subprocess.run([sys.executable, BATCH / "forget.py", path], capture_output=True, text=True)
+    assert result.stdout.split() == [bad] and sweep.folder(good).exists() and not sweep.folder(bad).exists()
+    result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
+    assert result.stdout.startswith(f"not finished: {bad}\n2 cases: 1 done, 1 not finished; ")
