@@ -16,7 +16,7 @@ from collections import Counter
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from declaration import run
+from declaration import ResultError, run
 from history import History, moving_mean
 from run_case import NOTHING_SPENT, identity, known
 from sweep import PROGRAM, read_sweep
@@ -24,27 +24,24 @@ from sweep import PROGRAM, read_sweep
 import h5py
 import numpy as np
 
-UNITS = {"cpu_seconds": "s", "wall_seconds": "s", "peak_megabytes": "MB"}
-LONG_NAMES = {"case": "name of the case", "outcome": "how it ended", "message": "what hampm said",
-              "cpu_seconds": "processor time of its runs", "wall_seconds": "wall time of its runs",
-              "peak_megabytes": "peak memory of its runs", "starts": "number of times that it was started"}
+COUNTS = "time", "step", "particles"  # of which there are no means
+OWN = {"case": ("1", "name of the case"), "outcome": ("1", "how it ended"), "message": ("1", "what hampm said"),
+       "starts": ("1", "number of times that it was started"), "cpu_seconds": ("s", "processor time of its runs"),
+       "wall_seconds": ("s", "wall time of its runs"), "peak_megabytes": ("MB", "peak memory of its runs")}
 
 
 def main(arguments=None):
     options = parse(arguments)
     sweep = read_sweep(options.sweep, options.program)
-    rows = [begun(sweep, name) for name in sweep.cases]
-    histories = {row["case"]: History(sweep.folder(row["case"]) / "result.h5") for row in rows if row["outcome"] == "done"}
-    names = chosen(sweep, histories.values())
-    units, long_names = dict(UNITS), dict(LONG_NAMES)
-    for row in rows:
-        if row["case"] in histories:
-            row |= measured(histories[row["case"]], names, sweep.mean, units, long_names)
+    rows, about = [], {}
+    for name in sweep.cases:
+        row = begun(sweep, name)
+        rows.append(row | measured(sweep, name, about) if row["outcome"] == "done" else row)
     sweep.output.mkdir(parents=True, exist_ok=True)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     write_csv(sweep.output / "table.csv", columns, rows)
-    write_hdf5(sweep.output / "table.h5", columns, rows, units, long_names, sweep)
-    report(sweep, rows)
+    write_hdf5(sweep.output / "table.h5", columns, rows, OWN | about, sweep)
+    report(sweep, rows, about)
 
 
 def parse(arguments):
@@ -65,37 +62,23 @@ def begun(sweep, name):
     return {"case": name} | {key: settings.get(key, "") for key in sweep.keys} | end | spent
 
 
-def chosen(sweep, histories):
-    """Names of the columns and attributes that any result has and the sweep asks for."""
-    names = {}
-    available = dict.fromkeys(name for history in histories for name in (*history.columns, *numbers(history)))
-    for pattern in sweep.columns:
-        matching = [name for name in available if fnmatchcase(name, pattern)]
-        if available and not matching:
-            print(f"{sweep.path}: columns: no result has '{pattern}'; they have {', '.join(available)}")
-        names.update(dict.fromkeys(matching))
-    return ["particles", *(name for name in names if name != "particles")]
-
-
-def numbers(history):
-    """The attributes of a history that are numbers."""
-    return {name: value for name, value in history.attributes.items() if isinstance(value, (int, float))}
-
-
-def measured(history, names, mean, units, long_names):
-    """The chosen values of a result; units and descriptions are noted."""
-    values = {}
-    for name in names:
-        if name in history.columns:
-            samples = history.columns[name]
-            values[name] = samples[-1].item()
-            units[name], long_names[name] = history.units[name], history.long_names[name]
-            if mean and name != "time":
-                values[f"{name}_mean"] = float(moving_mean(history.times, samples, 2 * mean)[-1])
-                units[f"{name}_mean"] = history.units[name]
-                long_names[f"{name}_mean"] = f"{history.long_names[name]}; mean over the last {mean:g} s"
-        elif name in history.attributes:
-            values[name] = history.attributes[name]
+def measured(sweep, name, about):
+    """What the table has of a result; units and descriptions of all that it has go into `about`."""
+    try:
+        history = History(sweep.folder(name) / "result.h5")
+    except ResultError as error:
+        print(error)
+        return {}
+    last = {column: samples[-1].item() for column, samples in history.columns.items()}
+    last |= {key: value for key, value in history.attributes.items() if isinstance(value, (int, float))}
+    about |= {column: (history.units.get(column, "1"), history.long_names.get(column, column)) for column in last}
+    values = {"particles": last["particles"]}
+    for column in (column for pattern in sweep.columns for column in last if fnmatchcase(column, pattern)):
+        values[column] = last[column]
+        if sweep.mean and column in history.columns and column not in COUNTS:
+            mean = f"{column}_mean"
+            values[mean] = float(moving_mean(history.times, history.columns[column], 2 * sweep.mean)[-1])
+            about[mean] = history.units[column], f"{history.long_names[column]}; mean over the last {sweep.mean:g} s"
     return values
 
 
@@ -108,14 +91,13 @@ def write_csv(path, columns, rows):
     os.replace(part, path)
 
 
-def write_hdf5(path, columns, rows, units, long_names, sweep):
+def write_hdf5(path, columns, rows, about, sweep):
     """/table: one dataset a column, as /history in a result; /input: the sweep and the namelist as they are now."""
     part = path.with_name(path.name + ".part")
     with h5py.File(part, "w") as file:
         for name in columns:
             data = file.create_dataset(f"table/{name}", data=as_array([row.get(name, "") for row in rows]))
-            data.attrs["units"] = units.get(name, "1")
-            data.attrs["long_name"] = long_names.get(name, name)
+            data.attrs["units"], data.attrs["long_name"] = about.get(name, ("1", name))
         file["input/sweep"] = sweep.path.read_text()
         file["input/namelist"] = sweep.namelist.read_text()
     os.replace(part, path)
@@ -129,8 +111,11 @@ def as_array(values):
         return np.array([str(value) for value in values], dtype=h5py.string_dtype())
 
 
-def report(sweep, rows):
-    """Print how many cases ended how, and which have no result, and why."""
+def report(sweep, rows, about):
+    """Print how many cases ended how, which have no result, and why, and which columns no result has."""
+    for pattern in sweep.columns:
+        if about and not any(fnmatchcase(name, pattern) for name in about):
+            print(f"{sweep.path}: columns: no result has '{pattern}'; they have {', '.join(about)}")
     for row in rows:
         if row["outcome"] != "done":
             print(f"{row['outcome']}: {row['case']}{row['message'] and ': '}{row['message']}")

@@ -93,7 +93,7 @@ def marker(folder, text):
 
 @contextmanager
 def locked(folder):
-    """Wait until nobody else runs this case. It is a matter of course only where the file system knows locks."""
+    """Wait until nobody else runs this case; where the file system has no locks, hope so."""
     with open(folder / "lock", "w") as file:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX)

@@ -74,7 +74,7 @@ def test_what_may_end_otherwise_next_time_is_no_outcome(case, folder):
     assert run(case()).returncode == 0 and outcome(folder)["spent"]["starts"] == 2
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL], ids=lambda number: number.name)
 def test_a_stopped_case_goes_on_from_its_checkpoint(case, folder, number):
     """SIGTERM is for all processes, as Slurm sends it, SIGINT for the group, as a keyboard does, and SIGKILL for the script alone."""
     process = subprocess.Popen(case(SLOW, "--checkpoint", "0.1"), stderr=subprocess.PIPE, text=True, start_new_session=True)

@@ -56,6 +56,14 @@ def finish(process):
     return process.returncode, [line for line in out.splitlines() if line.startswith("done: ")], messages
 
 
+def run_cases(sweep):
+    """Run the cases of a sweep without Snakemake."""
+    for name, settings in sweep.cases.items():
+        words = [f"{key}={value}" for key, value in settings.items()]
+        subprocess.run([sys.executable, BATCH / "run_case.py", sweep.folder(name), sweep.namelist, "--program", PROGRAM, "--set",
+                        *words], check=True, stdout=subprocess.DEVNULL)
+
+
 def table(path):
     with open(read_sweep(path).output / "table.csv", newline="") as file:
         return list(csv.DictReader(file))
@@ -145,12 +153,21 @@ def test_a_mistake_ends_before_any_case_is_run(tmp_path):
 def test_failures_are_forgotten_when_asked_for(tmp_path):
     path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [lumped, ful]}")
     sweep = read_sweep(path)
-    for name, settings in sweep.cases.items():
-        words = [f"{key}={value}" for key, value in settings.items()]
-        subprocess.run([sys.executable, BATCH / "run_case.py", sweep.folder(name), sweep.namelist, "--program", PROGRAM, "--set",
-                        *words], check=True, stdout=subprocess.DEVNULL)
+    run_cases(sweep)
     good, bad = sweep.cases
     result = subprocess.run([sys.executable, BATCH / "forget.py", path], capture_output=True, text=True)
     assert result.stdout.split() == [bad] and sweep.folder(good).exists() and not sweep.folder(bad).exists()
     result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
     assert result.stdout.startswith(f"not finished: {bad}\n2 cases: 1 done, 1 not finished; ")
+
+
+def test_a_column_that_no_result_has_is_named(tmp_path):
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]]}\ncolumns: [K_I, kinetic_energy]")
+    sweep = read_sweep(path)
+    run_cases(sweep)
+    result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
+    assert f"{path}: columns: no result has 'K_I'; they have " in result.stdout
+    assert float(table(path)[0]["kinetic_energy"]) == pytest.approx(MASS * 10**2 / 2)
+    (sweep.folder(*sweep.cases) / "result.h5").unlink()
+    result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
+    assert "result.h5: no such file\n1 cases: 1 done; " in result.stdout
