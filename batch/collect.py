@@ -2,9 +2,10 @@
 """Make one table of all cases of a sweep, table.csv and table.h5 in its folder, and list those that have no result.
 
 A case is a row: its name, its settings, its outcome (done; refused: a mistake in the scene; failed: in the computation; not
-finished), what hampm said, processor time, wall time and peak memory of its runs, and of those that are done the number of particles
-and the columns that the sweep asks for: the last value of each, and its mean over the time `mean` at the end as NAME_mean. An
-attribute of the history, such as G_ref, is a column too. What a case does not have is blank, in table.h5 not a number.
+finished), what hampm said, processor time, wall time and peak memory of its runs, and of those that are done the number of
+particles and the columns that the sweep asks for: the last value of each, and its mean over the time `mean` at the end as
+NAME_mean. An attribute of the history, such as G_ref, is a column too. What a case does not have is blank, in table.h5 not a
+number.
 
 It can be called at any time, also while cases run.
 """

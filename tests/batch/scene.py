@@ -12,7 +12,8 @@ FLIGHT = """\
 &output history_interval = 1e-4 /
 """
 MASS = 1000.0  # of the body [kg]
-SLOW = {"run.end_time": "1000", "body.velocity": "0.0005,0", "output.history_interval": "10", "method.courant": "0.02"}  # half a second
+# A second of processor time
+SLOW = {"run.end_time": "2000", "body.velocity": "0.0005,0", "output.history_interval": "10", "method.courant": "0.02"}
 HEAD = "namelist: flight.nml\noutput: out\n"
 
 
@@ -37,7 +38,7 @@ def runs_of(folder, program):
     return found
 
 
-def wait_for(condition, seconds=60):
+def wait_for(condition, seconds=120):
     """Until a condition holds; its value."""
     deadline = time.monotonic() + seconds
     while not (value := condition()):

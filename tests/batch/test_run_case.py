@@ -76,7 +76,7 @@ def test_what_may_end_otherwise_next_time_is_no_outcome(case, folder):
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL], ids=lambda number: number.name)
 def test_a_stopped_case_goes_on_from_its_checkpoint(case, folder, number):
-    """SIGTERM is for all processes, as Slurm sends it, SIGINT for the group, as a keyboard does, and SIGKILL for the script alone."""
+    """SIGTERM is for all processes, as of Slurm, SIGINT for the group, as of a keyboard, and SIGKILL for the script alone."""
     process = subprocess.Popen(case(SLOW, "--checkpoint", "0.1"), stderr=subprocess.PIPE, text=True, start_new_session=True)
     wait_for((folder / CHECKPOINT).exists)
     if number == signal.SIGTERM:
