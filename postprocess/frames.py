@@ -84,8 +84,11 @@ class Frames:
 
     def crack_plane(self):
         """The plane of the crack; None where the scene has no crack."""
-        tip = self.scene.numbers("crack", "tip")
-        return CrackPlane(np.array(tip), np.array(self.scene.numbers("crack", "direction"))) if tip else None
+        scene = self.scene
+        if not scene.count("crack"):
+            return None
+        return CrackPlane(np.array(scene.numbers("crack", "tip")), np.array(scene.numbers("crack", "direction")),
+                          scene.text("crack", "kind") == "symmetry")
 
 
 class Scene:
@@ -173,10 +176,10 @@ class Leaves:
 
 
 class CrackPlane:
-    """The plane of a crack along a grid line. `direction` is that of growth."""
+    """The plane of a crack along a grid line. `direction` is that of growth; `is_symmetry` tells that the model is one half."""
 
-    def __init__(self, tip, direction):
-        self.tip = tip
+    def __init__(self, tip, direction, is_symmetry=False):
+        self.tip, self.is_symmetry = tip, is_symmetry
         self.along = direction / np.hypot(*direction)
         self.normal = np.array([-self.along[1], self.along[0]])
 
@@ -188,12 +191,11 @@ class CrackPlane:
         """Components of vectors along the crack and normal to it."""
         return np.stack([vectors @ self.along, vectors @ self.normal], axis=-1)
 
+    def whole(self, points):
+        """Points (..., 2) in the coordinates of this plane and, where the model is one half, behind them their images."""
+        return np.concatenate([points, points * [1, -1]]) if self.is_symmetry else points
+
 
 def squares(lower, width):
     """Corners of squares, shape (n, 4, 2)."""
     return lower[:, None, :] + width[:, None, None] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-
-
-def mirrored(points):
-    """Points (..., 2) in the coordinates of a crack plane and behind them their images on its other side."""
-    return np.concatenate([points, points * [1, -1]])

@@ -2,39 +2,16 @@
 """Picture of the dynamic energy release rate G(t)/G_ref, or of other columns over time, of one or more hampm results."""
 
 import argparse
-from collections import Counter
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-from history import UNREADABLE, History, ResultError, lowpass, read_curve, run  # noqa: E402
-
-TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs")}
-# Okabe and Ito's palette, told apart with any colour vision; the dashes keep it legible in grey.
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
-DASHES = ["-", (0, (6, 1.5)), (0, (3, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (9, 2))]
-STYLE = {
-    "font.size": 10, "axes.titlesize": 11, "legend.fontsize": 9, "axes.spines.top": False, "axes.spines.right": False,
-    "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6, "axes.axisbelow": True, "lines.linewidth": 1.4,
-    "svg.fonttype": "none", "pdf.fonttype": 42,
-}
+from history import UNREADABLE, History, ResultError, lowpass, read_curve, run
+from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, positive, write
 
 
 def main(arguments=None):
     options = parse(arguments)
     histories = [History(path) for path in options.files]
-    output = Path(options.output or histories[0].path.with_name(f"{histories[0].stem}_G.png"))
-    with plt.rc_context(STYLE):
-        figure = draw(histories, options)
-        try:
-            figure.savefig(output, dpi=options.dpi)
-        except OSError as error:
-            raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
-    print(output)
+    write(lambda: draw(histories, options), options, "_G")
 
 
 def parse(arguments):
@@ -54,30 +31,14 @@ def parse(arguments):
     parser.add_argument("--reference-name", metavar="TEXT", help="of that curve in the legend (default: of its file)")
     parser.add_argument("--lowpass", type=positive, metavar="HZ",
                         help="remove what is above this frequency from every curve, without delay")
-    parser.add_argument("--time-unit", choices=TIME_UNITS, default="ms", help="unit of the time axis (default: ms)")
-    parser.add_argument("--output", type=picture, metavar="FILE",
-                        help="picture to write, .png, .pdf or .svg (default: <first file>_G.png beside it)")
-    parser.add_argument("--dpi", type=positive, default=200, help="points per inch of a .png (default: 200)")
-    parser.add_argument("--title", help="title of the picture")
+    add_time_unit(parser)
+    add_picture_options(parser, "_G")
     options = parser.parse_args(arguments)
     if options.column and (options.estimator or options.converged is not None):
         parser.error("--column draws other columns than --estimator and --converged are about")
     if not options.column and (options.scale or options.label):
         parser.error("--scale and --label need --column")
     return options
-
-
-def positive(text):
-    value = float(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return value
-
-
-def picture(text):
-    if Path(text).suffix not in (".png", ".pdf", ".svg"):
-        raise argparse.ArgumentTypeError(f"{text} does not end in .png, .pdf or .svg")
-    return text
 
 
 def draw(histories, options):
@@ -107,10 +68,7 @@ def draw(histories, options):
     title = ", ".join(filter(None, [options.title, filtered]))
     if title:
         figure.suptitle(title)
-    labels = axes.get_legend_handles_labels()[1]
-    across = 2 if max(map(len, labels)) < 42 else 1
-    figure.set_figheight(3.7 + 0.2 * -(-len(labels) // across))
-    figure.legend(loc="outside lower center", ncols=across, frameon=False, handlelength=3.2)
+    figure.set_figheight(3.7 + 0.2 * legend_below(figure, *axes.get_legend_handles_labels()))
     return figure
 
 
@@ -150,13 +108,6 @@ def styles(shown):
     files = list(dict.fromkeys(name for _, name, _ in shown))
     kinds = list(dict.fromkeys(column for _, _, column in shown))
     return [(COLOURS[files.index(name) % len(COLOURS)], DASHES[kinds.index(column) % len(DASHES)]) for _, name, column in shown]
-
-
-def names(histories):
-    """File stems, with the folder in front where stems are not enough to tell files apart."""
-    count = Counter(history.stem for history in histories)
-    return [history.stem if count[history.stem] == 1 else f"{history.path.resolve().parent.name}/{history.stem}"
-            for history in histories]
 
 
 def words(estimator):

@@ -2,35 +2,23 @@
 """Picture of the mesh around the crack tip, as in the paper's Figs. 7-9, of one or more hampm results.
 
 Above: the refinement parameter R, mean over the nodes of each cell along the crack plane, and the critical value.
-Below: the cells that hold material, mirrored about that plane, and the box in which they may refine.
+Below: the cells that hold material, mirrored about that plane where it is one of symmetry, and the box in which they may refine.
 """
 
 import argparse
-from pathlib import Path
 
-from frames import Frames, mirrored, squares
-from history import UNREADABLE, ResultError, run
-from plot_g import COLOURS, STYLE, picture, positive, plt
+from frames import Frames, squares
+from history import ResultError, run
+from pictures import COLOURS, MM, add_picture_options, plt, positive, write
 
 import numpy as np
 from matplotlib.collections import PolyCollection
-
-MM = 1e3  # per metre
 
 
 def main(arguments=None):
     options = parse(arguments)
     results = [Frames(path) for path in options.files]
-    output = Path(options.output or results[0].path.with_name(f"{results[0].stem}_mesh.png"))
-    with plt.rc_context(STYLE | {"savefig.dpi": 120}):
-        figure = draw(results, options)
-        try:
-            figure.savefig(output)
-        except OSError as error:
-            raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
-        finally:
-            plt.close(figure)
-    print(output)
+    write(lambda: draw(results, options), options, "_mesh")
 
 
 def parse(arguments):
@@ -42,8 +30,7 @@ def parse(arguments):
     which.add_argument("--time", type=float, metavar="S", help="show the snapshot nearest to this time [s]")
     which.add_argument("--snapshot", type=int, metavar="N",
                        help="show this snapshot, counted from 0, or with a minus sign from the end (default: the last)")
-    parser.add_argument("-o", "--output", type=picture, metavar="FILE",
-                        help="picture to write, .png, .pdf or .svg (default: <first file>_mesh.png beside it)")
+    add_picture_options(parser, "_mesh")
     return parser.parse_args(arguments)
 
 
@@ -55,6 +42,8 @@ def draw(results, options):
     axes[0, 0].set_ylim(0, 1.1 * max(tops) or 1)
     axes[0, 0].set_ylabel("mean $R$ of a cell [–]")
     axes[1, 0].set_ylabel("height above the crack plane [mm]")
+    if options.title:
+        figure.suptitle(options.title)
     return figure
 
 
@@ -69,13 +58,14 @@ def draw_result(result, upper, lower, options):
     corners = plane.local(squares(leaves.lower, leaves.width)) * MM
     size = leaves.width * MM
 
-    draw_mesh(lower, corners[holds_material], options.window)
+    draw_mesh(lower, plane.whole(corners[holds_material]), options.window)
     draw_box(lower, result.scene, plane)
     lower.set_xlabel("distance ahead of the crack tip [mm]")
 
     heading, top = f"{result.stem}, $t$ = {result.times[number] * 1e3:.4g} ms", 0.0
     if "R" in leaves.point_fields:
-        along = holds_material & (np.abs(corners[..., 1]).min(axis=1) < 1e-3 * size)
+        is_one_side = plane.is_symmetry | (corners[..., 1].mean(axis=1) > 0)
+        along = holds_material & is_one_side & (np.abs(corners[..., 1]).min(axis=1) < 1e-3 * size)
         critical = result.scene.numbers("refine", "r_crit")[0]
         top = draw_parameter(upper, corners[along, :, 0], leaves.mean_of_nodes("R")[along], critical, options.window)
         heading = rf"$R_\mathrm{{crit}}$ = {critical:g}, $t$ = {result.times[number] * 1e3:.4g} ms"
@@ -89,8 +79,8 @@ def draw_result(result, upper, lower, options):
 
 
 def draw_mesh(axes, corners, window):
-    """Squares and their mirror images, and the crack as a thick line up to its tip at the origin."""
-    axes.add_collection(PolyCollection(mirrored(corners), facecolors="white", edgecolors="0.25", linewidths=0.5))
+    """Squares, and the crack as a thick line up to its tip at the origin."""
+    axes.add_collection(PolyCollection(corners, facecolors="white", edgecolors="0.25", linewidths=0.5))
     axes.plot([-window, 0], [0, 0], color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
     axes.plot(0, 0, "o", color=COLOURS[1], markersize=3.5)
     axes.set(xlim=(-window, window), ylim=(-window, window), box_aspect=1)
@@ -98,14 +88,13 @@ def draw_mesh(axes, corners, window):
 
 
 def draw_box(axes, scene, plane):
-    """Where cells may refine, dashed, with its mirror image."""
+    """Where cells may refine, dashed."""
     lower, upper = scene.numbers("refine", "region_lower"), scene.numbers("refine", "region_upper")
     if not (lower and upper):
         return
-    ends = plane.local(np.array([lower, upper])) * MM
-    (left, _), (right, _) = ends.min(axis=0), ends.max(axis=0)
-    height = np.abs(ends[:, 1]).max()
-    axes.plot([left, right, right, left, left], [-height, -height, height, height, -height], color=COLOURS[0],
+    ends = plane.whole(plane.local(np.array([lower, upper]))) * MM
+    (left, bottom), (right, top) = ends.min(axis=0), ends.max(axis=0)
+    axes.plot([left, right, right, left, left], [bottom, bottom, top, top, bottom], color=COLOURS[0],
               linestyle=(0, (4, 3)), linewidth=1.1)
 
 

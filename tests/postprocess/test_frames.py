@@ -68,3 +68,9 @@ def test_snapshots_are_found_by_number_and_time(refined_result):
     frames = Frames(refined_result)
     assert [frames.number(), frames.number(snapshot=0), frames.number(snapshot=-2)] == [3, 0, 2]
     assert [frames.number(time=time) for time in (0.0, 1.2e-4, 1.0)] == [0, 1, 3]
+
+
+def test_only_half_a_model_has_images_beyond_its_crack_plane():
+    tip, along, points = np.zeros(2), np.array([1.0, 0.0]), np.array([[1.0, 2.0]])
+    np.testing.assert_array_equal(CrackPlane(tip, along, is_symmetry=True).whole(points), [[1, 2], [1, -2]])
+    np.testing.assert_array_equal(CrackPlane(tip, along).whole(points), points)

@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 
 import animate
+import particle_pictures
+import pictures
 import plot_mesh
 from frames import Frames
 from paths import ROOT
@@ -24,7 +26,7 @@ def closed_figures():
 
 def test_picture_stands_beside_the_first_file(program, refined_result, tmp_path):
     file = shutil.copy(refined_result, tmp_path / "a.h5")
-    result = program("plot_mesh.py", file, file)
+    result = program("plot_mesh.py", file, file, "--dpi", 90)
     picture = tmp_path / "a_mesh.png"
     assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
     pixels = matplotlib.image.imread(picture)
@@ -118,25 +120,25 @@ def film_of(file, *arguments):
 
 def test_particles_cover_the_body_and_move_by_their_scaled_displacement(refined_result):
     film, further = (film_of(refined_result, "--scale", scale) for scale in ("1", "1001"))
-    vertices, moved = (np.array([path.vertices[:4] for path in each.squares.get_paths()]) for each in (film, further))
+    vertices, moved = (np.array([path.vertices[:4] for path in each.canvas.squares.get_paths()]) for each in (film, further))
     particles = Frames(refined_result).block("particles", 3)
     n = len(particles.points)
     assert len(vertices) == 2 * n
     area = np.sum(np.prod(np.ptp(vertices, axis=1), axis=1))
-    assert area == pytest.approx(2 * 100 * 10 * animate.OVERLAP**2, rel=1e-6)
+    assert area == pytest.approx(2 * 100 * 10 * particle_pictures.OVERLAP**2, rel=1e-6)
     shift = (moved - vertices)[:n].mean(axis=1)
     np.testing.assert_allclose(shift, particles.point_fields["displacement"][:, :2] * 1e6, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose((moved - vertices)[n:].mean(axis=1), shift * [1, -1], rtol=1e-6, atol=1e-9)
 
 
 def test_shear_of_the_mirror_image_has_the_other_sign(refined_result):
-    values = film_of(refined_result, "--field", "stress_xy").squares.get_array()
+    values = film_of(refined_result, "--field", "stress_xy").canvas.squares.get_array()
     half = len(values) // 2
     assert np.any(values) and np.array_equal(values[half:], -values[:half])
 
 
 def test_default_scale_is_a_round_number():
-    assert [animate.round_off(value) for value in (1.0, 4.9, 7e3, 0.3)] == [1, 2, 5e3, pytest.approx(0.2)]
+    assert [pictures.round_off(value) for value in (1.0, 4.9, 7e3, 0.3)] == [1, 2, 5e3, pytest.approx(0.2)]
 
 
 def broken(tmp_path, kind, refined_result):

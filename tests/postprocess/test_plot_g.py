@@ -6,6 +6,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+import pictures
 import plot_g
 from history import History
 from synthetic import G_REF, dcb, write_result
@@ -17,9 +18,9 @@ def test_default_picture_stands_beside_the_first_file(program, dcb_file):
     assert result.returncode == 0 and result.stdout.strip() == str(picture)
     pixels = matplotlib.image.imread(picture)[..., :3]
     assert pixels.shape[0] > 700 and pixels.shape[1] > 1000
-    for colour in plot_g.COLOURS[:2]:
+    for colour in pictures.COLOURS[:2]:
         assert share(pixels, colour) > 1e-3
-    assert share(pixels, plot_g.COLOURS[2]) < 1e-4
+    assert share(pixels, pictures.COLOURS[2]) < 1e-4
 
 
 def share(pixels, colour):

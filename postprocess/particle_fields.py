@@ -1,0 +1,81 @@
+"""Fields of the particles that colour a picture: those that snapshots hold, and those that follow from them."""
+
+import numpy as np
+
+from history import ResultError
+
+STORED_UNITS = {"energy_density": "J/m³", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa"}
+
+
+class ParticleField:
+    """A field of the particles of one result, by name.
+
+    unit      as text, '1' where there is none
+    words     name for a picture
+    is_odd    whether the image in a plane of symmetry has the other sign
+    """
+
+    def __init__(self, result, name):
+        self.result, self.name = result, name
+        self.unit = DERIVED[name][0] if name in DERIVED else STORED_UNITS.get(name, "1")
+        self.is_odd = name == "stress_xy"
+
+    @property
+    def words(self):
+        return "von Mises stress" if self.name == "von_mises" else self.name.replace("_", " ")
+
+    def values(self, particles, leaves):
+        """The field at the particles of a snapshot; `leaves` are its cells."""
+        if self.name in DERIVED:
+            return DERIVED[self.name][1](self.result, particles, leaves)
+        stored = [name for name, values in particles.point_fields.items() if values.ndim == 1]
+        if self.name not in stored:
+            raise ResultError(f"{self.result.path}: the particles have no field '{self.name}'; "
+                              f"they have {', '.join([*stored, *DERIVED])}")
+        return particles.point_fields[self.name]
+
+
+def speed(_, particles, __):
+    return np.linalg.norm(particles.point_fields["velocity"], axis=1)
+
+
+def displacement(_, particles, __):
+    return np.linalg.norm(particles.point_fields["displacement"], axis=1)
+
+
+def level(_, particles, leaves):
+    """How often the cell of each particle has been divided."""
+    return leaves.level[leaves.at(particles.points)]
+
+
+def mean_stress(result, particles, _):
+    """A third of the trace of the stress."""
+    xx, yy, zz, _ = stresses(result, particles)
+    return (xx + yy + zz) / 3
+
+
+def von_mises(result, particles, _):
+    """The equivalent stress of von Mises."""
+    xx, yy, zz, xy = stresses(result, particles)
+    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2)
+
+
+DERIVED = {"speed": ("m/s", speed), "displacement": ("m", displacement), "level": ("1", level),
+           "mean_stress": ("Pa", mean_stress), "von_mises": ("Pa", von_mises)}
+
+
+def stresses(result, particles):
+    """Components xx, yy, zz, xy of the stress [Pa]. In plane strain zz is that of linear elasticity."""
+    xx, yy, xy = (particles.point_fields[f"stress_{name}"] for name in ("xx", "yy", "xy"))
+    if result.scene.text("run", "plane") == "stress":
+        return xx, yy, np.zeros_like(xx), xy
+    return xx, yy, poisson_ratios(result.scene)[particles.point_fields["body"].astype(int) - 1] * (xx + yy), xy
+
+
+def poisson_ratios(scene):
+    """Poisson's ratio of each body; an error where one is not linear elastic."""
+    number = {scene.text("material", "name", n): n for n in range(1, scene.count("material") + 1)}
+    materials = [number[scene.text("body", "material", n)] for n in range(1, scene.count("body") + 1)]
+    if any(scene.text("material", "law", n) != "linear_elastic" for n in materials):
+        raise ResultError(f"{scene.path}: in plane strain the stress normal to the plane is known of linear elastic bodies alone")
+    return np.array([scene.numbers("material", "poisson", n)[0] for n in materials])
