@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Picture of the particles of snapshots coloured by a field, with the mesh and the crack: a panel for each file and time.
+
+Fields are those of the file (stress_xx, stress_yy, stress_xy, energy_density, ...) and speed, displacement, level (of the
+particle's cell), mean_stress (a third of the trace) and von_mises. All panels share one scale of colours. Where a crack lies on a
+plane of symmetry, both halves are shown.
+"""
+
+import argparse
+
+from frames import Frames
+from history import run
+from particle_fields import ParticleField
+from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, joined, survey
+from pictures import MM, add_picture_options, names, plt, positive, write
+
+import numpy as np
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    results = [Frames(path) for path in options.files]
+    write(lambda: draw(results, options), options, f"_{options.field}")
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots")
+    add_field_options(parser)
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--time", type=float, action="append", metavar="S",
+                       help="show the snapshot nearest to this time [s]; may be repeated")
+    which.add_argument("--snapshot", type=int, action="append", metavar="N",
+                       help="show this snapshot, counted from 0, or with a minus sign from the end; may be repeated "
+                            "(default: the last)")
+    parser.add_argument("--scale", type=positive, default=1.0, metavar="FACTOR",
+                        help="by which displacements are enlarged (default: %(default)g)")
+    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
+    add_picture_options(parser, "_<field>")
+    return parser.parse_args(arguments)
+
+
+def draw(results, options):
+    """The figure: a panel for each file and time."""
+    views = [(result, number) for result in results for number in numbers(result, options)]
+    fields = {result: ParticleField(result, options.field) for result in results}
+    seen = joined([survey(result, fields[result], [number], options.window) for result, number in views])
+    shades = colours(fields[results[0]], seen.values, options.log)
+    lower, upper = extent(seen, options.window, options.scale)
+    figure, axes = panels(len(views), upper - lower)
+    stems = dict(zip(results, names(results)))
+    for panel, (result, number) in zip(axes, views):
+        canvas = Canvas(panel, result, fields[result], options.scale, shades, options.window)
+        words = canvas.show(number)
+        canvas.mesh.set_visible(options.mesh)
+        draw_crack(panel, result, seen.lower[0], options.scale)
+        panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
+        panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
+        panel.label_outer()
+    add_colour_bar(figure, axes, canvas)
+    if options.title:
+        figure.suptitle(options.title)
+    return figure
+
+
+def numbers(result, options):
+    """Numbers of the snapshots to show."""
+    if options.time:
+        return [result.number(time=time) for time in options.time]
+    return [result.number(snapshot) for snapshot in options.snapshot or [-1]]
+
+
+def panels(count, size):
+    """A figure with so many panels of this shape: below each other where they are flat, else up to three in a row."""
+    across = 1 if size[1] < 0.5 * size[0] else min(count, 3)
+    rows = -(-count // across)
+    width = {1: 7.0, 2: 4.4, 3: 3.6}[across]
+    figure, axes = plt.subplots(rows, across, figsize=(width * across + 1.4, (width * size[1] / size[0] + 0.4) * rows + 0.4),
+                                squeeze=False, sharex=True, sharey=True, layout="compressed")
+    for axis in axes.flat[count:]:
+        axis.set_visible(False)
+    return figure, axes.flat[:count]
+
+
+def draw_crack(axes, result, edge, scale):
+    """The crack as a line up to its tip at the origin, from its other tip or the edge of the material at x = `edge` [mm]; with
+    displacements enlarged, which open it, its tips alone."""
+    if result.crack_plane() is None:
+        return
+    length = (result.scene.numbers("crack", "length") or [0.0])[0] * MM
+    start = -length if length > 0 else edge
+    if scale == 1:
+        axes.plot([start, 0], [0, 0], color="black", linewidth=1.2, solid_capstyle="butt")
+    tips = [0, start] if length > 0 else [0]
+    axes.plot(tips, np.zeros_like(tips), "o", color="black", markersize=3)
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,132 @@
+"""Pictures of particles coloured by a field: what they show, fields that follow from others, mistakes named."""
+
+import shutil
+from types import SimpleNamespace
+
+import h5py
+import matplotlib.image
+import numpy as np
+import pytest
+
+import plot_field
+from frames import Block, Frames, Scene
+from history import ResultError
+from particle_fields import ParticleField
+from particle_pictures import DECADES, colours
+from synthetic import write_result
+
+MATERIAL = "&material\n   name = 'a'\n   law = 'linear_elastic'\n   poisson = 0.25\n/\n"
+RUBBER = "&material\n   name = 'b'\n   law = 'neo_hookean'\n   poisson = 0.4\n/\n"
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Drop the figures that a test has made."""
+    yield
+    plot_field.plt.close("all")
+
+
+def figure_of(files, *arguments):
+    options = plot_field.parse([*map(str, files), *arguments])
+    return plot_field.draw([Frames(file) for file in files], options)
+
+
+def test_picture_stands_beside_the_first_file(program, refined_result, tmp_path):
+    file = shutil.copy(refined_result, tmp_path / "a.h5")
+    result = program("plot_field.py", file, "--field", "stress_yy", "--dpi", 60)
+    picture = tmp_path / "a_stress_yy.png"
+    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
+    pixels = matplotlib.image.imread(picture)
+    assert len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
+
+
+def test_a_panel_for_each_file_and_time_and_one_scale_of_colours(refined_result, snapshot_result):
+    figure = figure_of([refined_result, snapshot_result], "--time", "1e-4", "--time", "3e-4", "--field", "speed", "--window", "9")
+    *panels, bar = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(panels) == 4 and bar.get_ylabel().startswith("speed [") and bar.get_ylabel().endswith("m/s]")
+    titles = [axes.get_title() for axes in panels]
+    assert len(set(titles)) == 4 and all(f"$t$ = {t} ms" in title for t, title in zip(["0.100", "0.300"] * 2, titles))
+    assert len({panel.collections[0].get_clim() for panel in panels}) == 1
+    assert all(panel.get_xlim() == panel.get_ylim() == (-9, 9) for panel in panels)
+
+
+def middles(axes):
+    return np.array([path.vertices[:4].mean(axis=0) for path in axes.collections[0].get_paths()])
+
+
+def test_squares_stand_at_the_particles_and_have_their_values(refined_result):
+    axes = figure_of([refined_result], "--snapshot", "2", "--field", "stress_xx").axes[0]
+    particles = Frames(refined_result).block("particles", 2)
+    n = len(particles.points)
+    np.testing.assert_allclose(middles(axes)[:n], (particles.points - [0.05, 0]) * 1e3, atol=1e-9)
+    values, stress = axes.collections[0].get_array(), particles.point_fields["stress_xx"]
+    np.testing.assert_allclose(values[:n] / values[0], stress / stress[0])
+    np.testing.assert_array_equal(values[n:], values[:n])
+
+
+def test_a_model_of_both_halves_is_not_mirrored(refined_result, tmp_path):
+    file = shutil.copy(refined_result, tmp_path / "line.h5")
+    with h5py.File(file, "a") as result:
+        text = result["input/namelist"].asstr()[()].replace("kind = 'symmetry'", "kind = 'line'")
+        del result["input/namelist"]
+        result["input/namelist"] = text
+    half, whole = (middles(figure_of([name]).axes[0]) for name in (file, refined_result))
+    assert len(whole) == 2 * len(half) and np.all(half[:, 1] > 0)
+
+
+def field_of(name, plane, law="a"):
+    scene = Scene(f"&run\n   plane = '{plane}'\n/\n&body\n   material = '{law}'\n/\n{MATERIAL}{RUBBER}", "a.h5")
+    return ParticleField(SimpleNamespace(scene=scene, path="a.h5"), name)
+
+
+def particles_under(xx, yy, xy):
+    return Block(np.zeros((1, 2)), None, {"stress_xx": np.array([xx]), "stress_yy": np.array([yy]), "stress_xy": np.array([xy]),
+                                          "body": np.array([1.0])}, {})
+
+
+@pytest.mark.parametrize("plane, stress, mean, mises", [
+    ("stress", (3.0, 0.0, 0.0), 1.0, 3.0),                # a bar
+    ("stress", (0.0, 0.0, 2.0), 0.0, 2 * np.sqrt(3)),     # shear
+    ("stress", (2.0, 2.0, 0.0), 4 / 3, 2.0),              # the same in both directions
+    ("strain", (2.0, 2.0, 0.0), 5 / 3, 1.0)])             # the third component is 0.25 * 4
+def test_mean_and_equivalent_stress(plane, stress, mean, mises):
+    for name, value in [("mean_stress", mean), ("von_mises", mises)]:
+        assert field_of(name, plane).values(particles_under(*stress), None) == pytest.approx(value)
+
+
+def test_stress_normal_to_the_plane_is_not_guessed():
+    field_of("von_mises", "stress", "b").values(particles_under(1.0, 0.0, 0.0), None)
+    with pytest.raises(ResultError, match="linear elastic bodies alone"):
+        field_of("von_mises", "strain", "b").values(particles_under(1.0, 0.0, 0.0), None)
+
+
+def test_level_is_that_of_the_cell(refined_result):
+    figure = figure_of([refined_result], "--field", "level")
+    result = Frames(refined_result)
+    values, leaves = figure.axes[0].collections[0].get_array(), result.leaves(3)
+    for level in (0, 1, 2):
+        assert np.count_nonzero(values == level) == 2 * leaves.particles[leaves.level == level].sum() > 0
+    assert [label.get_text() for label in figure.axes[-1].get_yticklabels()] == ["0", "1", "2"]
+
+
+def test_colours_are_symmetric_about_zero_for_fields_with_a_sign():
+    field = field_of("stress_xx", "stress")
+    assert colours(field, np.array([-2e3, 1e3])).norm.vmin == -colours(field, np.array([-2e3, 1e3])).norm.vmax
+    assert colours(field, np.array([0, 2e3]))[2:] == (1e-3, "kPa", "max") and colours(field, np.zeros(3)).norm.vmax > 0
+    norm = colours(field_of("energy_density", "stress"), np.array([0, 1e-9, 1.0, 1.0]), log=True).norm
+    assert norm.vmax / norm.vmin == pytest.approx(10**DECADES)
+
+
+@pytest.mark.parametrize("arguments, code, words", [
+    (["--field", "stress_xx", "--log"], 2, "has values below zero"), (["--field", "colour"], 2, "they have id, body"),
+    (["--snapshot", "4"], 2, "there are 4, counted from 0"), (["--window", "0"], 2, "not a positive number"),
+    (["-o", "field.doc"], 2, "does not end in .png"), (["-o", "/nowhere/at/all.png"], 4, "cannot be written")])
+def test_requests_that_cannot_be_met(script, refined_result, arguments, code, words):
+    result = script("plot_field.py", refined_result, *arguments)
+    assert result.returncode == code and words in result.stderr
+
+
+def test_files_without_snapshots(script, tmp_path):
+    result = script("plot_field.py", write_result(tmp_path / "a.h5"))
+    assert result.returncode == 2 and "snapshot_interval" in result.stderr
+    assert script("plot_field.py", tmp_path / "none.h5").returncode == 4
