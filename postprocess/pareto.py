@@ -30,7 +30,7 @@ def measured(rows, cost, error):
 def number(row, column):
     """A value as a number; NaN where there is none."""
     try:
-        return float(row[column])
+        return float(row.get(column))
     except (TypeError, ValueError):
         return math.nan
 

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Work-precision diagrams of a table of runs: how small the error gets for what cost, and which settings are worth it.
+
+A table is a CSV file with a row for each run and the columns `name` (its settings in words), `family` (of settings that belong
+together), `cpu_seconds`, `particles` and `error_percent`, whose sign does not count; others are ignored, and so are rows
+without an error, which are counted. Several tables are taken as one. Left the error over the cost, right over the
+particles; stepped the Pareto front, of settings that no other beats in both, numbered as in the list below. The front and the
+cheapest setting for each accuracy are printed.
+"""
+
+import argparse
+import csv
+import sys
+
+from history import UNREADABLE, ResultError, run
+from pareto import cheapest, front, measured, number, size
+from pictures import COLOURS, add_picture_options, plt, write
+
+MARKERS = "osD^vP*X<>"
+LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
+AXES = {"cpu_seconds": "processor time [s]", "particles": "particles", "error_percent": "error [%]"}
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    rows = [row for path in options.files for row in read_table(path, [options.cost, options.error, options.family])]
+    good = measured(rows, options.cost, options.error)
+    if not good:
+        raise ResultError(f"{', '.join(options.files)}: no row has numbers in {options.cost} and {options.error}")
+    if len(good) < len(rows):
+        print(f"{len(rows) - len(good)} of {len(rows)} rows without a number in {options.cost} or {options.error} left out",
+              file=sys.stderr)
+    write_tables(good, options)
+    write(lambda: draw(good, options), options, "_work_precision")
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="TABLE.csv", help="table of runs")
+    parser.add_argument("--error", default="error_percent", metavar="COLUMN", help="error [%%] (default: %(default)s)")
+    parser.add_argument("--cost", default="cpu_seconds", metavar="COLUMN", help="cost (default: %(default)s)")
+    parser.add_argument("--family", default="family", metavar="COLUMN",
+                        help="runs that share a colour and a marker (default: %(default)s)")
+    add_picture_options(parser, "_work_precision")
+    return parser.parse_args(arguments)
+
+
+def read_table(path, needed):
+    """Rows of a CSV file as dictionaries."""
+    try:
+        with open(path, newline="") as file:
+            reader = csv.DictReader(file)
+            rows, columns = list(reader), reader.fieldnames or []
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
+    if missing := [name for name in ["name", *needed] if name not in columns]:
+        raise ResultError(f"{path}: no column '{missing[0]}'; it has {', '.join(columns) or 'none'}")
+    return rows
+
+
+def write_tables(rows, options):
+    """Print the Pareto front and the cheapest setting for each accuracy."""
+    heading = ["setting", options.family, options.cost, "particles", options.error]
+    best = front(rows, options.cost, options.error)
+    print_table("Pareto front", heading, [words(row, options) for row in best])
+    within = [(limit, cheapest(rows, options.cost, options.error, limit)) for limit in LIMITS]
+    print_table("cheapest within", ["[%]", *heading],
+                [[f"{limit:g}", *(words(row, options) if row else ["none", "", "", "", ""])] for limit, row in within])
+
+
+def words(row, options):
+    return [row["name"], row[options.family], f"{number(row, options.cost):.4g}", row.get("particles") or "-",
+            f"{number(row, options.error):+.3g}"]
+
+
+def print_table(title, heading, rows):
+    widths = [max(map(len, column)) for column in zip(heading, *rows)]
+    print(f"{title}:")
+    for row in [heading, *rows]:
+        print("  " + "  ".join(word.ljust(width) for word, width in zip(row, widths)).rstrip())
+
+
+def draw(rows, options):
+    """The figure: the error over each cost, and below the settings on the fronts."""
+    costs = [options.cost]
+    if options.cost != "particles" and measured(rows, "particles", options.error):
+        costs.append("particles")
+    figure, axes = plt.subplots(1, len(costs), figsize=(1.0 + 4.4 * len(costs), 4.4), squeeze=False, sharey=True,
+                                layout="constrained")
+    fronts = [front(rows, cost, options.error) for cost in costs]
+    numbers = {}
+    for row in (row for best in fronts for row in best):
+        numbers.setdefault(row["name"], len(numbers) + 1)
+    for panel, cost, best in zip(axes[0], costs, fronts):
+        draw_runs(panel, rows, cost, options)
+        draw_front(panel, best, cost, options.error, numbers)
+        panel.set(xscale="log", yscale="log", xlabel=AXES.get(cost, cost))
+        panel.yaxis.set_major_formatter("{x:g}")
+    draw_limits(axes[0])
+    axes[0, 0].set_ylabel(AXES.get(options.error, options.error))
+    if options.title:
+        figure.suptitle(options.title)
+    write_key(figure, axes[0, 0], numbers)
+    return figure
+
+
+def draw_runs(axes, rows, cost, options):
+    """All runs, each family in its colour and marker."""
+    rows = measured(rows, cost, options.error)
+    for k, family in enumerate(dict.fromkeys(row[options.family] for row in rows)):
+        of_family = [row for row in rows if row[options.family] == family]
+        axes.plot([number(row, cost) for row in of_family], heights(of_family, rows, options.error), linestyle="none",
+                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=5, alpha=0.8, markeredgewidth=0,
+                  label=family)
+
+
+def heights(rows, among, error):
+    """Errors for a logarithmic axis: one of zero stands at half of the least among all others."""
+    least = min((size(row, error) for row in among if size(row, error) > 0), default=1.0)
+    return [size(row, error) or least / 2 for row in rows]
+
+
+def draw_front(axes, best, cost, error, numbers):
+    """The least error for each cost as a stepped line, its points numbered."""
+    costs, errors = [number(row, cost) for row in best], heights(best, best, error)
+    axes.step(costs, errors, where="post", color="0.2", linewidth=1.0, zorder=1, label="Pareto front")
+    for row, place in zip(best, zip(costs, errors)):
+        axes.annotate(str(numbers[row["name"]]), place, xytext=(-3, -4), textcoords="offset points", ha="right", va="top", fontsize=8)
+
+
+def draw_limits(panels):
+    """Lines at round errors within the picture, named at its right edge."""
+    low, high = panels[0].get_ylim()
+    for limit in (limit for limit in LIMITS if low < limit < high):
+        for axes in panels:
+            axes.axhline(limit, color="0.6", linestyle=(0, (1, 2)), linewidth=0.9, zorder=0)
+        panels[-1].annotate(f"{limit:g} %", (1, limit), xycoords=("axes fraction", "data"), xytext=(4, 0), ha="left", va="center",
+                            textcoords="offset points", fontsize=8, color="0.4")
+
+
+def write_key(figure, axes, numbers):
+    """Under the panels the families, and what the numbers on the fronts stand for."""
+    handles, labels = axes.get_legend_handles_labels()
+    handles += [plt.Line2D([], [], linestyle="none", marker=f"${n}$", color="black", markersize=5 + 3 * (n > 9), markeredgewidth=0)
+                for n in numbers.values()]
+    labels += list(numbers)
+    across = max(1, min(len(labels), round(figure.get_figwidth() * 11 / (max(map(len, labels)) + 4))))
+    rows = -(-len(labels) // across)
+    figure.set_figheight(figure.get_figheight() + 0.2 * rows)
+    figure.legend(handles, labels, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
+
+
+if __name__ == "__main__":
+    run(main)
