@@ -17,6 +17,7 @@ from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_
 PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss")
 WORDS = {"kinetic_energy": "kinetic energy", "strain_energy": "strain energy", "damping_loss": "taken by damping",
          "numerical_loss": "lost by the method"}
+LEAST = 1e-3  # loss to which the lower axis reaches at least [%]: rounding is not shown as if it were one
 
 
 def main(arguments=None):
@@ -74,7 +75,8 @@ def draw(balances, options):
         lower.set_xlim(0, balance.times[-1] * scale or None)
         lower.set_xlabel(f"time $t$ [{time_unit}]")
     axes[0, 0].set_ylabel("energy over the largest [–]" if options.relative else f"energy [{unit}]")
-    axes[1, 0].set_ylabel("lost by the\nmethod [%]")
+    low, high = axes[1, 0].get_ylim()
+    axes[1, 0].set(ylabel="lost by the\nmethod [%]", ylim=(min(low, -LEAST), max(high, LEAST)))
     if options.title:
         figure.suptitle(options.title)
     legend_below(figure, *upper.get_legend_handles_labels())

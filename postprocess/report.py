@@ -1,0 +1,241 @@
+#!/usr/bin/env python3
+"""Report of one or more hampm runs as one HTML file that needs no other: results, pictures and the scene as it was used.
+
+For each run: how far it came, the energy release rates at its end beside references, energies and how their balance closes, the
+pictures of G(t), energy, mesh and energy density as far as the result file holds what they show, what a reader should know
+before trusting it, version and host, and the namelist. Several runs are compared in a table and a picture at the top.
+"""
+
+import argparse
+import base64
+import io
+from html import escape
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import plot_energy
+import plot_field
+import plot_g
+import plot_mesh
+from frames import Frames, Scene
+from history import UNREADABLE, History, ResultError, run
+from pictures import STYLE, names, plt, positive, save
+
+PART = 0.1      # last part of the run that the means are taken over
+SPREAD = 0.05   # of J over its domains, above which it is worth a notice
+LOSS = 0.1      # of the energy to the method, likewise
+WINDOW = "6"    # half width of what is shown around a crack tip [mm]
+PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
+body {{ font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222 }}
+table {{ border-collapse: collapse; margin: 0.6em 0 }} td, th {{ padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }}
+td + td, th + th {{ text-align: right }} img {{ max-width: 100% }} .notice {{ color: #a33c00 }} pre {{ background: #f5f5f5; padding: 0.8em }}
+</style></head><body>
+{body}
+</body></html>
+"""
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    runs = [Run(path) for path in options.files]
+    title = options.title or ", ".join(dict.fromkeys(item.title for item in runs))
+    output = Path(options.output or runs[0].path.with_name(f"{runs[0].path.stem}_report.html"))
+    body = [f"<h1>{escape(title)}</h1>", *(comparison(runs, options.dpi) if len(runs) > 1 else [])]
+    for item, name in zip(runs, names([item.history for item in runs])):
+        body += section(item, name, options.dpi)
+    try:
+        output.write_text(PAGE.format(title=escape(title), body="\n".join(body)), encoding="utf-8")
+    except OSError as error:
+        raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
+    print(output)
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
+    parser.add_argument("-o", "--output", type=html, metavar="FILE.html",
+                        help="report to write (default: <first file>_report.html beside it)")
+    parser.add_argument("--dpi", type=positive, default=110, metavar="N", help="points per inch of the pictures (default: %(default)g)")
+    parser.add_argument("--title", metavar="TEXT", help="title of the report (default: that of the scene)")
+    return parser.parse_args(arguments)
+
+
+def html(text):
+    if Path(text).suffix != ".html":
+        raise argparse.ArgumentTypeError(f"{text} does not end in .html")
+    return text
+
+
+class Run:
+    """A result file: its history, scene, energies, what wrote it, and its snapshots, None where it has none."""
+
+    def __init__(self, path):
+        self.path, self.history = Path(path), History(path)
+        if self.history.times.size == 0:
+            raise ResultError(f"{path}: /history holds no samples yet", UNREADABLE)
+        with h5py.File(path, "r") as file:
+            if "input/namelist" not in file:
+                raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
+            self.namelist = file["input/namelist"].asstr()[()]
+            self.origin = {name: str(value) for name, value in file["input"].attrs.items() if name != "compiler_options"}
+        self.scene = Scene(self.namelist, path)
+        self.title = self.scene.text("run", "title") or self.path.stem
+        self.balance = plot_energy.Balance(self.history)
+        self.frames = snapshots(path)
+
+    def last(self, column):
+        return self.history.columns[column][-1]
+
+    def count(self, column):
+        """The last value of a column of whole numbers, in words."""
+        return whole(self.last(column)) if column in self.history.columns else "–"
+
+    def mean(self, column):
+        """Mean over the last part of the run."""
+        return np.mean(self.history.columns[column][self.history.times >= (1 - PART) * self.history.times[-1]])
+
+    def rates(self):
+        """Names of the columns that are energy release rates."""
+        return [name for name in self.history.columns if name.startswith("G_")]
+
+
+def snapshots(path):
+    try:
+        return Frames(path)
+    except ResultError:
+        return None
+
+
+def comparison(runs, dpi):
+    """All runs beside each other: the means of G at the end, the work that they were, and the curves."""
+    columns = list(dict.fromkeys(name for item in runs for name in item.rates()))
+    heading = ["run", *(plot_g.words(name) for name in columns), "particles", "steps"]
+    rows = [[name, *(value_of(item, column) for column in columns), item.count("particles"), item.count("step")]
+            for item, name in zip(runs, names([item.history for item in runs]))]
+    lines = [table([heading, *rows]), f"<p>G: means over the last {PART:.0%} of the run, over G_ref where there is one.</p>"]
+    drawable = [item.history for item in runs if item.rates() and "G_ref" in item.history.attributes]
+    return lines + (curves(drawable, dpi) if drawable else [])
+
+
+def value_of(item, column):
+    if column not in item.history.columns:
+        return "–"
+    return f"{item.mean(column) / item.history.attributes.get('G_ref', 1.0):.5g}"
+
+
+def section(item, name, dpi):
+    """The report of one run."""
+    lines = [f"<h2>{escape(name)}: {escape(item.title)}</h2>", *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)),
+             table(extent(item))]
+    if item.rates():
+        lines += ["<h3>Energy release rate</h3>", table(release_rates(item))]
+        if "G_ref" in item.history.attributes:
+            lines += curves([item.history], dpi)
+    lines += ["<h3>Energy</h3>", table(energies(item)),
+              picture(lambda: plot_energy.draw([item.balance], plot_energy.parse([str(item.path)])), "energies over time", dpi)]
+    if item.frames:
+        lines += ["<h3>Last snapshot</h3>", *last_snapshot(item, dpi)]
+    return [*lines, "<h3>Program</h3>", table(item.origin.items()), "<h3>Scene as it was used</h3>",
+            f"<pre>{escape(item.namelist.strip())}</pre>"]
+
+
+def extent(item):
+    """How far the run came, and how large it was."""
+    history = item.history
+    yield "time reached", f"{history.times[-1]:.6g} s"
+    yield "end_time of the scene", f"{item.scene.numbers('run', 'end_time')[0]:.6g} s" if item.scene.text("run", "end_time") else "–"
+    if "dt" in history.columns:
+        steps = history.columns["dt"][history.columns["dt"] > 0]
+        yield "time step, least and largest", f"{steps.min(initial=np.inf):.4g} s, {steps.max(initial=0):.4g} s" if steps.size else "–"
+    for column, words in [("step", "steps"), ("particles", "particles, first and last"), ("cells", "cells, first and last")]:
+        if column in history.columns:
+            first, last = history.columns[column][[0, -1]]
+            yield words, whole(last) if column == "step" else f"{whole(first)}, {whole(last)}"
+    if "finest_cell" in history.columns:
+        yield "smallest occupied cell", f"{item.last('finest_cell'):.4g} m"
+
+
+def release_rates(item):
+    """Last value and mean of each estimator, of K and the spread of J, and the references."""
+    history, g_ref = item.history, item.history.attributes.get("G_ref")
+    yield "quantity", "last value", f"mean of the last {PART:.0%}", "mean over G_ref"
+    for name in [*item.rates(), *(name for name in ("J", "J_spread", "K_I", "K_II") if name in history.columns)]:
+        ratio = f"{item.mean(name) / g_ref:.5g}" if g_ref and not name.startswith("K") else "–"
+        yield f"{history.long_names[name]} [{history.units[name]}]", f"{item.last(name):.5g}", f"{item.mean(name):.5g}", ratio
+    if g_ref:
+        yield "G_ref [J/m2]", f"{g_ref:.5g}", "–", "1"
+    if g_ref and (beam := history.beam_ratio()) is not None:
+        yield "beam on elastic foundation, (33) [J/m2]", f"{beam * g_ref:.5g}", "–", f"{beam:.5g}"
+
+
+def energies(item):
+    """Energies at the end, and how they balance."""
+    balance = item.balance
+    yield "energy", "at the end [J]", "of the largest [%]"
+    rows = {"supplied: work and initial energy": balance.supplied} | {plot_energy.WORDS[name]: values for name, values in balance.parts.items()}
+    for words, values in rows.items():
+        yield words, f"{values[-1]:.5g}", f"{100 * values[-1] / balance.largest:.4g}"
+    if balance.missing is not None:
+        yield "not accounted for, at most", f"{balance.missing * balance.largest:.2g}", f"{100 * balance.missing:.2g}"
+
+
+def notices(item):
+    """What a reader should know before trusting the run."""
+    end = item.scene.numbers("run", "end_time")
+    if end and item.history.times[-1] < end[0] * (1 - 1e-6):
+        yield f"The run ended at {item.history.times[-1]:.6g} s, before its end_time of {end[0]:.6g} s"
+    if bad := [name for name, values in item.history.columns.items() if not np.all(np.isfinite(values))]:
+        yield f"Not finite somewhere: {', '.join(bad)}"
+    loss = item.balance.parts["numerical_loss"] / item.balance.largest
+    if (worst := loss[np.argmax(np.abs(loss))]) and abs(worst) > LOSS:
+        yield f"The method {'lost' if worst > 0 else 'gained'} {abs(worst):.0%} of the largest energy"
+    if "J_spread" in item.history.columns and abs(j := item.mean("J")) > 0 and (spread := item.mean("J_spread") / abs(j)) > SPREAD:
+        yield f"J differs by {spread:.0%} between its domains: the field around the tip is not resolved, or the discs reach too far"
+    if item.frames is None:
+        yield "The file holds no snapshots (snapshot_interval in &output), so there are no pictures of mesh and fields"
+
+
+def curves(histories, dpi):
+    files = [str(history.path) for history in histories]
+    return [picture(lambda: plot_g.draw(histories, plot_g.parse(files)), "G over time", dpi)]
+
+
+def last_snapshot(item, dpi):
+    """Energy density, around a crack tip too, and the mesh there below R where the mesh follows it."""
+    file = str(item.path)
+
+    def field(words, *window):
+        return picture(lambda: plot_field.draw([item.frames], plot_field.parse([file, "--log", *window])), words, dpi)
+
+    yield field("energy density")
+    if item.frames.crack_plane():
+        yield field("energy density around the crack tip", "--window", WINDOW)
+    if item.frames.crack_plane() and item.scene.text("refine", "indicator") == "gradient":
+        yield picture(lambda: plot_mesh.draw([item.frames], plot_mesh.parse([file, "--window", WINDOW])), "mesh around the crack tip", dpi)
+
+
+def picture(draw, words, dpi):
+    """A figure as an image within the page."""
+    stream = io.BytesIO()
+    with plt.rc_context(STYLE):
+        save(draw(), stream, dpi)
+    return f'<p><img alt="{words}" src="data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"></p>'
+
+
+def table(rows):
+    """Rows of text; the first is a heading where it has more than two columns."""
+    rows = [[escape(str(word)) for word in row] for row in rows]
+    kinds = ["th" if len(row) > 2 and k == 0 else "td" for k, row in enumerate(rows)]
+    return "<table>\n" + "\n".join("<tr>" + "".join(f"<{kind}>{word}</{kind}>" for word in row) + "</tr>"
+                                   for kind, row in zip(kinds, rows)) + "\n</table>"
+
+
+def whole(value):
+    return f"{value:,.0f}".replace(",", " ")
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,90 @@
+"""The report of runs: one file that needs no other, with the numbers of the result and what to know before trusting them."""
+
+import base64
+import re
+from html import unescape
+
+import h5py
+import numpy as np
+import pytest
+
+from synthetic import G_REF, dcb, write_result
+
+ENERGIES = {"strain_energy": 0.0, "damping_loss": 0.0, "external_work": 0.0, "numerical_loss": 0.0}
+
+
+def complete(**changes):
+    """Columns of a run that reports may be made of; energies are constant."""
+    columns = dcb(samples=101)
+    return columns | {"kinetic_energy": np.ones(101)} | {name: np.full(101, value) for name, value in (ENERGIES | changes).items()}
+
+
+def set_scene(path, text):
+    with h5py.File(path, "a") as file:
+        del file["input/namelist"]
+        file["input/namelist"] = text
+        file["input"].attrs["version"] = "1.2.3"
+    return path
+
+
+@pytest.fixture
+def report(script, tmp_path):
+    """Text of the report of some files, and its pictures."""
+    def call(*arguments):
+        output = tmp_path / "report.html"
+        result = script("report.py", *arguments, "-o", output, "--dpi", 30)
+        assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(output), "")
+        text = output.read_text()
+        pictures = [base64.b64decode(code) for code in re.findall(r'src="data:image/png;base64,([^"]*)"', text)]
+        assert len(pictures) == text.count("<img") and all(picture.startswith(b"\x89PNG") for picture in pictures)
+        assert not re.search(r"https?:|<link|<script|src=\"[^d]", text)
+        return unescape(re.sub(r"<[^>]*>", " ", text.split("</style>")[1])), pictures
+    return call
+
+
+def test_a_run_with_snapshots_has_all_pictures_and_its_scene(report, refined_result):
+    text, pictures = report(refined_result)
+    assert len(pictures) == 5 and "force = 0.0, 1.0" in text and "GCC" in text
+    with h5py.File(refined_result) as file:
+        g, g_ref = file["history/G_nodal_force_I"][:], file["history"].attrs["G_ref"]
+        late = file["history/time"][:] >= 0.9 * file["history/time"][-1]
+    assert re.search(rf"nodal force closure, mode I \[J/m2\]\s+{g[-1]:.5g}\s+\S+\s+{np.mean(g[late]) / g_ref:.5g}\s", text)
+    assert "not accounted for" in text and "before its end_time" not in text
+
+
+def test_a_run_without_snapshots_says_so(report, tmp_path):
+    text, pictures = report(write_result(tmp_path / "a.h5", complete()))
+    assert len(pictures) == 2 and "holds no snapshots" in text
+
+
+def test_what_a_reader_should_know_is_noticed(report, tmp_path):
+    columns = complete(numerical_loss=np.linspace(0, 0.25, 101), external_work=np.linspace(0, 0.25, 101), J=1.0, J_spread=0.08)
+    columns["crack_opening"][3] = np.nan
+    path = set_scene(write_result(tmp_path / "a.h5", columns), "&run\n   title = 'a < b'\n   end_time = 2.4e-3\n/\n")
+    text, _ = report(path)
+    for words in ["a: a < b", "before its end_time of 0.0024 s", "Not finite somewhere: crack_opening", "lost 20% of the largest",
+                  "J differs by 8%", "1.2.3"]:
+        assert words in text
+
+
+def test_runs_are_compared_by_their_means(report, tmp_path):
+    files = [write_result(tmp_path / "a.h5", complete() | {"G_nodal_force_I": np.full(101, 1.25 * G_REF)}),
+             write_result(tmp_path / "b.h5", {name: values for name, values in complete().items() if name != "G_nodal_force_I"})]
+    text, pictures = report(*files, "--title", "Two beams")
+    assert len(pictures) == 5 and text.strip().startswith("Two beams")
+    assert re.search(r"\sa\s+1.25\s", text) and re.search(r"\sb\s+–\s", text)
+
+
+def test_default_name_and_no_display(program, tmp_path):
+    path = write_result(tmp_path / "a.h5", complete())
+    result = program("report.py", path)
+    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(tmp_path / "a_report.html"), "")
+
+
+@pytest.mark.parametrize("arguments, code, words", [
+    (["none.h5"], 4, "no such file"), (["-o", "a.pdf"], 2, "does not end in .html"), (["-o", "/nowhere/a.html"], 4, "cannot be written"),
+    (["--dpi", "0"], 2, "not a positive number"), (["--help"], 0, "")])
+def test_mistakes_are_named(script, tmp_path, arguments, code, words):
+    path = write_result(tmp_path / "a.h5", complete())
+    result = script("report.py", path, *arguments, *["--dpi", 20][: 2 * ("/nowhere/a.html" in arguments)])
+    assert result.returncode == code and words in result.stderr and ("--title" in result.stdout) == (code == 0)
