@@ -56,9 +56,9 @@ run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_re
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
 
-figures: setup  ## draw the pictures of the docs: meshes, the paper's Fig. 10, and the verification cases
+figures: setup  ## draw the pictures of the docs in results/, listed in tools/figures.txt; with DOCS=1 replace those in docs/
 	@$(MAKE) --no-print-directory program
-	tools/figures.sh $(O)/hampm $(PYTHON)
+	tools/figures.sh $(O)/hampm $(PYTHON) $(if $(DOCS),--docs)
 
 sweep: setup  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml
 	@$(MAKE) --no-print-directory program
@@ -110,6 +110,7 @@ adaptivity: setup  ## measure what refinement reaches on the double cantilever b
 extremes: setup  ## run the extremes of every part of a scene and write docs/stability.md
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/extremes.py --output results/extremes --document 1
+	tools/figures.sh $(O)/hampm $(PYTHON) --docs stability
 
 tradeoff: setup  ## measure accuracy against cost for every kind of setting and write docs/tradeoff.md
 	@$(MAKE) --no-print-directory program

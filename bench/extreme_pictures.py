@@ -1,26 +1,31 @@
 """The pictures of docs/stability.md, from the cells of the atlas of extremes."""
 
-import matplotlib
+import sys
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from mass_matrices import KINDS, SCHEMES
+from tables import ROOT
 
-COLOURS = {"stable": "#4c9f70", "warned": "#e9c46a", "refused": "#8d99ae", "stopped": "#e07a5f", "defect": "black"}
+sys.path.insert(0, str(ROOT / "postprocess"))
+
+from pictures import COLOURS as PALETTE  # noqa: E402
+from pictures import STYLE, plt  # noqa: E402
+
+COLOURS = {"stable": "#009E73", "warned": "#E69F00", "refused": "0.65", "stopped": "#D55E00", "defect": "black"}
 MARKS = dict(zip(SCHEMES, "sodv"))
 
 
 def draw(results, folder):
     """Draw what there are results for."""
-    if "courant" in results:
-        limits(results["courant"], folder / "stability_limit.png")
-        outcomes(results["courant"], folder / "stability_map.png")
-    errors(results, folder / "stability_errors.png")
+    with plt.rc_context(STYLE):
+        if "courant" in results:
+            limits(results["courant"], folder / "stability_limit.png")
+            outcomes(results["courant"], folder / "stability_map.png")
+        errors(results, folder / "stability_errors.png")
 
 
 def save(figure, path):
-    figure.savefig(path, dpi=90, bbox_inches="tight")
+    figure.savefig(path, dpi=110, bbox_inches="tight")
     plt.close(figure)
 
 
@@ -32,7 +37,7 @@ def limits(cells, path):
             found = {c.name: [float(x) for x in c.message.split(", ")] for c in cells if c.name.startswith("limit")}
             x = np.arange(len(KINDS)) + 0.17 * (k - 1.5) + (0.04 if filled else -0.04)
             y = [found[f"limit, {kind}, {scheme}, {frame}"] for kind in KINDS]
-            axes.plot(x, [m for m, _ in y], MARKS[scheme], color=f"C{k}", mfc=None if filled else "none", ms=6,
+            axes.plot(x, [m for m, _ in y], MARKS[scheme], color=PALETTE[k], mfc=None if filled else "none", ms=6,
                       label=f"{scheme}, {frame}")
             axes.hlines([m / ratio for m, ratio in y], x - 0.07, x + 0.07, color="0.2", lw=1.2, zorder=0)
     axes.set(xticks=range(len(KINDS)), xticklabels=KINDS, ylabel="largest stable courant number", ylim=(0, None))

@@ -25,6 +25,7 @@ import sys
 from collections import Counter
 
 import extreme_scenes
+from extreme_pictures import draw
 from extreme_scenes import PARTS, Cell, Runner
 from tables import ROOT, command_line, rewrite
 
@@ -100,22 +101,28 @@ def limits(cells):
     return lines
 
 
-def document(folder):
-    """Write the tables and pictures of all parts that have results into the document."""
-    from extreme_pictures import draw
-    results = {part: cells for part in PARTS if (cells := load(part, folder))}
+def all_saved(folder):
+    """The cells of all parts that have results, by part."""
+    return {part: cells for part in PARTS if (cells := load(part, folder))}
+
+
+def document(results):
+    """Write the tables of all parts that have results into the document."""
     text = DOCUMENT.read_text()
     text = rewrite("atlas", atlas(results), text, DOCUMENT)
     text = rewrite("messages", causes(results), text, DOCUMENT)
     if "courant" in results:
         text = rewrite("limits", limits(results["courant"]), text, DOCUMENT)
     DOCUMENT.write_text(text)
-    draw(results, DOCUMENT.parent)
 
 
 def main():
     arguments = command_line(__doc__, list(PARTS), "results/extremes",
-                             document=(0, "1: write the tables and pictures of docs/stability.md"))
+                             document=(0, "1: write the tables of docs/stability.md"),
+                             draw=(0, "1: run nothing, draw the pictures of docs/stability.md from the tables in the folder"))
+    if arguments.draw:
+        draw(all_saved(arguments.output), arguments.output)
+        return
     runner = Runner(arguments.program, arguments.output.resolve())
     defects = 0
     for part in arguments.part:
@@ -123,7 +130,7 @@ def main():
         save(part, cells, arguments.output)
         defects += sum(cell.outcome == "defect" for cell in cells)
     if arguments.document:
-        document(arguments.output)
+        document(all_saved(arguments.output))
     if defects:
         sys.exit(f"{defects} of the cells are defects")
 

@@ -1,7 +1,10 @@
 #!/bin/sh
-# Draw the pictures of the docs in results/figures: all, or those named.
+# Draw the pictures of the docs in results/: all of tools/figures.txt, or those named.
 #
-#     tools/figures.sh PROGRAM PYTHON [mesh] [fig10] [dcb_static] [dcb_dynamic] [chen] [freund] [mixed_mode]
+#     tools/figures.sh PROGRAM PYTHON [--docs] [FIGURE...]
+#
+# With --docs the pictures in the docs are replaced by them, with at most 256 colours. FIGURE is a name of the second column of the
+# table; the others are listed by --list. One that no function below draws is left to `make` by that name, if what it draws is missing.
 set -eu
 
 cd "$(dirname "$0")/.."
@@ -9,10 +12,50 @@ program=$1
 python=$2
 shift 2
 out=results/figures
+table=tools/figures.txt
 
 main() {
-    for figure in ${*:-mesh fig10 dcb_static dcb_dynamic chen freund mixed_mode}; do
-        "draw_$figure"
+    case ${1:-} in
+        --list) figures && return ;;
+        --docs) into_docs=yes && shift ;;
+        *) into_docs=no ;;
+    esac
+    mkdir -p $out
+    for figure in ${*:-$(figures)}; do
+        figures | grep -qx "$figure" || fail "no figure '$figure'; there are $(figures | tr '\n' ' ')"
+        echo "figure $figure"
+        draw "$figure"
+        [ $into_docs = no ] || replace "$figure"
+    done
+}
+
+fail() {
+    echo "figures.sh: $*" >&2
+    exit 2
+}
+
+# Rows of the table without comments
+rows() { sed 's/#.*//; /^[[:space:]]*$/d' $table; }
+
+figures() { rows | awk '!seen[$2]++ {print $2}'; }
+
+# draw FIGURE
+draw() {
+    if command -v "draw_$1" >/dev/null; then
+        "draw_$1"
+    else
+        missing=
+        for file in $(rows | awk -v figure="$1" '$2 == figure {print $3}'); do
+            [ -f "$file" ] || missing=yes
+        done
+        [ -z "$missing" ] || make --no-print-directory "$1"
+    fi
+}
+
+# replace FIGURE: its pictures in the docs
+replace() {
+    rows | awk -v figure="$1" '$2 == figure && $1 != "-" {print $3, $1}' | while read -r drawn picture; do
+        "$python" tools/palette.py "$drawn" "$picture"
     done
 }
 
@@ -30,15 +73,21 @@ run() {
 
 plot() { "$python" postprocess/plot_g.py --dpi 150 "$@"; }
 
+# The scene of the README
+draw_dcb() {
+    run input/dcb.nml dcb
+    plot $out/dcb.h5 --converged 1.28737 --output $out/dcb_G.png
+}
+
 # The mesh around the tip for three R_crit, and how one of them comes about
 draw_mesh() {
     run input/dcb_mesh.nml mesh_r024 refine.r_crit=0.24
     run input/dcb_mesh.nml mesh_r012 refine.r_crit=0.12 refine.max_level=1
     run input/dcb_mesh.nml mesh_r003
     for r in 024 012 003; do
-        "$python" postprocess/plot_mesh.py $out/mesh_r$r.h5 -o $out/mesh_r$r.png
+        "$python" postprocess/plot_mesh.py --dpi 120 $out/mesh_r$r.h5 -o $out/mesh_r$r.png
     done
-    "$python" postprocess/plot_mesh.py $out/mesh_r024.h5 $out/mesh_r012.h5 $out/mesh_r003.h5 -o $out/mesh.png
+    "$python" postprocess/plot_mesh.py --dpi 120 $out/mesh_r024.h5 $out/mesh_r012.h5 $out/mesh_r003.h5 -o $out/mesh.png
     "$python" postprocess/animate.py $out/mesh_r003.h5 --window 12
 }
 
@@ -79,7 +128,7 @@ draw_dcb_dynamic() {
 }
 
 # K_I(t) of an input file and on cells of 0.2 mm refined at the tip: its name, these cells, scale, axis, what the reference is
-draw_intensity() {
+intensity() {
     run input/$1.nml $1
     run input/$1.nml $1_refined grid.cell=0.2e-3 grid.cells=$2 refine.indicator=tip refine.rings=12 refine.max_level=1
     plot $out/$1.h5 $out/$1_refined.h5 --column K_I --scale $3 --label "$4" --reference tests/regression/$1/reference.csv \
@@ -87,16 +136,22 @@ draw_intensity() {
 }
 
 # shellcheck disable=SC2016 # not shell, but mathematics
-draw_chen() { draw_intensity chen 51,101 86832 '$K_I / \sigma_0 \sqrt{\pi a}$' 'finite elements'; }
+draw_chen() { intensity chen 51,101 86832 '$K_I / \sigma_0 \sqrt{\pi a}$' 'finite elements'; }
 
 # shellcheck disable=SC2016
-draw_freund() { draw_intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'closed form'; }
+draw_freund() { intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'closed form'; }
 
 # Both modes of a split beam under a moment on one arm come to rest, on uniform and refined cells
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode
     run input/mixed_mode.nml mixed_mode_uniform refine.indicator=none energy_release.radii=5e-3,7e-3,9e-3
     plot $out/mixed_mode.h5 $out/mixed_mode_uniform.h5 --estimator 'G_nodal_force_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
+}
+
+# What runs at the extremes do: minutes, unless `make extremes` has left its tables
+draw_stability() {
+    [ -f results/extremes/release.csv ] || "$python" bench/extremes.py --output results/extremes
+    "$python" bench/extremes.py --output results/extremes --draw 1
 }
 
 main "$@"
