@@ -21,12 +21,12 @@ import plot_g
 import plot_mesh
 from frames import Frames, Scene
 from history import UNREADABLE, History, ResultError, run
-from pictures import STYLE, names, plt, positive, save
+from pictures import MM, STYLE, names, plt, positive, save
 
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
 LOSS = 0.1      # of the energy to the method, likewise
-WINDOW = "6"    # half width of what is shown around a crack tip [mm]
+WINDOW = 5      # half width of what is shown around a crack tip, in root cells
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222 }}
@@ -205,16 +205,16 @@ def curves(histories, dpi):
 
 def last_snapshot(item, dpi):
     """Energy density, around a crack tip too, and the mesh there below R where the mesh follows it."""
-    file = str(item.path)
+    file, window = str(item.path), ["--window", str(WINDOW * item.scene.numbers("grid", "cell")[0] * MM)]
 
-    def field(words, *window):
-        return picture(lambda: plot_field.draw([item.frames], plot_field.parse([file, "--log", *window])), words, dpi)
+    def field(words, *arguments):
+        return picture(lambda: plot_field.draw([item.frames], plot_field.parse([file, "--log", *arguments])), words, dpi)
 
     yield field("energy density")
     if item.frames.crack_plane():
-        yield field("energy density around the crack tip", "--window", WINDOW)
+        yield field("energy density around the crack tip", *window)
     if item.frames.crack_plane() and item.scene.text("refine", "indicator") == "gradient":
-        yield picture(lambda: plot_mesh.draw([item.frames], plot_mesh.parse([file, "--window", WINDOW])), "mesh around the crack tip", dpi)
+        yield picture(lambda: plot_mesh.draw([item.frames], plot_mesh.parse([file, *window])), "mesh around the crack tip", dpi)
 
 
 def picture(draw, words, dpi):
