@@ -49,12 +49,12 @@ do for [argument = 2:ARGC] {
 beam = system(export . quoted(ARG2) . " --attribute G_beam_on_foundation 2>/dev/null")
 
 # Okabe and Ito's palette, told apart with any colour vision; the dashes keep it legible in grey.
-set linetype 1 linecolor rgb "#0072B2" linewidth 1.4 dashtype solid
-set linetype 2 linecolor rgb "#D55E00" linewidth 1.4 dashtype (12,3)
-set linetype 3 linecolor rgb "#009E73" linewidth 1.4 dashtype (6,2.5)
-set linetype 4 linecolor rgb "#CC79A7" linewidth 1.4 dashtype (12,3,2.5,3)
-set linetype 5 linecolor rgb "#E69F00" linewidth 1.4 dashtype (2.5,2.5)
-set linetype 6 linecolor rgb "#56B4E9" linewidth 1.4 dashtype (18,4)
+set linetype 1 linecolor rgb "#0072B2" linewidth 2.2 dashtype solid
+set linetype 2 linecolor rgb "#D55E00" linewidth 1.4 dashtype (12,4)
+set linetype 3 linecolor rgb "#009E73" linewidth 1.4 dashtype (6,6)
+set linetype 4 linecolor rgb "#CC79A7" linewidth 1.4 dashtype (12,4,2.5,4)
+set linetype 5 linecolor rgb "#E69F00" linewidth 1.4 dashtype (2.5,3.5)
+set linetype 6 linecolor rgb "#56B4E9" linewidth 1.4 dashtype (18,6)
 set linetype cycle 6
 
 set output ARG1

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 from history import UNREADABLE, ResultError  # noqa: E402
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
-DASHES = ["-", (0, (6, 1.5)), (0, (3, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (9, 2))]
+DASHES = ["-", (0, (6, 2)), (0, (3, 3)), (0, (6, 2, 1.2, 2)), (0, (1.2, 1.8)), (0, (9, 3))]
 STYLE = {
     "font.size": 10, "axes.titlesize": 11, "legend.fontsize": 9, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6, "axes.axisbelow": True, "lines.linewidth": 1.4,

@@ -7,6 +7,8 @@ from pathlib import Path
 from history import UNREADABLE, History, ResultError, lowpass, read_curve, run
 from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, positive, write
 
+WIDE = 2.2  # width of solid curves, so that they can be seen below dashed ones that coincide with them
+
 
 def main(arguments=None):
     options = parse(arguments)
@@ -57,7 +59,8 @@ def draw(histories, options):
              for column in columns(history, options)]
     for (history, name, column), (colour, dash) in zip(shown, styles(shown)):
         value = history.columns[column] / (options.scale or 1) if options.column else history.g_ratio(column)
-        curve(history.times, value, color=colour, linestyle=dash, label=f"{name}: {words(column)}")
+        curve(history.times, value, color=colour, linestyle=dash, linewidth=WIDE if dash == "-" else None,
+              label=f"{name}: {words(column)}")
     if not options.column:
         draw_static_values(axes, histories, options.converged)
 
