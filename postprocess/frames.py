@@ -88,7 +88,7 @@ class Frames:
         if not scene.count("crack"):
             return None
         return CrackPlane(np.array(scene.numbers("crack", "tip")), np.array(scene.numbers("crack", "direction")),
-                          scene.text("crack", "kind") == "symmetry")
+                          scene.text("crack", "kind") == "symmetry", (scene.numbers("crack", "length") or [0.0])[0])
 
 
 class Scene:
@@ -176,10 +176,11 @@ class Leaves:
 
 
 class CrackPlane:
-    """The plane of a crack along a grid line. `direction` is that of growth; `is_symmetry` tells that the model is one half."""
+    """The plane of a crack along a grid line. `direction` is that of growth; `is_symmetry` tells that the model is one half;
+    behind the tip by `length` [m] is the other tip, or the edge of the material where it is 0."""
 
-    def __init__(self, tip, direction, is_symmetry=False):
-        self.tip, self.is_symmetry = tip, is_symmetry
+    def __init__(self, tip, direction, is_symmetry=False, length=0.0):
+        self.tip, self.is_symmetry, self.length = tip, is_symmetry, length
         self.along = direction / np.hypot(*direction)
         self.normal = np.array([-self.along[1], self.along[0]])
 

@@ -14,7 +14,7 @@ from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, joined, survey
 from pictures import MM, add_picture_options, names, plt, positive, write
 
-import numpy as np
+TALLEST = 6.5  # height of a panel [inch]
 
 
 def main(arguments=None):
@@ -53,7 +53,8 @@ def draw(results, options):
         canvas = Canvas(panel, result, fields[result], options.scale, shades, options.window)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
-        draw_crack(panel, result, seen.lower[0], options.scale)
+        if plane := result.crack_plane():
+            draw_crack(panel, plane, seen.lower[0], options.scale)
         panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
         panel.label_outer()
@@ -74,7 +75,7 @@ def panels(count, size):
     """A figure with so many panels of this shape: below each other where they are flat, else up to three in a row."""
     across = 1 if size[1] < 0.5 * size[0] else min(count, 3)
     rows = -(-count // across)
-    width = {1: 7.0, 2: 4.4, 3: 3.6}[across]
+    width = min({1: 7.0, 2: 4.4, 3: 3.6}[across], TALLEST * size[0] / size[1])
     figure, axes = plt.subplots(rows, across, figsize=(width * across + 1.4, (width * size[1] / size[0] + 0.4) * rows + 0.4),
                                 squeeze=False, sharex=True, sharey=True, layout="compressed")
     for axis in axes.flat[count:]:
@@ -82,17 +83,13 @@ def panels(count, size):
     return figure, axes.flat[:count]
 
 
-def draw_crack(axes, result, edge, scale):
+def draw_crack(axes, plane, edge, scale):
     """The crack as a line up to its tip at the origin, from its other tip or the edge of the material at x = `edge` [mm]; with
     displacements enlarged, which open it, its tips alone."""
-    if result.crack_plane() is None:
-        return
-    length = (result.scene.numbers("crack", "length") or [0.0])[0] * MM
-    start = -length if length > 0 else edge
+    tips = [0.0, -plane.length * MM] if plane.length > 0 else [0.0]
     if scale == 1:
-        axes.plot([start, 0], [0, 0], color="black", linewidth=1.2, solid_capstyle="butt")
-    tips = [0, start] if length > 0 else [0]
-    axes.plot(tips, np.zeros_like(tips), "o", color="black", markersize=3)
+        axes.plot([tips[1] if plane.length > 0 else edge, 0], [0, 0], color="black", linewidth=1.2, solid_capstyle="butt")
+    axes.plot(tips, [0.0] * len(tips), "o", color="black", markersize=3)
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ def draw_result(result, upper, lower, options):
     corners = plane.local(squares(leaves.lower, leaves.width)) * MM
     size = leaves.width * MM
 
-    draw_mesh(lower, plane.whole(corners[holds_material]), options.window)
+    draw_mesh(lower, plane.whole(corners[holds_material]), options.window, plane.length * MM)
     draw_box(lower, result.scene, plane)
     lower.set_xlabel("distance ahead of the crack tip [mm]")
 
@@ -78,10 +78,10 @@ def draw_result(result, upper, lower, options):
     return top
 
 
-def draw_mesh(axes, corners, window):
-    """Squares, and the crack as a thick line up to its tip at the origin."""
+def draw_mesh(axes, corners, window, length):
+    """Squares, and the crack as a thick line up to its tip at the origin, of a length unless that is 0."""
     axes.add_collection(PolyCollection(corners, facecolors="white", edgecolors="0.25", linewidths=0.5))
-    axes.plot([-window, 0], [0, 0], color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
+    axes.plot([-length or -window, 0], [0, 0], color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
     axes.plot(0, 0, "o", color=COLOURS[1], markersize=3.5)
     axes.set(xlim=(-window, window), ylim=(-window, window), box_aspect=1)
     axes.grid(False)

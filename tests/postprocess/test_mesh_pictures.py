@@ -30,7 +30,7 @@ def test_picture_stands_beside_the_first_file(program, refined_result, tmp_path)
     picture = tmp_path / "a_mesh.png"
     assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
     pixels = matplotlib.image.imread(picture)
-    assert pixels.shape[1] > 900 and len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
+    assert pixels.shape[1] > 600 and len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
 
 
 @pytest.mark.parametrize("suffix, start", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])

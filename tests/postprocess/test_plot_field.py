@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import plot_field
-from frames import Block, Frames, Scene
+from frames import Block, CrackPlane, Frames, Scene
 from history import ResultError
 from particle_fields import ParticleField
 from particle_pictures import DECADES, colours
@@ -72,6 +72,15 @@ def test_a_model_of_both_halves_is_not_mirrored(refined_result, tmp_path):
         result["input/namelist"] = text
     half, whole = (middles(figure_of([name]).axes[0]) for name in (file, refined_result))
     assert len(whole) == 2 * len(half) and np.all(half[:, 1] > 0)
+
+
+@pytest.mark.parametrize("length, scale, line, tips", [
+    (0.0, 1, [-50, 0], [0]), (8e-3, 1, [-8, 0], [0, -8]), (8e-3, 100, None, [0, -8])])
+def test_crack_from_its_other_tip_or_the_edge(length, scale, line, tips):
+    axes = plot_field.plt.figure().add_subplot()
+    plot_field.draw_crack(axes, CrackPlane(np.zeros(2), np.array([1.0, 0.0]), length=length), -50, scale)
+    drawn = [list(curve.get_xdata()) for curve in axes.lines]
+    assert drawn == ([line] if line else []) + [tips]
 
 
 def field_of(name, plane, law="a"):
