@@ -7,7 +7,7 @@ from pathlib import Path
 from history import UNREADABLE, History, ResultError, lowpass, read_curve, run
 from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, positive, write
 
-WIDE = 2.2  # width of solid curves, so that they can be seen below dashed ones that coincide with them
+WIDE = 2.2  # width of the first curve, so that it can be seen below others that coincide with it
 
 
 def main(arguments=None):
@@ -57,9 +57,9 @@ def draw(histories, options):
               label=options.reference_name or f"reference: {Path(options.reference).stem}")
     shown = [(history, name, column) for history, name in zip(histories, names(histories))
              for column in columns(history, options)]
-    for (history, name, column), (colour, dash) in zip(shown, styles(shown)):
+    for k, ((history, name, column), (colour, dash)) in enumerate(zip(shown, styles(shown))):
         value = history.columns[column] / (options.scale or 1) if options.column else history.g_ratio(column)
-        curve(history.times, value, color=colour, linestyle=dash, linewidth=WIDE if dash == "-" else None,
+        curve(history.times, value, color=colour, linestyle=dash, linewidth=None if k else WIDE,
               label=f"{name}: {words(column)}")
     if not options.column:
         draw_static_values(axes, histories, options.converged)
