@@ -73,10 +73,13 @@ run() {
 
 plot() { "$python" postprocess/plot_g.py --dpi 150 "$@"; }
 
-# The scene of the README
+# The scene of the README: G(t), where its energy goes, and its stress at the peak and at the end
 draw_dcb() {
     run input/dcb.nml dcb
     plot $out/dcb.h5 --converged 1.28737 --output $out/dcb_G.png
+    "$python" postprocess/plot_energy.py $out/dcb.h5 --dpi 120 --output $out/dcb_energy.png
+    "$python" postprocess/plot_field.py $out/dcb.h5 --field stress_xx --time 2e-4 --time 1.5e-3 --scale 1000 --dpi 120 \
+        --output $out/dcb_field.png
 }
 
 # The mesh around the tip for three R_crit, and how one of them comes about

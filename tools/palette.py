@@ -21,7 +21,8 @@ def main():
         sys.exit(f"{drawn}: no such file")
     picture.parent.mkdir(parents=True, exist_ok=True)
     with Image.open(drawn) as image:
-        image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(picture, optimize=True)
+        reduced = image.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+    reduced.save(picture, optimize=True)
     size = picture.stat().st_size
     print(f"{picture}: {size / 1000:.0f} kB")
     if size > MOST:
