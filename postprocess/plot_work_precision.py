@@ -18,12 +18,16 @@ from pictures import COLOURS, add_picture_options, plt, write
 
 MARKERS = "osD^vP*X<>"
 LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
+ENDINGS = {"_percent": "%", "_seconds": "s", "_bytes": "B"}
+CROWD = 200  # runs from which on markers are small
 AXES = {"cpu_seconds": "processor time [s]", "particles": "particles", "error_percent": "error [%]"}
 
 
 def main(arguments=None):
     options = parse(arguments)
-    rows = [row for path in options.files for row in read_table(path, [options.cost, options.error, options.family])]
+    needed = [options.cost, options.error, options.family, *options.only]
+    rows = [row for path in options.files for row in read_table(path, needed)
+            if all(row[column] == value for column, value in options.only.items())]
     good = measured(rows, options.cost, options.error)
     if not good:
         raise ResultError(f"{', '.join(options.files)}: no row has numbers in {options.cost} and {options.error}")
@@ -41,8 +45,19 @@ def parse(arguments):
     parser.add_argument("--cost", default="cpu_seconds", metavar="COLUMN", help="cost (default: %(default)s)")
     parser.add_argument("--family", default="family", metavar="COLUMN",
                         help="runs that share a colour and a marker (default: %(default)s)")
+    parser.add_argument("--only", type=condition, action="append", default=[], metavar="COLUMN=VALUE",
+                        help="take rows with this value alone; may be repeated")
     add_picture_options(parser, "_work_precision")
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    options.only = dict(options.only)
+    return options
+
+
+def condition(text):
+    column, equals, value = text.partition("=")
+    if not (column and equals):
+        raise argparse.ArgumentTypeError(f"{text} is not COLUMN=VALUE")
+    return column, value
 
 
 def read_table(path, needed):
@@ -94,23 +109,32 @@ def draw(rows, options):
     for panel, cost, best in zip(axes[0], costs, fronts):
         draw_runs(panel, rows, cost, options)
         draw_front(panel, best, cost, options.error, numbers)
-        panel.set(xscale="log", yscale="log", xlabel=AXES.get(cost, cost))
+        panel.set(xscale="log", yscale="log", xlabel=axis_words(cost))
         panel.yaxis.set_major_formatter("{x:g}")
     draw_limits(axes[0])
-    axes[0, 0].set_ylabel(AXES.get(options.error, options.error))
+    axes[0, 0].set_ylabel(axis_words(options.error))
     if options.title:
         figure.suptitle(options.title)
     write_key(figure, axes[0, 0], numbers)
     return figure
 
 
+def axis_words(column):
+    """What an axis shows: sustained_percent -> sustained [%]."""
+    for ending, unit in ENDINGS.items():
+        if column.endswith(ending) and column not in AXES:
+            return f"{column.removesuffix(ending).replace('_', ' ')} [{unit}]"
+    return AXES.get(column, column.replace("_", " "))
+
+
 def draw_runs(axes, rows, cost, options):
     """All runs, each family in its colour and marker."""
     rows = measured(rows, cost, options.error)
+    marker_size = 5 if len(rows) < CROWD else 3
     for k, family in enumerate(dict.fromkeys(row[options.family] for row in rows)):
         of_family = [row for row in rows if row[options.family] == family]
         axes.plot([number(row, cost) for row in of_family], heights(of_family, rows, options.error), linestyle="none",
-                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=5, alpha=0.8, markeredgewidth=0,
+                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=marker_size, alpha=0.8, markeredgewidth=0,
                   label=family)
 
 

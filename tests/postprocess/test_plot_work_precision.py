@@ -63,7 +63,13 @@ def test_other_columns_and_several_tables(script, table):
     assert result.returncode == 0 and "a" in result.stdout.split() and "b" in result.stdout.split()
 
 
+def test_rows_may_be_chosen(script, table):
+    result = script("plot_work_precision.py", table(), "--only", "family=uniform", "--only", "cpu_seconds=4", "--dpi", 40)
+    assert result.returncode == 0 and [line.split()[0] for line in result.stdout.splitlines()[2:4]] == ["middle", "cheapest"]
+
+
 @pytest.mark.parametrize("text, arguments, code, words", [
+    (HEAD, ["--only", "family"], 2, "not COLUMN=VALUE"), (HEAD, ["--only", "group=a"], 2, "no column 'group'"),
     (None, [], 4, "cannot be read"), ("", [], 2, "no column 'name'; it has none"), ("name,family\n", [], 2, "no column 'cpu_seconds'"),
     (HEAD, [], 2, "no row has numbers"), (HEAD, ["--cost", "hours"], 2, "no column 'hours'"), (b"\xff\xfe\x00", [], 4, "cannot be read"),
     (HEAD, ["--dpi", "0"], 2, "not a positive number")])
