@@ -115,8 +115,7 @@ extremes: setup  ## run the extremes of every part of a scene and write docs/sta
 tradeoff: setup  ## measure accuracy against cost for every kind of setting and write docs/tradeoff.md
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
-	for study in static dynamic; do $(PYTHON) postprocess/plot_work_precision.py results/tradeoff/$$study.csv \
-	    --output docs/tradeoff_$$study.png; done
+	tools/figures.sh $(O)/hampm $(PYTHON) --docs tradeoff
 
 local_steps: setup  ## measure what time steps that fit the size of the cells cost and change
 	@tools/setup.sh valgrind

@@ -19,8 +19,10 @@ from pictures import COLOURS, add_picture_options, plt, write
 MARKERS = "osD^vP*X<>"
 LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
 ENDINGS = {"_percent": "%", "_seconds": "s", "_bytes": "B"}
+CLOSE = 14  # distance of points on a front that share a label, in hundredths of an inch
 CROWD = 200  # runs from which on markers are small
-AXES = {"cpu_seconds": "processor time [s]", "particles": "particles", "error_percent": "error [%]"}
+AXES = {"cpu_seconds": "processor time [s]", "particles": "particles", "error_percent": "error [%]",
+        "sustained_percent": "sustained error [%]"}
 
 
 def main(arguments=None):
@@ -108,8 +110,8 @@ def draw(rows, options):
         numbers.setdefault(row["name"], len(numbers) + 1)
     for panel, cost, best in zip(axes[0], costs, fronts):
         draw_runs(panel, rows, cost, options)
-        draw_front(panel, best, cost, options.error, numbers)
         panel.set(xscale="log", yscale="log", xlabel=axis_words(cost))
+        draw_front(panel, best, cost, options.error, numbers)
         panel.yaxis.set_major_formatter("{x:g}")
     draw_limits(axes[0])
     axes[0, 0].set_ylabel(axis_words(options.error))
@@ -120,7 +122,7 @@ def draw(rows, options):
 
 
 def axis_words(column):
-    """What an axis shows: sustained_percent -> sustained [%]."""
+    """What an axis shows: relative_percent -> relative [%]."""
     for ending, unit in ENDINGS.items():
         if column.endswith(ending) and column not in AXES:
             return f"{column.removesuffix(ending).replace('_', ' ')} [{unit}]"
@@ -145,11 +147,17 @@ def heights(rows, among, error):
 
 
 def draw_front(axes, best, cost, error, numbers):
-    """The least error for each cost as a stepped line, its points numbered."""
+    """The least error for each cost as a stepped line, its points numbered, those that are close by their first and last."""
     costs, errors = [number(row, cost) for row in best], heights(best, best, error)
     axes.step(costs, errors, where="post", color="0.2", linewidth=1.0, zorder=1, label="Pareto front")
-    for row, place in zip(best, zip(costs, errors)):
-        axes.annotate(str(numbers[row["name"]]), place, xytext=(-3, -4), textcoords="offset points", ha="right", va="top", fontsize=8)
+    places = axes.transData.transform(list(zip(costs, errors)))
+    first = 0
+    for k in range(len(best)):
+        if k + 1 == len(best) or max(abs(places[k + 1] - places[first])) > CLOSE:
+            ends = dict.fromkeys(str(numbers[best[end]["name"]]) for end in (first, k))
+            axes.annotate("–".join(ends), (costs[first], errors[first]), xytext=(-3, -4), textcoords="offset points", ha="right",
+                          va="top", fontsize=8)
+            first = k + 1
 
 
 def draw_limits(panels):

@@ -157,4 +157,13 @@ draw_stability() {
     "$python" bench/extremes.py --output results/extremes --draw 1
 }
 
+# What accuracy costs: as long as `make tradeoff`, unless that has left its tables
+draw_tradeoff() {
+    [ -f results/tradeoff/dynamic.csv ] || "$python" bench/tradeoff.py --output results/tradeoff
+    for study in static dynamic; do
+        "$python" postprocess/plot_work_precision.py results/tradeoff/$study.csv --family group --error sustained_percent --dpi 110 \
+            --output results/tradeoff/$study.png
+    done
+}
+
 main "$@"
