@@ -136,8 +136,8 @@ def draw_runs(axes, rows, cost, options):
     for k, family in enumerate(dict.fromkeys(row[options.family] for row in rows)):
         of_family = [row for row in rows if row[options.family] == family]
         axes.plot([number(row, cost) for row in of_family], heights(of_family, rows, options.error), linestyle="none",
-                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=marker_size, alpha=0.8, markeredgewidth=0,
-                  label=family)
+                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=marker_size, alpha=0.8,
+                  markeredgewidth=0, label=family)
 
 
 def heights(rows, among, error):

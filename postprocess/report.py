@@ -30,8 +30,10 @@ WINDOW = 5      # half width of what is shown around a crack tip, in root cells
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222 }}
-table {{ border-collapse: collapse; margin: 0.6em 0 }} td, th {{ padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }}
-td + td, th + th {{ text-align: right }} img {{ max-width: 100% }} .notice {{ color: #a33c00 }} pre {{ background: #f5f5f5; padding: 0.8em }}
+table {{ border-collapse: collapse; margin: 0.6em 0 }}
+td, th {{ padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }}
+td + td, th + th {{ text-align: right }} img {{ max-width: 100% }}
+.notice {{ color: #a33c00 }} pre {{ background: #f5f5f5; padding: 0.8em }}
 </style></head><body>
 {body}
 </body></html>
@@ -58,7 +60,8 @@ def parse(arguments):
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("-o", "--output", type=html, metavar="FILE.html",
                         help="report to write (default: <first file>_report.html beside it)")
-    parser.add_argument("--dpi", type=positive, default=110, metavar="N", help="points per inch of the pictures (default: %(default)g)")
+    parser.add_argument("--dpi", type=positive, default=110, metavar="N",
+                        help="points per inch of the pictures (default: %(default)g)")
     parser.add_argument("--title", metavar="TEXT", help="title of the report (default: that of the scene)")
     return parser.parse_args(arguments)
 
@@ -128,8 +131,8 @@ def value_of(item, column):
 
 def section(item, name, dpi):
     """The report of one run."""
-    lines = [f"<h2>{escape(name)}: {escape(item.title)}</h2>", *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)),
-             table(extent(item))]
+    lines = [f"<h2>{escape(name)}: {escape(item.title)}</h2>",
+             *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)), table(extent(item))]
     if item.rates():
         lines += ["<h3>Energy release rate</h3>", table(release_rates(item))]
         if "G_ref" in item.history.attributes:
@@ -146,10 +149,11 @@ def extent(item):
     """How far the run came, and how large it was."""
     history = item.history
     yield "time reached", f"{history.times[-1]:.6g} s"
-    yield "end_time of the scene", f"{item.scene.numbers('run', 'end_time')[0]:.6g} s" if item.scene.text("run", "end_time") else "–"
+    end = item.scene.numbers("run", "end_time")
+    yield "end_time of the scene", f"{end[0]:.6g} s" if end else "–"
     if "dt" in history.columns:
         steps = history.columns["dt"][history.columns["dt"] > 0]
-        yield "time step, least and largest", f"{steps.min(initial=np.inf):.4g} s, {steps.max(initial=0):.4g} s" if steps.size else "–"
+        yield "time step, least and largest", f"{steps.min():.4g} s, {steps.max():.4g} s" if steps.size else "–"
     for column, words in [("step", "steps"), ("particles", "particles, first and last"), ("cells", "cells, first and last")]:
         if column in history.columns:
             first, last = history.columns[column][[0, -1]]
@@ -175,8 +179,8 @@ def energies(item):
     """Energies at the end, and how they balance."""
     balance = item.balance
     yield "energy", "at the end [J]", "of the largest [%]"
-    rows = {"supplied: work and initial energy": balance.supplied} | {plot_energy.WORDS[name]: values for name, values in balance.parts.items()}
-    for words, values in rows.items():
+    parts = {plot_energy.WORDS[name]: values for name, values in balance.parts.items()}
+    for words, values in ({"supplied: work and initial energy": balance.supplied} | parts).items():
         yield words, f"{values[-1]:.5g}", f"{100 * values[-1] / balance.largest:.4g}"
     if balance.missing is not None:
         yield "not accounted for, at most", f"{balance.missing * balance.largest:.2g}", f"{100 * balance.missing:.2g}"
