@@ -6,6 +6,7 @@ module hampm_program
    use hampm_failure, only: failure_t, exit_file, exit_stopped
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
+   use hampm_key_reference, only: reference_text
    use hampm_namelist_text, only: template_text
    use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
    use hampm_reading, only: read_scene, understand_scene
@@ -29,6 +30,8 @@ contains
          write (output_unit, '(a)') 'hampm '//version
       else if (options%template) then
          write (output_unit, '(a)', advance='no') template_text()
+      else if (options%keys) then
+         write (output_unit, '(a)', advance='no') reference_text()
       else
          call simulate(options, failure)
       end if

@@ -20,6 +20,7 @@ module hampm_command_line
       logical :: force = .false.                   !! replace an old result
       logical :: check = .false.                   !! validate and print the scene, do not run it
       logical :: template = .false.                !! print a complete namelist
+      logical :: keys = .false.                    !! print the reference of all keys
       logical :: quiet = .false.                   !! no progress on the terminal
       logical :: version = .false.
       logical :: help = .false.
@@ -35,6 +36,7 @@ module hampm_command_line
    type(option_t), parameter :: known(*) = [ &
       option_t('--check', .false., '--check', 'validate the scene and print it as it is understood; do not run it'), &
       option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
+      option_t('--keys', .false., '--keys', 'print the reference of all groups and keys as Markdown'), &
       option_t('--set', .true., '--set GROUP.KEY=VALUE', 'use this value instead of the file''s; may be given many times'), &
       option_t('--output', .true., '--output DIR', 'folder for the results; default: the current one'), &
       option_t('--force', .false., '--force', 'replace a result that is there'), &
@@ -89,7 +91,7 @@ contains
       end do
       if (options%resume /= '') call check_resume(options, mistakes)
       if (options%input == '' .and. options%resume == '' .and. mistakes%count == 0 .and. &
-          .not. (options%help .or. options%version .or. options%template)) &
+          .not. (options%help .or. options%version .or. options%template .or. options%keys)) &
          call mistakes%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
       call mistakes%tell(failure)
    end subroutine parse_arguments
@@ -177,6 +179,8 @@ contains
          options%check = .true.
        case ('--template')
          options%template = .true.
+       case ('--keys')
+         options%keys = .true.
        case ('--quiet')
          options%quiet = .true.
        case ('--version')

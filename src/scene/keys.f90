@@ -38,7 +38,7 @@ module hampm_keys
       character(name_len) :: example               !! value in the template where that is not the default
       character(16) :: unit
       character(name_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, '' for any text
-      character(96) :: meaning
+      character(112) :: meaning
    end type key_t
 
    type(group_t), parameter :: groups(*) = [ &
@@ -48,7 +48,7 @@ module hampm_keys
       group_t('body', repeats, is_required, 'a piece of material; bodies must not overlap'), &
       group_t('constraint', repeats, is_optional, 'fixed displacement components of all grid nodes in a box'), &
       group_t('load', repeats, is_optional, 'a force on the material, with its history in time'), &
-      group_t('damping', once, is_assumed, 'a force -rate*m*v on all material'), &
+      group_t('damping', once, is_assumed, 'a force -rate m v on all material'), &
       group_t('method', once, is_assumed, 'how the equations of motion are integrated'), &
       group_t('refine', once, is_optional, 'where cells refine; without this group they never do'), &
       group_t('crack', once, is_optional, 'the crack; without this group the scene has none'), &
@@ -61,27 +61,27 @@ module hampm_keys
    !    allowed, meaning
    type(key_t), parameter :: keys(*) = [ &
       key_t('run', 'title', kind_text, 1, 1, may, '', 'DCB, suddenly loaded', '', &
-            '', 'what the run is about'), &
+            '', 'what the run is about; the result keeps it'), &
       key_t('run', 'plane', kind_name, 1, 1, may, 'stress', '', '', &
             'stress|strain', 'plane stress or plane strain'), &
       key_t('run', 'thickness', kind_real, 1, 1, may, '1.0', '0.01', 'm', &
-            positive, 'thickness of the plane'), &
+            positive, 'thickness of the plane; forces and energies are those of all of it'), &
       key_t('run', 'end_time', kind_real, 1, 1, must, '', '1.5e-3', 's', &
             positive, 'the run goes from time 0 to this time'), &
       key_t('grid', 'lower', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
             any_number, 'lower corner of the lattice'), &
       key_t('grid', 'cell', kind_real, 1, 1, must, '', '1.25e-3', 'm', &
-            positive, 'size of a root cell'), &
+            positive, 'size of a root cell, the same in both directions'), &
       key_t('grid', 'cells', kind_integer, ndim, ndim, must, '', '80, 9', '', &
             '[1, inf)', 'number of root cells in each direction'), &
       key_t('material', 'name', kind_name, 1, 1, must, '', 'aluminium', '', &
             '', 'name that bodies refer to'), &
       key_t('material', 'law', kind_name, 1, 1, may, 'linear_elastic', '', '', &
-            'linear_elastic|neo_hookean', 'small strain, or any stretch and rotation'), &
+            'linear_elastic|neo_hookean', 'for small strains and rotations, or for any'), &
       key_t('material', 'young', kind_real, 1, 1, must, '', '70e9', 'Pa', &
-            positive, 'Young''s modulus'), &
+            positive, 'Young''s modulus, at small strain'), &
       key_t('material', 'poisson', kind_real, 1, 1, may, '0.0', '0.3', '', &
-            '(-1, 0.5)', 'Poisson''s ratio'), &
+            '(-1, 0.5)', 'Poisson''s ratio, at small strain'), &
       key_t('material', 'density', kind_real, 1, 1, must, '', '2700.0', 'kg/m3', &
             positive, 'mass per undeformed volume'), &
       key_t('body', 'material', kind_name, 1, 1, must, '', 'aluminium', '', &
@@ -93,15 +93,15 @@ module hampm_keys
       key_t('body', 'upper', kind_real, ndim, ndim, must, '', '0.1, 0.01', 'm', &
             any_number, 'its upper corner'), &
       key_t('body', 'points_per_cell', kind_integer, 1, 1, may, '2', '', '', &
-            '[1, 16]', 'material points per cell in each direction'), &
+            '[1, 16]', 'material points per root cell in each direction; even where cells may refine'), &
       key_t('body', 'velocity', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
-            any_number, 'initial velocity'), &
+            any_number, 'initial velocity of all of it'), &
       key_t('constraint', 'lower', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
-            any_number, 'lower corner of the box'), &
+            any_number, 'lower corner of the box whose nodes are held'), &
       key_t('constraint', 'upper', kind_real, ndim, ndim, must, '', '0.1, 0.0', 'm', &
             any_number, 'upper corner of the box, may equal the lower one'), &
       key_t('constraint', 'fix', kind_name, 1, 1, must, '', 'y', '', &
-            'x|y|xy', 'components that are held'), &
+            'x|y|xy', 'components of the velocity that are zero there'), &
       key_t('load', 'kind', kind_name, 1, 1, must, '', 'traction', '', &
             'point|traction|body', 'acts at a point, on part of a body''s edge, or on the material in a box'), &
       key_t('load', 'lower', kind_real, ndim, ndim, must, '', '0.0, 0.0', 'm', &
@@ -109,33 +109,36 @@ module hampm_keys
       key_t('load', 'upper', kind_real, ndim, ndim, must, '', '0.0, 0.01', 'm', &
             any_number, 'upper corner of where it acts, for a point equal to the lower one'), &
       key_t('load', 'force', kind_real, ndim, ndim, must, '', '0.0, 1.0', 'N', &
-            any_number, 'resultant of the whole load'), &
+            any_number, 'resultant of the whole load where its factor is 1'), &
       key_t('load', 'history', kind_name, 1, 1, may, 'step', '', '', &
-            'step|ramp|sine|table', 'factor over time'), &
+            'step|ramp|sine|table', &
+            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
       key_t('load', 'start', kind_real, 1, 1, may, '0.0', '', 's', &
-            any_number, 'time at which the history begins'), &
+            any_number, 'time at which the history begins; before it the factor is 0'), &
       key_t('load', 'rise_time', kind_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'of a ramp: from 0 to 1; needed there'), &
+            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
       key_t('load', 'frequency', kind_real, 1, 1, may, '0.0', '', 'Hz', &
-            not_negative, 'of a sine; needed there'), &
+            not_negative, 'of a sine: its frequency; needed there'), &
       key_t('load', 'times', kind_real, 0, max_values, may, '', '', 's', &
             any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
       key_t('load', 'factors', kind_real, 0, max_values, may, '', '', '', &
-            any_number, 'of a table: as many as times'), &
+            any_number, 'of a table: factors at its times, as many as these'), &
       key_t('damping', 'rate', kind_real, 1, 1, may, '0.0', '1.0e4', '1/s', &
-            not_negative, 'damping force per mass and velocity'), &
+            not_negative, 'damping force over mass times velocity'), &
       key_t('method', 'scheme', kind_name, 1, 1, may, 'musl', '', '', &
-            'usf|usl|usavg|musl', 'when in a step the stress is updated'), &
+            'usf|usl|usavg|musl', &
+            'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
       key_t('method', 'courant', kind_real, 1, 1, may, '0.0', '', '', &
             '[0, 10]', 'time step over cell size / wave speed; 0: 0.1, but 0.05 for full, partial in the updated frame'), &
       key_t('method', 'wave_speed', kind_name, 1, 1, may, 'shear', '', '', &
-            'shear|dilatational', 'which wave speed limits the time step'), &
+            'shear|dilatational', 'which wave speed courant refers to'), &
       key_t('method', 'time_steps', kind_name, 1, 1, may, 'global', '', '', &
             'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
       key_t('method', 'frame', kind_name, 1, 1, may, 'updated', '', '', &
             'updated|total', 'shape functions at the present or always at the initial positions'), &
       key_t('method', 'mass', kind_name, 1, 1, may, 'lumped', '', '', &
-            'lumped|full|partial|fmpm|blend', 'which mass matrix'), &
+            'lumped|full|partial|fmpm|blend', &
+            'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a mean of both'), &
       key_t('method', 'order', kind_integer, 1, 1, may, '2', '', '', &
             '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
       key_t('method', 'blend', kind_real, 1, 1, may, '0.5', '', '', &
@@ -143,11 +146,12 @@ module hampm_keys
       key_t('method', 'full_region', kind_name, 1, 1, may, 'box', '', '', &
             'box|refined', 'of mass = ''partial'': it is full in a box, or in the cells that are refined'), &
       key_t('method', 'full_lower', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'of full_region = ''box'': lower corner of the box in which it is full'), &
+            any_number, 'of full_region = ''box'': lower corner of the box in which mass = ''partial'' is full'), &
       key_t('method', 'full_upper', kind_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'and its upper corner; needed there'), &
+            any_number, 'of full_region = ''box'': upper corner of this box; needed there'), &
       key_t('method', 'solver', kind_name, 1, 1, may, 'cg', '', '', &
-            'cg|umfpack|banded', 'of the equations with a full, partial or blended mass matrix'), &
+            'cg|umfpack|banded', &
+            'of the equations with a full, partial or blended mass matrix: iterative, or a factorisation'), &
       key_t('refine', 'indicator', kind_name, 1, 1, may, 'none', 'tip', '', &
             'none|gradient|zz|tip', 'what tells which cells refine: gradients, the estimated error, the distance to the tip'), &
       key_t('refine', 'field', kind_name, 1, 1, may, 'energy_density', '', '', &
@@ -167,17 +171,17 @@ module hampm_keys
       key_t('refine', 'region_lower', kind_real, 0, ndim, may, '', '0.04, 0.0', 'm', &
             any_number, 'lower corner of the box in which cells may refine; without limit by default'), &
       key_t('refine', 'region_upper', kind_real, 0, ndim, may, '', '0.06, 0.01', 'm', &
-            any_number, 'and its upper corner'), &
+            any_number, 'upper corner of the box in which cells may refine; without limit by default'), &
       key_t('refine', 'start', kind_real, 1, 1, may, '0.0', '', 's', &
             not_negative, 'time of the first look at gradient or zz: loads that begin make steep fronts'), &
       key_t('refine', 'interval', kind_integer, 1, 1, may, '100', '', '', &
             '[1, inf)', 'steps between looks at the indicator'), &
       key_t('refine', 'max_particles', kind_integer, 1, 1, may, '1000000', '', '', &
-            '[1, 2e9]', 'refinement ends, with a warning, where there would be more material points'), &
+            '[1, 2e9]', 'most material points; where there would be more, refinement ends with a warning'), &
       key_t('crack', 'kind', kind_name, 1, 1, may, 'symmetry', '', '', &
             'symmetry|line', 'along the constrained edge of a symmetric half, or along a grid line inside the material'), &
       key_t('crack', 'tip', kind_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
-            any_number, 'crack tip, on a node of the lattice'), &
+            any_number, 'crack tip, on a node of the lattice; of two tips the one that direction points out of'), &
       key_t('crack', 'direction', kind_real, ndim, ndim, may, '1.0, 0.0', '', '', &
             any_number, 'direction of growth, along a grid line'), &
       key_t('crack', 'length', kind_real, 1, 1, may, '0.0', '', 'm', &
@@ -186,11 +190,11 @@ module hampm_keys
             'none|frictionless', 'of a line: whether its faces press on each other or go through'), &
       key_t('energy_release', 'estimators', kind_name, 0, 4, may, '', &
             'nodal_force, stress_closure, domain_integral, energy_balance', '', &
-            'nodal_force|stress_closure|domain_integral|energy_balance', 'columns of the history; none by default'), &
+            'nodal_force|stress_closure|domain_integral|energy_balance', 'what the history records of energy; none by default'), &
       key_t('energy_release', 'radii', kind_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
-            positive, 'of domain_integral; by default 0.4, 0.6 and 0.8 of what fits, where that is two cells or more'), &
+            positive, 'of domain_integral: increasing; by default 0.4, 0.6 and 0.8 of what fits, of two cells or more'), &
       key_t('energy_release', 'reference', kind_name, 1, 1, may, 'none', 'dcb', '', &
-            'none|dcb|value', 'where the reference value G_ref comes from'), &
+            'none|dcb|value', 'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key'), &
       key_t('energy_release', 'reference_value', kind_real, 1, 1, may, '0.0', '', 'J/m2', &
             not_negative, 'G_ref where reference = ''value''; needed there'), &
       key_t('output', 'file', kind_text, 1, 1, may, '', 'dcb.h5', '', &

@@ -7,7 +7,7 @@ module hampm_namelist_text
    use hampm_text, only: to_text
    implicit none
    private
-   public :: template_text, canonical_text
+   public :: template_text, canonical_text, example_list
 
    character, parameter :: line_feed = new_line('a')
    integer, parameter :: comment_column = 48       !! where the comments of the template begin

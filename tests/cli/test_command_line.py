@@ -29,7 +29,7 @@ def value_of(scene, group, key):
 def test_help_names_every_option(hampm):
     result = hampm("--help")
     assert result.returncode == 0
-    for option in ("--check", "--template", "--set", "--output", "--threads", "--quiet", "--version", "--help",
+    for option in ("--check", "--template", "--keys", "--set", "--output", "--threads", "--quiet", "--version", "--help",
                    "--force", "--resume", "--time-limit", "--steps"):
         assert option in result.stdout
 

@@ -113,7 +113,8 @@ contains
       write (bits, '(z16.16)') transfer(options%time_limit, options%steps)
       text = options%input//separator//options%output//separator//to_text(options%threads)//separator// &
              options%resume//separator//to_text(options%steps)//separator//bits//separator//flag(options%force)// &
-             flag(options%check)//flag(options%template)//flag(options%quiet)//flag(options%version)//flag(options%help)
+             flag(options%check)//flag(options%template)//flag(options%keys)//flag(options%quiet)//flag(options%version)// &
+             flag(options%help)
       do k = 1, size(options%overrides)
          text = text//separator//options%overrides(k)%text
       end do

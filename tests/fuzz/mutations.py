@@ -175,7 +175,7 @@ def override(random):
     return text.replace("\0", "").encode()
 
 
-ARGUMENTS = """--check --template --quiet --version --help --set --output --threads --threads=2 --threads=-1 --threads=1025 --threads=
+ARGUMENTS = """--check --template --keys --quiet --version --help --set --output --threads --threads=2 --threads=-1 --threads=1025 --threads=
 --threads=1e1 --threads=00001 --threads=0000001 --output= --output=. --output=/dev/null --set= --set=grid.cell=1 --set=x --check=1
 --chek --Check -h -v - -- --- -x --set=grid.cell --= = case.nml ./case.nml /tmp /etc/shadow /dev/zero 0 1 4 1024 1025 run.title=x
 --output=a=b --quiet= --force --force=1 --resume --resume=x.checkpoint --resume= --steps --steps=10 --steps=0 --steps=1e3

@@ -186,7 +186,7 @@ def differences(text, overrides, as_used, keys):
 
 
 TAKES_VALUE = {"--set", "--output", "--threads", "--resume", "--steps", "--time-limit"}
-FLAGS = ["--force", "--check", "--template", "--quiet", "--version", "--help"]
+FLAGS = ["--force", "--check", "--template", "--keys", "--quiet", "--version", "--help"]
 CHANGEABLE = (b"output.checkpoint_interval", b"output.checkpoint_steps")  # when a run is resumed
 
 
@@ -239,7 +239,7 @@ def command_line(arguments):
     if resume and (files or "--check" in flags or
                    not all(one.lstrip(b" ").lower().startswith(CHANGEABLE) for one in overrides)):
         raise Refused("not with --resume")
-    if not files and not resume and not flags & {"--template", "--version", "--help"}:
+    if not files and not resume and not flags & {"--template", "--keys", "--version", "--help"}:
         raise Refused("no file")
     shown = b"".join(b"1" if flag in flags else b"0" for flag in FLAGS)
     bits = struct.pack(">d", limit).hex().upper().encode()

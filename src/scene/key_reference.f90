@@ -1,0 +1,109 @@
+!> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
+module hampm_key_reference
+   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, choices, is_text, kind_integer, is_required, &
+                         is_assumed
+   use hampm_kinds, only: name_len
+   use hampm_namelist_text, only: example_list
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: reference_text
+
+   character, parameter :: line_feed = new_line('a')
+
+contains
+
+   !> What every group means and whether it may be absent, an example of it, and a table of its keys. The examples of all groups
+   !> together are a scene that runs.
+   pure function reference_text() result(text)
+      character(:), allocatable :: text
+      integer :: g, k
+      text = line('# Groups and keys of a scene')//line('') &
+             //line('The output of `hampm --keys`, from the table by which scenes are validated. Units are SI. A real number is') &
+             //line('0 or in size from 1e-100 to 1e100. How keys depend on each other is in [key_rules.md](key_rules.md). The') &
+             //line('examples together are a scene that runs; `hampm --template` prints one with every key.')
+      do g = 1, size(groups)
+         text = text//line('')//line('## &'//trim(groups(g)%name))//line('') &
+                //line(sentence(trim(groups(g)%meaning))//' '//presence(groups(g)))//line('') &
+                //example(g)//line('')//line('| key | values | unit | default | allowed | meaning |') &
+                //line('|---|---|---|---|---|---|')
+         do k = first_key(g), first_key(g) + key_count(g) - 1
+            text = text//table_row(keys(k))
+         end do
+      end do
+   end function reference_text
+
+   !> Whether a group may be absent, and whether it repeats.
+   pure function presence(group) result(text)
+      type(group_t), intent(in) :: group
+      character(:), allocatable :: text
+      text = 'Optional'
+      if (group%presence == is_required) text = 'Must be given'
+      if (group%presence == is_assumed) text = 'Where it is absent, its defaults hold'
+      if (group%repeats) text = text//'; may stand several times'
+      text = text//'.'
+   end function presence
+
+   !> A group with the keys that must be given, and those whose example is not the default, as a block of code.
+   pure function example(group) result(text)
+      integer, intent(in) :: group               !! row of the group
+      character(:), allocatable :: text
+      integer :: k
+      text = line('```fortran')//line('&'//trim(groups(group)%name))
+      do k = first_key(group), first_key(group) + key_count(group) - 1
+         if (keys(k)%example /= '') text = text//line('   '//trim(keys(k)%name)//' ='//example_list(keys(k), .true.))
+      end do
+      text = text//line('/')//line('```')
+   end function example
+
+   !> A key's row of the table.
+   pure function table_row(key) result(text)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: text, default
+      default = 'none'
+      if (key%default /= '') default = '`'//trim(adjustl(example_list(key, .false.)))//'`'
+      if (key%required) default = 'must be given'
+      text = line('| `'//trim(key%name)//'` | '//number_and_type(key)//' | '//trim(key%unit)//' | '//default//' | '// &
+                  allowed(key)//' | '//trim(key%meaning)//' |')
+   end function table_row
+
+   !> How many values of which type: `real`, `2 integers`, `0 to 10 reals`.
+   pure function number_and_type(key) result(text)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: text
+      text = 'real'
+      if (key%kind == kind_integer) text = 'integer'
+      if (is_text(key)) text = 'text'
+      if (key%most > 1) text = to_text(key%most)//' '//text//'s'
+      if (key%fewest < key%most) text = to_text(key%fewest)//' to '//text
+   end function number_and_type
+
+   !> The choices of a text, or the interval of a number.
+   pure function allowed(key) result(text)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: text
+      character(name_len), allocatable :: list(:)
+      integer :: i
+      text = trim(key%allowed)
+      if (.not. is_text(key)) return
+      call choices(key, list)
+      if (size(list) == 0) text = 'any'
+      do i = 1, size(list)
+         if (i == 1) text = '`'//trim(list(i))//'`'
+         if (i > 1) text = text//', `'//trim(list(i))//'`'
+      end do
+   end function allowed
+
+   !> A text with a capital letter at its beginning and a full stop.
+   pure function sentence(text)
+      character(*), intent(in) :: text
+      character(:), allocatable :: sentence
+      sentence = achar(iachar(text(1:1)) - iachar('a') + iachar('A'))//text(2:)//'.'
+   end function sentence
+
+   pure function line(text)
+      character(*), intent(in) :: text
+      character(:), allocatable :: line
+      line = text//line_feed
+   end function line
+end module hampm_key_reference

@@ -1,0 +1,89 @@
+"""The reference pages say what the program does: keys, rules between keys, columns of the history, exit codes."""
+
+import re
+
+import h5py
+import pytest
+from base_case import GOOD, LINE, REFINE
+
+from paths import ROOT
+
+DOCS = ROOT / "docs"
+
+
+def rows(page, head):
+    """The cells of the table that begins with a head, without the marks of code."""
+    table = (DOCS / page).read_text().split(head)[1].split("\n\n")[0]
+    return [[cell.strip().replace("`", "") for cell in line.strip("|").split("|")] for line in table.splitlines()[2:]]
+
+
+@pytest.fixture(scope="module")
+def reference(run_hampm, tmp_path_factory):
+    """What `--keys` prints."""
+    result = run_hampm("--keys", cwd=tmp_path_factory.mktemp("keys"))
+    assert result.returncode == 0
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def choices(reference):
+    """By group and key: the texts that are allowed."""
+    found = {}
+    for section in reference.split("\n## &")[1:]:
+        for line in section.splitlines():
+            if row := re.match(r"\| `(\w+)` \|[^|]*\|[^|]*\|[^|]*\|([^|]*)\|", line):
+                found[section.split("\n")[0], row[1]] = set(re.findall(r"`(\w+)`", row[2]))
+    return found
+
+
+def test_page_of_the_keys_is_what_the_program_prints(reference):
+    assert (DOCS / "keys.md").read_text() == reference, "build/release/hampm --keys > docs/keys.md"
+
+
+def test_reference_has_a_row_for_each_key_of_the_template(reference, hampm):
+    keys = re.findall(r"^   (\w+) =", hampm("--template").stdout, re.MULTILINE)
+    assert re.findall(r"^\| `(\w+)` \|", reference, re.MULTILINE) == keys
+
+
+def test_examples_together_are_a_scene(reference, hampm, tmp_path):
+    (tmp_path / "case.nml").write_text("".join(re.findall(r"```fortran\n(.*?)```", reference, re.DOTALL)))
+    result = hampm("case.nml", "--check")
+    assert result.returncode == 0, result.stderr
+
+
+def test_rules_name_only_groups_keys_and_choices_that_exist(choices):
+    """In a section of a group, `key`, `key = 'choice'` and `'choice'` are of this group, `&other key` of another."""
+    for section in (DOCS / "key_rules.md").read_text().split("\n## &")[1:]:
+        here = section.split("\n")[0]
+        words = [word for word in re.findall(r"`([^`]+)`", section) if not word.startswith("-")]
+        assert words
+        for word in words:
+            group, key, choice = re.fullmatch(r"(?:&(\w+) ?)?(\w+)?(?:(?: = )?'(\w+)')?", word).groups()
+            group = group or here
+            if key:
+                assert (group, key) in choices, word
+            else:
+                assert any(group == of for of, _ in choices), word
+            if choice:
+                assert any(choice in texts for (of, name), texts in choices.items() if of == group and key in (None, name)), word
+
+
+def test_every_column_of_the_history_is_documented(hampm, tmp_path):
+    documented = {row[0].split(",")[0]: (row[1], row[2]) for row in rows("results.md", "| column |")}
+    recorded = {}
+    held = "&constraint lower = 0.1, 0.0 upper = 0.1, 0.02 fix = 'xy' /\n"
+    settings = ("run.end_time=1e-7", "output.history_interval=1e-7", "output.snapshot_interval=0",
+                "energy_release.estimators=nodal_force,stress_closure,domain_integral,energy_balance")
+    for name, scene in (("line", LINE + held + REFINE), ("zz", GOOD + REFINE.replace("gradient", "zz"))):
+        (tmp_path / f"{name}.nml").write_text(scene)
+        result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in settings))
+        assert result.returncode == 0, result.stderr
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            for column, data in file["history"].items():
+                recorded[column] = data.attrs["units"], re.sub("radius .* m$", "radius R m", data.attrs["long_name"])
+    assert {column: texts for column, texts in recorded.items() if not re.fullmatch("J_[2-9]", column)} == documented
+
+
+def test_every_exit_code_is_documented():
+    source = (ROOT / "src/base/failure.f90").read_text()
+    assert [row[0] for row in rows("results.md", "| code |")] == re.findall(r"parameter :: exit_\w+ = (\d)", source)
