@@ -5,11 +5,16 @@ module hampm_material
    use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density
    implicit none
    private
-   public :: material_t, new_material
+   public :: material_t, new_material, laws
 
+   integer, parameter :: linear_elastic = 1, neo_hookean = 2
+   character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean'] !! their names in scenes, in this order
+
+   !> A law with its constants.
    type :: material_t
       character(name_len) :: name = ''
-      logical :: linear = .true.                 !! linear elastic, else neo-Hookean
+      integer, private :: law = linear_elastic   !! its place in `laws`
+      logical :: linear = .true.                 !! whether that is the linear one
       logical :: plane_stress = .true.           !! else plane strain
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
@@ -31,14 +36,15 @@ contains
    !> A material from its engineering constants.
    pure function new_material(name, law, plane_stress, young, poisson, density) result(m)
       character(*), intent(in) :: name
-      character(*), intent(in) :: law            !! 'linear_elastic' or 'neo_hookean'
+      character(*), intent(in) :: law            !! one of `laws`
       logical, intent(in) :: plane_stress        !! else plane strain
       real(dp), intent(in) :: young              !! [Pa]
       real(dp), intent(in) :: poisson            !! [-], below 0.5
       real(dp), intent(in) :: density            !! [kg/m3]
       type(material_t) :: m
       m%name = name
-      m%linear = law == 'linear_elastic'
+      m%law = findloc(laws, law, dim=1)
+      m%linear = m%law == linear_elastic
       m%plane_stress = plane_stress
       m%young = young
       m%poisson = poisson
@@ -53,11 +59,13 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp) :: stress(ndim, ndim)
-      if (self%linear) then
+      stress = 0
+      select case (self%law)
+       case (linear_elastic)
          stress = linear_stress(self%lambda, self%mu, h)
-      else
+       case (neo_hookean)
          stress = neo_hookean_kirchhoff(self%lambda, self%mu, self%plane_stress, h)
-      end if
+      end select
    end function kirchhoff_stress
 
    !> The stress whose product with the change of H is the change of the energy density [Pa].
@@ -65,11 +73,13 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp) :: stress(ndim, ndim)
-      if (self%linear) then
+      stress = 0
+      select case (self%law)
+       case (linear_elastic)
          stress = linear_stress(self%lambda, self%mu, h)
-      else
+       case (neo_hookean)
          stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
-      end if
+      end select
    end function conjugate_stress
 
    !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
@@ -89,11 +99,13 @@ contains
    pure real(dp) function energy_density(self, h)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      if (self%linear) then
+      energy_density = 0
+      select case (self%law)
+       case (linear_elastic)
          energy_density = linear_energy_density(self%lambda, self%mu, h)
-      else
+       case (neo_hookean)
          energy_density = neo_hookean_energy_density(self%lambda, self%mu, self%plane_stress, h)
-      end if
+      end select
    end function energy_density
 
    !> Elastic energy per volume of a small stress [J/m3].
