@@ -1,0 +1,23 @@
+"""The theory notes name files and procedures that there are."""
+
+import re
+
+from paths import ROOT
+
+TABLE = (ROOT / "docs/theory.md").read_text().split("## Where it is")[1]
+
+
+def test_every_equation_is_where_the_notes_say():
+    rows = [re.findall(r"`([^`]+)`", line) for line in TABLE.splitlines() if "`src/" in line]
+    assert len(rows) > 30
+    for row in rows:
+        source = "".join((ROOT / word).read_text() for word in row if word.startswith("src/"))
+        for name in row:
+            if not name.startswith("src/"):
+                assert re.search(rf"^ *(?!end|!)[\w (),]*\b(subroutine|function) {name}\b", source, re.MULTILINE), f"{name} in {row}"
+
+
+def test_every_source_file_that_a_page_names_exists():
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        for name in re.findall(r"\b(?:src|tests|bench|postprocess|input|tools)/[\w/]+\.(?:f90|py|nml|toml|csv|sh)\b", page.read_text()):
+            assert (ROOT / name).exists(), f"{page.name}: {name}"
