@@ -21,6 +21,7 @@ module hampm_keys
    integer, parameter :: most_radii = 10           !! most radii of the domain integral
    logical, parameter :: must = .true., may = .false., repeats = .true., once = .false.
 
+   !> A row of the table of groups.
    type :: group_t
       character(name_len) :: name
       logical :: repeats                           !! whether it may stand several times
@@ -28,6 +29,7 @@ module hampm_keys
       character(96) :: meaning
    end type group_t
 
+   !> A row of the table of keys.
    type :: key_t
       character(name_len) :: group
       character(name_len) :: name
@@ -167,7 +169,7 @@ module hampm_keys
       key_t('refine', 'max_level', kind_integer, 1, 1, may, '4', '2', '', &
             '[0, 20]', 'how often a root cell may be divided; its size is halved each time'), &
       key_t('refine', 'energy_floor', kind_real, 1, 1, may, '1e-3', '', '', &
-            '[0, 1)', 'cells below this part of the largest energy density do not refine'), &
+            '[0, 1)', 'of ''gradient'': cells whose field is below this part of its largest value do not refine'), &
       key_t('refine', 'region_lower', kind_real, 0, ndim, may, '', '0.04, 0.0', 'm', &
             any_number, 'lower corner of the box in which cells may refine; without limit by default'), &
       key_t('refine', 'region_upper', kind_real, 0, ndim, may, '', '0.06, 0.01', 'm', &
@@ -276,6 +278,7 @@ contains
       if (key%most > 1) text = part(text, ',', i)
    end function default_value
 
+   !> These values in one text.
    pure character(name_len) function default_list(key, as_example)
       type(key_t), intent(in) :: key
       logical, intent(in) :: as_example

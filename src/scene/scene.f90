@@ -7,6 +7,7 @@ module hampm_scene
    public :: scene_t, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, method_t, refine_t, crack_spec_t, energy_release_t, output_t
 
+   !> &run: what is computed, and for how long.
    type :: run_t
       character(path_len) :: title = ''
       character(name_len) :: plane = ''          !! 'stress' or 'strain'
@@ -14,12 +15,14 @@ module hampm_scene
       real(dp) :: end_time = 0                   !! [s]
    end type run_t
 
+   !> &grid: the lattice of root cells.
    type :: grid_spec_t
       real(dp) :: lower(ndim) = 0                !! lower corner of the lattice [m]
       real(dp) :: cell = 0                       !! size of a root cell [m]
       integer :: cells(ndim) = 0                 !! number of root cells
    end type grid_spec_t
 
+   !> &material: a law and its constants.
    type :: material_spec_t
       character(name_len) :: name = ''
       character(name_len) :: law = ''            !! 'linear_elastic' or 'neo_hookean'
@@ -28,6 +31,7 @@ module hampm_scene
       real(dp) :: density = 0                    !! [kg/m3]
    end type material_spec_t
 
+   !> &body: a piece of material.
    type :: body_t
       character(name_len) :: material = ''       !! name of its material
       integer :: material_index = 0              !! position of that material in `scene_t%materials`
@@ -38,12 +42,14 @@ module hampm_scene
       real(dp) :: velocity(ndim) = 0             !! initial velocity [m/s]
    end type body_t
 
+   !> &constraint: nodes that are held.
    type :: constraint_spec_t
       real(dp) :: lower(ndim) = 0                !! [m]
       real(dp) :: upper(ndim) = 0                !! [m]
       logical :: fixed(ndim) = .false.           !! which components are held
    end type constraint_spec_t
 
+   !> &load: a force and its history.
    type :: load_spec_t
       character(name_len) :: kind = ''           !! 'point', 'traction' or 'body'
       real(dp) :: lower(ndim) = 0                !! [m]
@@ -57,10 +63,12 @@ module hampm_scene
       real(dp), allocatable :: factors(:)        !! of a table [-]
    end type load_spec_t
 
+   !> &damping.
    type :: damping_t
       real(dp) :: rate = 0                       !! alpha of the force -alpha m v [1/s]
    end type damping_t
 
+   !> &method: how the equations of motion are integrated.
    type :: method_t
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       real(dp) :: courant = 0                    !! [-]
@@ -76,6 +84,7 @@ module hampm_scene
       character(name_len) :: solver = 'cg'       !! 'cg', 'umfpack' or 'banded'
    end type method_t
 
+   !> &refine: where cells refine.
    type :: refine_t
       logical :: present = .false.               !! whether the scene has the group
       character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'; 'none' where the group is absent
@@ -85,7 +94,7 @@ module hampm_scene
       real(dp) :: tolerance = 0                  !! of zz: relative error in the energy norm [-]
       integer :: rings = 0                       !! of tip: distance from the tip, in cells of each level
       integer :: max_level = 0                   !! level of the finest cells, 0: the root cells
-      real(dp) :: energy_floor = 0               !! part of the largest energy density below which cells do not refine [-]
+      real(dp) :: energy_floor = 0               !! of gradient: part of its largest value below which the field is not looked at
       real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
       real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
       real(dp) :: start = 0                      !! time of the first look at gradient or zz [s]
@@ -93,6 +102,7 @@ module hampm_scene
       integer :: max_particles = 0               !! refinement ends where there would be more particles
    end type refine_t
 
+   !> &crack: where it is.
    type :: crack_spec_t
       logical :: present = .false.               !! whether the scene has a crack
       character(name_len) :: kind = 'symmetry'   !! 'symmetry' or 'line'
@@ -102,6 +112,7 @@ module hampm_scene
       logical :: contact = .false.               !! whether the faces of a line press on each other, without friction
    end type crack_spec_t
 
+   !> &energy_release: what is recorded of energy.
    type :: energy_release_t
       logical :: nodal_force = .false.           !! which estimators
       logical :: stress_closure = .false.
@@ -112,6 +123,7 @@ module hampm_scene
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
    end type energy_release_t
 
+   !> &output: what is written, and how often.
    type :: output_t
       character(path_len) :: file = ''           !! name of the result file, within the output folder
       real(dp) :: history_interval = 0           !! [s], always > 0 after validation
@@ -120,6 +132,7 @@ module hampm_scene
       integer :: checkpoint_steps = 0            !! 0: none
    end type output_t
 
+   !> All of them.
    type :: scene_t
       type(run_t) :: run
       type(grid_spec_t) :: grid
