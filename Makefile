@@ -41,7 +41,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run figures sweep test coverage sanitize memcheck fuzz \
+TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
          bench minimal masses adaptivity extremes tradeoff local_steps tip
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
@@ -64,6 +64,9 @@ sweep: setup  ## run the cases of a sweep on all cores and make its table: make 
 	@$(MAKE) --no-print-directory program
 	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
 	.venv/bin/snakemake -s batch/Snakefile --cores all --config sweep=$(or $(file),input/dcb_sweep.yaml) program=$(O)/hampm
+
+docs: setup  ## write pages of every module, type and procedure of src/: build/api/index.html
+	$(PYTHON) -m ford --quiet docs/ford.md
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit

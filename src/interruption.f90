@@ -8,6 +8,7 @@ module hampm_interruption
    private
    public :: interruption_t
 
+   !> The limits of a run, and when it last wrote a checkpoint.
    type :: interruption_t
       real(dp) :: interval = 0                   !! wall time between checkpoints [s]; 0: none
       integer :: every_steps = 0                 !! steps between checkpoints; 0: none

@@ -1,4 +1,4 @@
-!> hampm: from the command line to the exit code.
+!> hampm, from the command line to the exit code.
 program main
    use, intrinsic :: iso_c_binding, only: c_int
    use hampm_command_line, only: options_t, command_arguments, parse_arguments

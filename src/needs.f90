@@ -22,6 +22,7 @@ module hampm_needs
    real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
    real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
 
+   !> What a scene needs, in numbers.
    type :: needs_t
       real(dp) :: particles = 0                     !! that the run begins with, refined around a tip
       real(dp) :: cells = 0                         !! leaves that the run begins with

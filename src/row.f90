@@ -5,6 +5,7 @@ module hampm_row
    private
    public :: row_t
 
+   !> The values of a row so far.
    type :: row_t
       integer :: n = 0                           !! values so far
       real(dp) :: values(64) = 0                 !! (n); a scene has 30 columns and one for each radius at most

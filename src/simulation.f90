@@ -35,6 +35,7 @@ module hampm_simulation
 
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
+   !> All that a run consists of.
    type :: simulation_t
       type(scene_t) :: scene
       type(motion_t) :: motion

@@ -15,7 +15,7 @@ module hampm_leaf_field
    real(dp), parameter :: ridge = 1.0e-10_dp     !! keeps values that the particles leave open small
 
    interface
-      !> LAPACK: solve a symmetric positive definite system.
+      !> Solve a symmetric positive definite system, by LAPACK.
       subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
          import :: dp
          character, intent(in) :: uplo

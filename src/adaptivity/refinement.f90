@@ -16,6 +16,7 @@ module hampm_refinement
 
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
 
+   !> What tells cells to refine, its thresholds and limits, and what was found at the last look.
    type :: refinement_t
       character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'
       character(name_len) :: field = ''          !! of 'gradient': 'energy_density', 'stress_norm' or 'speed'
@@ -287,6 +288,7 @@ contains
       exceeds = particles > r%max_particles
       r%reached_max_particles = r%reached_max_particles .or. exceeds
    contains
+      !> Level of the cells that a particle was made for; 0 where none was ever split.
       pure integer function level_of_particle(i) result(level)
          integer, intent(in) :: i
          level = 0

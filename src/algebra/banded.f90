@@ -10,6 +10,7 @@ module hampm_banded
    private
    public :: banded_t
 
+   !> A factorised banded matrix, with its numbering of the rows.
    type :: banded_t
       integer :: bandwidth = 0                   !! entries beside the diagonal, to one side
       integer, allocatable, private :: place(:)  !! new number of each row, (n)

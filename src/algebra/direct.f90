@@ -22,6 +22,7 @@ module hampm_direct
       type(banded_t) :: banded
    end type factor_t
 
+   !> The factors of a mass matrix, and which component uses which.
    type :: direct_t
       logical :: by_umfpack = .true.             !! else by banded Cholesky
       integer :: analyses = 0                    !! how often the pattern has been analysed

@@ -34,6 +34,7 @@ module hampm_mass_solver
    real(dp), parameter :: zero(ndim) = 0, one(ndim) = 1
    integer, parameter :: patience = 6               !! iterations after which a factorisation is made anew
 
+   !> How nodal equations are solved, with what is kept from one solution to the next.
    type :: mass_solver_t
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm

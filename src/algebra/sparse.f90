@@ -5,6 +5,7 @@ module hampm_sparse
    private
    public :: sparse_t, pattern_of_cliques
 
+   !> Where each row begins, and column and value of its entries.
    type :: sparse_t
       integer :: n = 0                           !! number of rows
       integer, allocatable :: row_start(:)       !! first entry of each row, (n + 1)

@@ -11,6 +11,7 @@ module hampm_failure
    integer, parameter :: exit_file = 4        !! a file could not be read or written
    integer, parameter :: exit_stopped = 5     !! the run was asked to stop before its end, and can be resumed
 
+   !> Whether something has failed, and what the user is told.
    type :: failure_t
       integer :: code = exit_done               !! exit code of the program, `exit_done` while nothing failed
       character(:), allocatable :: message      !! what, where, and what would be right; may have several lines

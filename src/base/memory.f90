@@ -21,6 +21,7 @@ contains
 
    contains
 
+      !> Take a limit over where it is lower than those so far; 0 and below is none.
       subroutine take(limit)
          real(dp), intent(in) :: limit
          if (limit > 0) bytes = min(bytes, limit)

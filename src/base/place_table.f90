@@ -5,6 +5,7 @@ module hampm_place_table
    private
    public :: place_table_t
 
+   !> The places met so far, and where their numbers are found.
    type :: place_table_t
       integer :: n = 0                                  !! places numbered so far
       integer, allocatable, private :: number(:)        !! number in each seat, 0 where it is free, (seats), a power of 2

@@ -6,6 +6,7 @@ module hampm_signals
    private
    public :: watch_signals, stop_signal
 
+   !> A signal that is looked out for.
    type :: signal_t
       integer(c_int) :: number
       character(8) :: name

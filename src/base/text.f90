@@ -1,4 +1,4 @@
-!> Text: numbers as text, names without regard to case, the name that a misspelt word was meant to be.
+!> Numbers as text, names without regard to case, the name that a misspelt word was meant to be.
 module hampm_text
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use hampm_kinds, only: dp, long, name_len
@@ -18,12 +18,14 @@ module hampm_text
 
 contains
 
+   !> An integer as text, without blanks.
    pure function integer_text(number) result(text)
       integer, intent(in) :: number
       character(:), allocatable :: text
       text = long_text(int(number, long))
    end function integer_text
 
+   !> The same of a long one.
    pure function long_text(number) result(text)
       integer(long), intent(in) :: number
       character(:), allocatable :: text
@@ -83,6 +85,7 @@ contains
       end if
    end function decimal_text
 
+   !> Text with small letters for capital ones; other characters stay.
    pure function lower_case(text) result(lower)
       character(*), intent(in) :: text
       character(len(text)) :: lower
@@ -93,11 +96,13 @@ contains
       end do
    end function lower_case
 
+   !> Whether a character is one of a to z or A to Z.
    elemental logical function is_letter(c)
       character, intent(in) :: c
       is_letter = (c >= 'a' .and. c <= 'z') .or. (c >= 'A' .and. c <= 'Z')
    end function is_letter
 
+   !> Whether a character is one of 0 to 9.
    elemental logical function is_digit(c)
       character, intent(in) :: c
       is_digit = c >= '0' .and. c <= '9'

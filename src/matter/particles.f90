@@ -22,6 +22,7 @@ module hampm_particles
 
    integer, parameter :: lanes = 4                      !! cells of a block
 
+   !> All material points: the first `n` entries of each array are used.
    type :: particles_t
       integer :: n = 0                                  !! number of particles
       logical :: total_frame = .false.                  !! whether they stand in the grid at X, else at X + u

@@ -34,6 +34,7 @@ module hampm_cell_response
 
    real(dp), parameter :: least_share = 1.0e-6_dp       !! of a corner in the mass of its cell
 
+   !> Which cells answer by themselves, and with which matrices.
    type :: cell_response_t
       logical :: is_active = .false.                    !! whether any block has a response
       logical :: is_behind = .false.                    !! whether particles have not yet got what the sums hold

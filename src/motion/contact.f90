@@ -32,6 +32,7 @@ module hampm_contact
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
 
+   !> The pairs of nodes at the faces of cuts, and their gaps.
    type :: contact_t
       logical :: wanted = .false.                !! whether the faces of cuts touch; without, there are no pairs
       integer :: n = 0                           !! number of pairs

@@ -7,6 +7,7 @@ module hampm_load_history
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
+   !> The factor of a load as a function of time.
    type :: load_history_t
       character(name_len) :: kind = 'step'       !! 'step', 'ramp', 'sine' or 'table'
       real(dp) :: start = 0                      !! before this time the factor is zero [s]

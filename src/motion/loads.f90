@@ -1,4 +1,4 @@
-!> Loads: forces that act on material.
+!> Loads, the forces that act on material.
 !>
 !> A load is carried by points. Each point belongs to a particle, its host, and stands at the material place X_host + dX,
 !> that is at x_host + (I + H) dX. Its force goes to the nodes of the host's cell by their shape functions, extrapolated
@@ -14,6 +14,7 @@ module hampm_loads
    private
    public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, add_load, book_work, point_displacement
 
+   !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       type(load_history_t) :: history

@@ -34,6 +34,7 @@ module hampm_local_steps
 
    real(dp), parameter :: farthest = 0.5_dp      !! that particles may move in a coarse step, in smallest cells
 
+   !> Which cells take which steps, with the workspace of a coarse step.
    type :: local_steps_t
       integer :: largest = 0                     !! G: a coarse step is 2**G finest ones
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to

@@ -21,6 +21,7 @@ module hampm_pipeline
       integer, allocatable :: start(:), item(:)
    end type stage_t
 
+   !> The tiles and regions of a grid, and what is done in each of them at each stage.
    type :: pipeline_t
       integer :: n_tiles = 0
       integer :: n_regions = 0

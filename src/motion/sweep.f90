@@ -33,6 +33,7 @@ module hampm_sweep
 
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
 
+   !> What a sweep does with each particle, in this order.
    type :: sweep_t
       logical :: locate = .false.                !! find the local coordinates; else they are those of the last sweep
       logical :: kick = .false.                  !! v <- v + a dt

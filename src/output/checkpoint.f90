@@ -17,6 +17,7 @@ module hampm_checkpoint
    integer, parameter :: format = 1             !! of the file: to be raised with each change of what is kept
    character(*), parameter :: kind = 'hampm checkpoint'
 
+   !> A checkpoint that is being written or read.
    type :: checkpoint_t
       logical :: is_read = .false.               !! whether the file is read, else it is written
       type(failure_t) :: failure                 !! the first thing that went wrong; nothing is done after it

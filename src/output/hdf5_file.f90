@@ -22,6 +22,7 @@ module hampm_hdf5_file
 
    logical, save :: library_open = .false. !! whether HDF5 has been initialised
 
+   !> An open HDF5 file.
    type :: hdf5_file_t
       integer(hid_t) :: id = -1                 !! HDF5's handle, negative while no file is open
       character(:), allocatable :: path         !! path of the file

@@ -21,6 +21,7 @@ module hampm_hdf5_series
    integer, parameter :: long_values = 2   !! 64-bit integers in the file
    integer, parameter :: byte_values = 3   !! unsigned 8-bit integers in the file
 
+   !> A dataset that grows, open in its file.
    type :: hdf5_series_t
       integer(hid_t) :: id = -1                  !! HDF5's handle; closed together with the file
       integer(hsize_t) :: rows = 1               !! values an entry

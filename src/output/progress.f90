@@ -15,6 +15,7 @@ module hampm_progress
    character(*), parameter :: line_start = achar(13)//escape//'[?7l' !! to the first column; cut long lines, do not wrap
    character(*), parameter :: line_end = escape//'[K'//escape//'[?7h' !! erase the rest; wrap again
 
+   !> What has been shown, and when.
    type :: progress_t
       private
       real(dp) :: end_time = 0.0_dp              !! of the simulation [s]
@@ -42,7 +43,7 @@ module hampm_progress
 
 contains
 
-   !> Begin: start the clock, look whether the standard output is a terminal.
+   !> Start the clock, look whether the standard output is a terminal.
    subroutine start(self, end_time, quiet)
       class(progress_t), intent(out) :: self
       real(dp), intent(in) :: end_time           !! of the simulation [s]

@@ -24,11 +24,13 @@ module hampm_results
    real(dp), parameter :: patience = 10   !! time after which new samples and snapshots are flushed [s]
    character(*), parameter :: last_ending = '.last' !! of the second name of the last file while a new one takes its place
 
+   !> A column of the history.
    type :: column_t
       type(hdf5_series_t) :: series              !! the dataset
       logical :: integer_valued = .false.        !! stored as 64-bit integers
    end type column_t
 
+   !> A result file that is being written.
    type :: results_t
       character(:), allocatable :: path          !! name of the result
       type(hdf5_file_t), private :: file

@@ -49,6 +49,7 @@ module hampm_snapshots
       type(hdf5_series_t), allocatable :: of(:)
    end type block_series_t
 
+   !> The blocks of the snapshots and their datasets.
    type :: snapshots_t
       private
       type(block_series_t), allocatable :: blocks(:)

@@ -9,6 +9,7 @@ module hampm_command_line
    private
    public :: options_t, command_arguments, parse_arguments, usage_text
 
+   !> What the command line asks for.
    type :: options_t
       character(:), allocatable :: input           !! path of the namelist file; '' where none is needed
       character(:), allocatable :: output          !! folder for results; '' where it is not given
@@ -26,6 +27,7 @@ module hampm_command_line
       logical :: help = .false.
    end type options_t
 
+   !> An option as `--help` shows it.
    type :: option_t
       character(name_len) :: name
       logical :: takes_value
@@ -117,6 +119,7 @@ contains
       is_about_checkpoints = index(override, 'output.checkpoint_interval') == 1 .or. index(override, 'output.checkpoint_steps') == 1
    end function is_about_checkpoints
 
+   !> Note the name of the namelist file; complain about a second one.
    pure subroutine take_file(name, options, mistakes)
       character(*), intent(in) :: name
       type(options_t), intent(inout) :: options
@@ -169,6 +172,7 @@ contains
       call apply_option(name, value, options, mistakes)
    end subroutine take_option
 
+   !> Do what an option that exists asks for; complain about its value.
    pure subroutine apply_option(name, value, options, mistakes)
       character(*), intent(in) :: name, value
       type(options_t), intent(inout) :: options
@@ -243,6 +247,7 @@ contains
              //line('with a checkpoint to go on from.')
    end function usage_text
 
+   !> A text as a line.
    pure function line(text)
       character(*), intent(in) :: text
       character(:), allocatable :: line

@@ -101,6 +101,7 @@ contains
       sentence = achar(iachar(text(1:1)) - iachar('a') + iachar('A'))//text(2:)//'.'
    end function sentence
 
+   !> A text as a line.
    pure function line(text)
       character(*), intent(in) :: text
       character(:), allocatable :: line

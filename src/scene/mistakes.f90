@@ -8,6 +8,7 @@ module hampm_mistakes
 
    integer, parameter :: most_shown = 50           !! a file that is no namelist at all would fill the screen
 
+   !> The messages so far.
    type :: mistakes_t
       integer :: count = 0
       character(:), allocatable, private :: text   !! a line for each

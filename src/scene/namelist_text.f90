@@ -104,6 +104,7 @@ contains
       end do
    end function canonical_text
 
+   !> One key of the canonical text: `   young = 7.0e10`.
    pure function canonical_line(key, setting) result(line)
       type(key_t), intent(in) :: key
       type(setting_t), intent(in) :: setting

@@ -197,6 +197,7 @@ contains
       refine%max_particles = nint(settings%number(b, 'max_particles'))
    end subroutine fill_refine
 
+   !> One material.
    pure subroutine fill_material(settings, b, material)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: b
@@ -208,6 +209,7 @@ contains
       material%density = settings%number(b, 'density')
    end subroutine fill_material
 
+   !> One body, but for the position of its material.
    pure subroutine fill_body(settings, b, body)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: b
@@ -229,6 +231,7 @@ contains
       end do
    end function material_index
 
+   !> One constraint.
    pure subroutine fill_constraint(settings, b, constraint)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: b
@@ -242,6 +245,7 @@ contains
       constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
    end subroutine fill_constraint
 
+   !> One load.
    pure subroutine fill_load(settings, b, load)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: b

@@ -10,6 +10,7 @@ module hampm_scanner
    character(*), parameter :: blanks = ' '//achar(9)//achar(13)//line_feed
    character(*), parameter :: ends_word = blanks//',/!=''"&'   !! what a word without quotes cannot hold
 
+   !> A text, and where its reader stands.
    type :: scanner_t
       character(:), allocatable :: text
       character(:), allocatable :: source          !! path of the file, or the option on the command line
@@ -71,11 +72,13 @@ contains
       if (s%at <= len(s%text)) peek = s%text(s%at:s%at)
    end function peek
 
+   !> Whether nothing is left.
    pure logical function at_end(s)
       type(scanner_t), intent(in) :: s
       at_end = s%at > len(s%text)
    end function at_end
 
+   !> Go on by a character, unless nothing is left.
    pure subroutine advance(s)
       type(scanner_t), intent(inout) :: s
       if (at_end(s)) return
@@ -83,6 +86,7 @@ contains
       s%at = s%at + 1
    end subroutine advance
 
+   !> Whether a character may be part of the name of a group or key.
    pure logical function is_name_character(c)
       character, intent(in) :: c
       is_name_character = is_letter(c) .or. is_digit(c) .or. c == '_'

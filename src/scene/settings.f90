@@ -8,6 +8,7 @@ module hampm_settings
    private
    public :: value_t, setting_t, block_t, settings_t, new_block
 
+   !> A value as it was written.
    type :: value_t
       character(:), allocatable :: text            !! without quotes
       logical :: quoted = .false.                  !! whether it stood in quotes
@@ -33,6 +34,7 @@ module hampm_settings
       type(setting_t), allocatable :: settings(:)  !! in the order of the table of keys
    end type block_t
 
+   !> All groups of a file, in their order.
    type :: settings_t
       character(:), allocatable :: file            !! path of the namelist file
       integer :: count = 0
@@ -82,6 +84,7 @@ contains
       call move_block(block, self%blocks(self%count))
    end subroutine add_block
 
+   !> Move a group, which leaves nothing behind.
    pure subroutine move_block(from, to)
       type(block_t), intent(inout) :: from, to
       to%group = from%group

@@ -12,7 +12,7 @@ module hampm_stability_consistency
    !> Cells that a dilatational wave may pass in a step. With the lumped mass matrix a bar with n particles a cell and direction
    !> allows 2 sqrt(1 - (n**2 - 1)/(3 n**2)), which is 2 for n = 1; with any other matrix it allows less (docs/mass.md).
    real(dp), parameter :: most_cells_a_step = 2.0_dp
-   !> rate*dt above which v <- v - rate*dt*v turns the velocity around in a step; from 2 on it grows.
+   !> `rate*dt` above which `v <- v - rate*dt*v` turns the velocity around in a step; from 2 on it grows.
    real(dp), parameter :: most_damping_a_step = 1.0_dp
 
 contains

@@ -41,6 +41,7 @@ contains
       end do
    end subroutine check_presence
 
+   !> Check the keys of one group.
    pure subroutine validate_block(settings, b, mistakes)
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: b
@@ -107,6 +108,7 @@ contains
       end do
    end subroutine validate_setting
 
+   !> What is wrong with having `n` values, '' for nothing.
    pure function wrong_count(key, n) result(message)
       type(key_t), intent(in) :: key
       integer, intent(in) :: n
@@ -123,6 +125,7 @@ contains
       message = message//'; each '//must_be(key)
    end function wrong_count
 
+   !> `1 value`, `2 values`.
    pure function values_text(n) result(text)
       integer, intent(in) :: n
       character(:), allocatable :: text
@@ -130,6 +133,7 @@ contains
       if (n == 1) text = '1 value'
    end function values_text
 
+   !> Read a number and check its range; `message` stays where nothing is wrong.
    pure subroutine validate_number(key, value, number, message)
       type(key_t), intent(in) :: key
       type(value_t), intent(in) :: value
@@ -154,6 +158,7 @@ contains
       end if
    end subroutine validate_number
 
+   !> Check a text or choice; `message` stays where nothing is wrong.
    pure subroutine validate_text(key, value, message)
       type(key_t), intent(in) :: key
       type(value_t), intent(inout) :: value

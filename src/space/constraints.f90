@@ -6,11 +6,13 @@ module hampm_constraints
    private
    public :: constraints_t, constrain_box, fit_constraints, hold
 
+   !> A box in which nodes are held.
    type :: box_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! its corners [m]
       logical :: components(ndim) = .false.      !! what it holds
    end type box_t
 
+   !> Boxes, and the nodes of the present grid that are held in them.
    type :: constraints_t
       type(box_t), allocatable, private :: boxes(:)
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)

@@ -1,4 +1,4 @@
-!> Cuts: segments of grid lines across which a grid is not connected. A place within a cut has a point on either side, and an
+!> Cuts are segments of grid lines across which a grid is not connected. A place within a cut has a point on either side, and an
 !> element sees those of its own side. All else follows from that: mass matrices come apart, forces do not cross, and cells on both
 !> sides may be of different sizes, as no side knows of the nodes of the other. The ends of a cut belong to both sides.
 !>
@@ -10,6 +10,7 @@ module hampm_cuts
    private
    public :: cut_t, cut_of, place_seen, place_across, is_within, crosses
 
+   !> A segment of a grid line.
    type :: cut_t
       integer :: normal = 1                      !! the direction normal to the cut
       integer(long) :: lower(ndim) = 0           !! its ends in integer coordinates of the forest; they are equal in direction

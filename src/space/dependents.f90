@@ -11,6 +11,7 @@ module hampm_dependents
    private
    public :: dependents_t
 
+   !> The dependent points of a grid, and the weights of their values.
    type :: dependents_t
       integer :: n = 0                           !! number of dependent points
       integer :: n_nodes = 0                     !! points are numbered on from the nodes

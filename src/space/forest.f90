@@ -15,6 +15,7 @@ module hampm_forest
    integer, parameter :: deepest = min(24, 62/ndim) !! levels below the root of the finest lattice
    integer(long), parameter :: root_size = 2_long**deepest
 
+   !> The leaves of all trees, in Morton order.
    type :: forest_t
       real(dp) :: lower(ndim) = 0                !! lower corner of the lattice [m]
       real(dp) :: cell = 0                       !! size of a root cell [m]

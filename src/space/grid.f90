@@ -28,6 +28,7 @@ module hampm_grid
    integer, parameter :: sides = 2*ndim
    integer, parameter :: most_nodes_of_leaf = corners + sides
 
+   !> Nodes and elements of a forest.
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
       type(cut_t), allocatable :: cuts(:)               !! and where it is not connected

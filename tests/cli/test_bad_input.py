@@ -92,7 +92,7 @@ SYNTAX = [
     ("file = 'beam.h5'", "file = beam/beam.h5", "beam/beam.h5", "file = beam: must be in quotes"),
     ("  file = 'beam.h5'", "  5", "  5", "&output: '5' stands where a key is expected"),
     ("  end_time = 1.5e-3\n", "", "&run", "&run end_time: is missing"),
-    ("  fix = 'y'\n", "", "&constraint", "&constraint fix: is missing: components that are held; for example fix = 'y'"),
+    ("  fix = 'y'\n", "", "&constraint", "&constraint fix: is missing: components of the velocity that are zero there; for example fix = 'y'"),
 ]
 
 CONSISTENCY = [
