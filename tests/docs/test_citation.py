@@ -1,0 +1,36 @@
+"""The version is the same everywhere, and the citation file has what its format asks for."""
+
+import re
+
+from paths import ROOT
+
+CITATION = (ROOT / "CITATION.cff").read_text()
+VERSION = re.search(r"version = '(.*)'", (ROOT / "src/base/version.f90").read_text())[1]
+
+
+def value(key):
+    """The value of a key of the citation at the outermost level."""
+    return re.search(rf"^{key}: *(.*)$", CITATION, re.MULTILINE)[1]
+
+
+def test_citation_has_the_required_keys():
+    assert value("cff-version") == "1.2.0"
+    assert value("message") and value("title")
+    assert re.search(r"^authors:\n  - name: \S", CITATION, re.MULTILINE)
+
+
+def test_citation_names_this_version_and_its_licence():
+    assert value("version") == VERSION
+    assert value("license") == (ROOT / "LICENSE").read_text().split()[0] == "MIT"
+
+
+def test_changelog_begins_with_this_version():
+    """Changes that are not released yet may stand above."""
+    versions = re.findall(r"^## \[(.*?)\](?: - (.*))?$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert [entry for entry in versions if entry[0] != "Unreleased"][0] == (VERSION, value("date-released"))
+
+
+def test_contributing_names_files_that_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    for name in re.findall(r"\b(?:src|tests|tools|docs)/[\w/]+(?:\.(?:f90|py|sh|md|nml|toml))?(?![\w/<*.])", text):
+        assert (ROOT / name).exists(), name
