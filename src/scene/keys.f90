@@ -18,6 +18,7 @@ module hampm_keys
    integer, parameter :: is_optional = 3           !! a scene without the group does without it
 
    integer, parameter :: max_values = 1000         !! most values of any key
+   integer, parameter :: list_len = 256            !! longest list of values or choices in this table
    integer, parameter :: most_radii = 10           !! most radii of the domain integral
    logical, parameter :: must = .true., may = .false., repeats = .true., once = .false.
 
@@ -36,10 +37,10 @@ module hampm_keys
       integer :: kind
       integer :: fewest, most                      !! number of values
       logical :: required                          !! whether it must be given
-      character(name_len) :: default               !! value where it is not given, without quotes
-      character(name_len) :: example               !! value in the template where that is not the default
+      character(list_len) :: default               !! value where it is not given, without quotes
+      character(list_len) :: example               !! value in the template where that is not the default
       character(16) :: unit
-      character(name_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, '' for any text
+      character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, '' for any text
       character(112) :: meaning
    end type key_t
 
@@ -279,7 +280,7 @@ contains
    end function default_value
 
    !> These values in one text.
-   pure character(name_len) function default_list(key, as_example)
+   pure character(list_len) function default_list(key, as_example)
       type(key_t), intent(in) :: key
       logical, intent(in) :: as_example
       default_list = key%default

@@ -28,7 +28,7 @@ class Keys:
     LINE = re.compile(r"   (\w+) =(.*?) ! (.*)")
 
     def __init__(self, template):
-        self.kind, self.default, self.repeats, self.optional = {}, {}, set(), set()
+        self.kind, self.default, self.repeats, self.free_text = {}, {}, set(), set()
         self.groups = []
         for line in template.splitlines():
             if line.startswith("&"):
@@ -41,6 +41,8 @@ class Keys:
                 last = re.split(r"; ", meaning)
                 self.kind[group, key] = "text" if "'" in value or last[-1] == "text" or "; text" in meaning else \
                     "integer" if "; integer in" in meaning else "real"
+                if "text" in last:
+                    self.free_text.add((group, key))
                 self.default[group, key] = last[-1][8:] if last[-1].startswith("default ") else ""
 
     def of(self, group):
@@ -146,9 +148,6 @@ def meaning(value, kind, choice_or_text):
     return int(text) if kind == "integer" else float(re.sub("[dD]", "e", text))
 
 
-FREE_TEXT = {("run", "title"), ("material", "name"), ("body", "material"), ("output", "file")}
-
-
 def resolved(group, key, given):
     """Whether the program puts something else in the place of a value."""
     return (group, key) == ("crack", "direction") or \
@@ -174,11 +173,11 @@ def differences(text, overrides, as_used, keys):
             wrong.append(f"keys of {group}")
             continue
         for key in keys.of(group):
-            kind, is_choice = keys.kind[group, key], (group, key) not in FREE_TEXT
+            kind, is_choice = keys.kind[group, key], (group, key) not in keys.free_text
             def read(listed, kind=kind, is_choice=is_choice):
                 return [meaning(value, kind, is_choice) for value in listed]
             given = read(asked[key]) if key in asked else read(values(keys.default[group, key].encode(), 0, group, keys)[0])
-            if key not in asked and keys.default[group, key] == "" and kind == "text" and (group, key) in FREE_TEXT:
+            if key not in asked and keys.default[group, key] == "" and kind == "text" and (group, key) in keys.free_text:
                 given = [] if key == "file" else [""]
             if not resolved(group, key, given) and read(shown[key]) != given:
                 wrong.append(f"{group} {key}: {given} became {shown[key]}")
