@@ -12,7 +12,7 @@ module hampm_assembly
    use hampm_grid, only: grid_t, build_grid
    use hampm_loads, only: load_t, load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
-   use hampm_material, only: new_material
+   use hampm_material, only: material_t, new_material
    use hampm_particles, only: particles_t, new_particles, sort_into_cells
    use hampm_refinement, only: refinement_t
    use hampm_placement, only: tolerance
@@ -21,9 +21,21 @@ module hampm_assembly
    use hampm_text, only: to_text
    implicit none
    private
-   public :: assemble, place_crack
+   public :: assemble, materials_of, place_crack
 
 contains
+
+   !> The materials of a scene.
+   pure function materials_of(scene) result(materials)
+      type(scene_t), intent(in) :: scene
+      type(material_t) :: materials(size(scene%materials))
+      integer :: k
+      do k = 1, size(materials)
+         associate (spec => scene%materials(k))
+            materials(k) = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density)
+         end associate
+      end do
+   end function materials_of
 
    !> Build the motion of a scene and its refinement. Fails where memory does not suffice or a part of the scene meets nothing.
    subroutine assemble(scene, motion, refinement, failure)
@@ -37,9 +49,7 @@ contains
       forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
       call build_grid(forest, motion%grid, failure, cuts_of(scene, forest))
       if (failure%failed()) return
-      motion%materials = [(new_material(scene%materials(k)%name, scene%materials(k)%law, scene%run%plane == 'stress', &
-                                        scene%materials(k)%young, scene%materials(k)%poisson, &
-                                        scene%materials(k)%density), k=1, size(scene%materials))]
+      motion%materials = materials_of(scene)
       call place_particles(scene, motion%grid, motion%particles, failure)
       if (failure%failed()) return
       call check_masses(motion%particles, failure)

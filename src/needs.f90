@@ -2,8 +2,8 @@
 !> are real: an integer might not hold them.
 module hampm_needs
    use hampm_failure, only: failure_t, exit_input
+   use hampm_assembly, only: materials_of
    use hampm_kinds, only: dp, ndim
-   use hampm_material, only: material_t, new_material
    use hampm_memory, only: memory_there_is
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
@@ -40,7 +40,6 @@ contains
    !> What a scene needs.
    pure type(needs_t) function needs_of(scene) result(needs)
       type(scene_t), intent(in) :: scene
-      type(material_t) :: materials(size(scene%materials))
       real(dp) :: occupied
       integer :: k
       needs%particles = sum([(particle_number(scene%bodies(k), scene%grid%cell), k=1, size(scene%bodies))])
@@ -55,11 +54,7 @@ contains
       associate (growth => needs%most_particles/needs%particles)
          needs%most_memory = memory_of(scene, needs%most_particles, needs%cells + (growth - 1)*occupied, growth*occupied)
       end associate
-      do k = 1, size(materials)
-         materials(k) = new_material(scene%materials(k)%name, scene%materials(k)%law, scene%run%plane == 'stress', &
-                                     scene%materials(k)%young, scene%materials(k)%poisson, scene%materials(k)%density)
-      end do
-      needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials, scene%method%courant, &
+      needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
                                                         scene%method%wave_speed)
       needs%rows = 1 + scene%run%end_time/scene%output%history_interval
       if (scene%output%snapshot_interval > 0) needs%snapshots = 1 + scene%run%end_time/scene%output%snapshot_interval
