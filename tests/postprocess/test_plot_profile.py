@@ -1,0 +1,114 @@
+"""Profiles of fields along a line: which particles and nodes are on it, and what is drawn of them."""
+
+import csv
+
+import numpy as np
+import pytest
+
+import plot_profile
+from frames import Frames
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Drop the figures that a test has made."""
+    yield
+    plot_profile.plt.close("all")
+
+
+def options_of(file, *arguments):
+    return plot_profile.parse([str(file), *map(str, arguments)])
+
+
+def profile_of(file, *arguments):
+    """The last snapshot along a line."""
+    result = Frames(file)
+    return plot_profile.profile(result, "name", result.number(), options_of(file, *arguments))
+
+
+def drawn(file, *arguments):
+    """Axes of the figure."""
+    shown = profile_of(file, *arguments)
+    options = options_of(file, *arguments)
+    return plot_profile.draw([shown], plot_profile.unit_of(Frames(file), options), options).axes[0]
+
+
+def test_line_along_an_edge_shows_the_row_of_particles_beside_it(snapshot_result):
+    block = Frames(snapshot_result).block("particles", -1)
+    lowest = block.points[:, 1] < 2e-3  # 5 mm cells, rows at 1.25 mm, 3.75 mm, ...
+    order = np.argsort(block.points[lowest, 0])
+    shown = profile_of(snapshot_result, "--field", "stress_yy", "--at", 0)
+    np.testing.assert_array_equal(shown.place, block.points[lowest, 0][order])
+    np.testing.assert_array_equal(shown.value, block.point_fields["stress_yy"][lowest][order])
+    assert shown.place.size == 40
+
+
+def test_line_between_two_rows_shows_both(snapshot_result):
+    assert profile_of(snapshot_result, "--field", "speed", "--at", 2.5e-3).place.size == 80
+
+
+def test_line_through_cells_of_several_sizes_shows_a_row_of_each(refined_result):
+    frames = Frames(refined_result)
+    leaves = frames.leaves(frames.number())
+    along = (leaves.lower[:, 1] == 0) & (leaves.particles > 0)
+    shown = profile_of(refined_result, "--field", "level", "--at", 0)
+    assert sorted(np.unique(shown.value)) == [0, 1, 2]
+    assert shown.place.size == 2 * np.count_nonzero(along)
+
+
+def test_places_are_measured_from_the_tip_and_cut_off(snapshot_result):
+    all_of_it = profile_of(snapshot_result, "--field", "stress_yy", "--at", 0)
+    shown = profile_of(snapshot_result, "--field", "stress_yy", "--at", 0, "--from-tip", "--from", 0, "--to", 11e-3)
+    np.testing.assert_allclose(shown.place, all_of_it.place[20:24] - 0.05)
+    assert np.all(np.diff(shown.place) > 0)
+
+
+def test_a_component_is_that_of_the_vector(snapshot_result):
+    block = Frames(snapshot_result).block("particles", -1)
+    shown = profile_of(snapshot_result, "--field", "displacement_y", "--along", "y")
+    assert np.sum(shown.value) == pytest.approx(np.sum(block.point_fields["displacement"][:, 1]))
+    np.testing.assert_array_equal(shown.place, np.sort(block.points[:, 1]))
+
+
+def test_nodes_with_mass_carry_all_of_it(snapshot_result):
+    assert profile_of(snapshot_result, "--field", "mass", "--nodes").value.sum() == pytest.approx(2700 * 0.1 * 0.01 * 0.01)
+    held = profile_of(snapshot_result, "--field", "velocity_y", "--nodes", "--at", 0)
+    np.testing.assert_allclose(held.place, 5e-3 * np.arange(21), atol=1e-12)
+    assert np.all(held.value[held.place >= 0.0499] == 0) and np.all(held.value[:10] != 0)
+
+
+def test_axes_have_units_with_prefixes(snapshot_result, tmp_path):
+    curve = tmp_path / "curve.csv"
+    curve.write_text("0.0,0.0\n0.1,1e-6\n")
+    arguments = ["--field", "displacement_y", "--at", 0, "--reference", curve, "--reference-name", "by hand"]
+    axes, shown = drawn(snapshot_result, *arguments), profile_of(snapshot_result, *arguments)
+    reference, line = axes.lines
+    assert axes.get_xlabel() == "$x$ [mm]" and axes.get_ylabel() == "displacement y [nm]"
+    np.testing.assert_allclose(reference.get_data(), [[0, 100], [0, 1000]])
+    np.testing.assert_allclose(line.get_data(), [shown.place * 1e3, shown.value * 1e9])
+    axes = drawn(snapshot_result, "--field", "stress_yy", "--from-tip", "--log", "--scale", 1e3, "--label", "stress over 1 kPa")
+    assert axes.get_xlabel() == "distance ahead of the crack tip [mm]" and axes.get_ylabel() == "stress over 1 kPa"
+    assert axes.get_xscale() == axes.get_yscale() == "log" and np.all(axes.lines[0].get_data()[1] > 0)
+
+
+def test_a_curve_for_each_time_and_rows_of_values(script, snapshot_result):
+    result = script("plot_profile.py", snapshot_result, "--field", "speed", "--at", 0, "--time", 0, "--time", 2e-4, "--csv")
+    rows = list(csv.DictReader(result.stdout.splitlines()))
+    assert len(rows) == 80 and {row["file"] for row in rows} == {"dcb"}
+    assert all(float(row["value"]) == 0 for row in rows[:40]) and float(rows[40]["time"]) == pytest.approx(2e-4)
+
+
+def test_picture_stands_where_asked(program, snapshot_result, tmp_path):
+    result = program("plot_profile.py", snapshot_result, "--field", "stress_yy", "--at", 0, "-o", tmp_path / "a.png")
+    assert (result.returncode, result.stdout, result.stderr) == (0, f"{tmp_path / 'a.png'}\n", "")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("arguments, code, words", [
+    (["--field", "heat"], 2, "have no field 'heat'; they have id, body"),
+    (["--field", "heat", "--nodes"], 2, "the nodes have no field 'heat'; they have mass, velocity_x, velocity_y"),
+    (["--field", "speed", "--at", "1"], 2, "nothing to show on this line"),
+    (["--field", "speed", "--reference", "/nowhere.csv", "-o", "a.png"], 4, "/nowhere.csv")])
+def test_requests_that_cannot_be_met(script, snapshot_result, arguments, code, words):
+    result = script("plot_profile.py", snapshot_result, *arguments)
+    assert result.returncode == code and words in result.stderr
