@@ -1,0 +1,220 @@
+"""The lessons of docs/lessons: every command runs as it stands and prints what the lesson shows, and every number marked in the
+text is the one measured, and is what theory asks.
+
+A number followed by the comment `<!-- name -->` is marked. `<lesson>.toml` says what it is:
+
+    [let]       optional: names for numbers and expressions, in order
+    [name]      measured  an expression; optional where the lesson gives theory alone
+                asked     a number or an expression, from theory or an independent method
+                rtol      of `asked`, and/or; a number or an expression
+                atol      absolute
+                source    where `asked` and the tolerance come from
+
+With `<!-- name asked -->` the text gives `asked` in place of `measured`. Expressions know numpy as `np`, the attributes and the
+last value of a column of results/lessons/<number>/RESULT.h5 as `last('RESULT', 'column')`, all values as `history(...)`, and the
+functions that `Lesson` lists.
+"""
+
+import functools
+import re
+import subprocess
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import plot_profile
+from frames import Frames
+from history import History
+from paths import PROGRAM, ROOT
+
+try:
+    import tomllib
+except ImportError:  # Python 3.10
+    import tomli as tomllib
+
+FOLDER = ROOT / "docs/lessons"
+NAMES = [path.stem for path in sorted(FOLDER.glob("[0-9]*_*.md"))]
+NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+MARK = re.compile(rf"({NUMBER})<!-- ([\w.]+)( asked)? -->")
+LARGEST_PICTURE = 80_000  # bytes
+
+
+class Lesson:
+    """A lesson, its commands run in a folder that looks like the repository but for its results."""
+
+    def __init__(self, name, folder):
+        self.name, self.folder = name, folder
+        self.text = (FOLDER / f"{name}.md").read_text()
+        self.checks = tomllib.loads((ROOT / "tests/lessons" / f"{name}.toml").read_text())
+        self.names = {"np": np, "last": self.last, "history": self.history, "profile": self.profile,
+                      "wave_number": wave_number, "output": self.output}
+        for item in ("docs", "postprocess", ".venv"):
+            (folder / item).symlink_to(ROOT / item)
+        (folder / "build/release").mkdir(parents=True)
+        (folder / "build/release/hampm").symlink_to(PROGRAM)
+        self.blocks = [self._run(*block) for block in blocks(self.text)]
+        for key, value in self.checks.pop("let", {}).items():
+            self.names[key] = self.value(value)
+
+    def _run(self, commands, shown):
+        """Run the commands of a block; with what each gives, and what the last should print."""
+        return SimpleNamespace(results=[(command, subprocess.run(["bash", "-c", command], cwd=self.folder, capture_output=True,
+                                                                 text=True, timeout=120)) for command in commands], shown=shown)
+
+    def value(self, expression):
+        """The value of an expression, or a number as it is."""
+        return eval(expression, dict(self.names)) if isinstance(expression, str) else expression
+
+    def path(self, result):
+        return self.folder / f"results/lessons/{self.name[0]}/{result}.h5"
+
+    @functools.cache
+    def columns(self, result):
+        history = History(self.path(result))
+        return history.attributes | history.columns
+
+    def history(self, result, column):
+        """All values of a column of the history."""
+        return self.columns(result)[column]
+
+    def last(self, result, column):
+        """The last value of a column of the history, or an attribute of it."""
+        return np.atleast_1d(self.columns(result)[column])[-1]
+
+    def profile(self, result, *arguments):
+        """A field along a line in the last snapshot, by the options of plot_profile.py."""
+        frames = Frames(self.path(result))
+        return plot_profile.profile(frames, result, frames.number(), plot_profile.parse([str(frames.path), *arguments]))
+
+    def output(self, pattern):
+        """The number that a pattern finds in what the commands print."""
+        printed = "".join(result.stdout for block in self.blocks for _, result in block.results)
+        return float(re.search(pattern, printed)[1])
+
+
+def wave_number(shown, last):
+    """Wave number of the sine that fits a profile up to a place best, together with a constant [1/m]."""
+    here = shown.place < last
+
+    def misfit(k):
+        waves = np.column_stack([np.sin(k * shown.place[here]), np.cos(k * shown.place[here]), np.ones(np.count_nonzero(here))])
+        return np.linalg.lstsq(waves, shown.value[here], rcond=None)[1][0]
+    return min(np.linspace(0.6, 1.0, 801), key=misfit)
+
+
+def blocks(text):
+    """The blocks of commands of a lesson, each with the text shown as the output of its last command, or None."""
+    for match in re.finditer(r"^```sh\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", text, flags=re.S | re.M):
+        yield commands_of(match[1]), match[2]
+
+
+def commands_of(block):
+    """The commands of a block, which may go on behind a backslash or within quotes."""
+    command = ""
+    for line in block.splitlines():
+        command += line
+        if not command.endswith("\\") and command.count("'") % 2 == 0:
+            yield command
+            command = ""
+        else:
+            command += "\n"
+
+
+@pytest.fixture(scope="session")
+def lesson_of(tmp_path_factory):
+    """`lesson_of(name)`: that lesson, run once."""
+    return functools.cache(lambda name: Lesson(name, tmp_path_factory.mktemp("lesson")))
+
+
+def marks_of(name):
+    """Marked numbers of a lesson: number as text, name, whether it is what is asked."""
+    return [(number, key, bool(asked)) for number, key, asked in MARK.findall((FOLDER / f"{name}.md").read_text())]
+
+
+def parameters(items):
+    """Test parameters from tuples that begin with a lesson; its tests stay together, as its commands run once."""
+    return [pytest.param(*item, id="-".join(map(str, item[:3])), marks=pytest.mark.xdist_group(item[0])) for item in items]
+
+
+each_lesson = pytest.mark.parametrize("name", parameters([name] for name in NAMES))
+
+
+def test_the_course_lists_the_lessons_in_order():
+    assert re.findall(r"^\| \[\d\]\((\w+)\.md\)", (FOLDER / "README.md").read_text(), flags=re.M) == NAMES
+    assert [name[0] for name in NAMES] == list("12345678")
+
+
+@each_lesson
+def test_a_lesson_has_its_parts(name):
+    text = (FOLDER / f"{name}.md").read_text()
+    assert re.findall(r"^## (.*)", text, flags=re.M) == ["Commands", "What to see", "Question"]
+    assert text.startswith(f"# Lesson {name[0]}: ") and f"({name}.nml)" in text and f"({name}.png)" in text
+    question = text[text.index("## Question"):]
+    assert "?" in question[:question.index("<details>")] and question.rstrip().endswith("</details>")
+    assert f"-o results/lessons/{name}.png" in text.replace("--output", "-o") and marks_of(name)
+    assert (FOLDER / f"{name}.png").stat().st_size < LARGEST_PICTURE
+
+
+@each_lesson
+def test_the_namelist_is_valid(hampm, name):
+    result = hampm("--check", FOLDER / f"{name}.nml")
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+@each_lesson
+def test_commands_end_as_the_lesson_says(lesson_of, name):
+    for block in lesson_of(name).blocks:
+        for command, result in block.results:
+            promised = re.search(r"# exit code (\d)$", command)
+            assert result.returncode == int(promised[1] if promised else 0), f"{command}\n{result.stderr}"
+
+
+@each_lesson
+def test_the_picture_is_made(lesson_of, name):
+    assert (lesson_of(name).folder / f"results/lessons/{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@each_lesson
+def test_commands_print_what_the_lesson_shows(lesson_of, name):
+    for block in lesson_of(name).blocks:
+        if block.shown is not None:
+            assert_same_text(block.results[-1][1].stdout, block.shown)
+
+
+def assert_same_text(printed, shown):
+    """The same words and, but for rounding, the same numbers; what is below 1e-20 is rounding itself."""
+    for line, expected in zip(printed.splitlines(), shown.splitlines(), strict=True):
+        assert len(line.split()) == len(expected.split()), line
+        for word, wanted in zip(re.split(r"[\s,]+", line), re.split(r"[\s,]+", expected)):
+            if re.fullmatch(NUMBER, wanted):
+                assert float(word) == pytest.approx(float(wanted), rel=2e-3, abs=1.1 * unit_of(wanted) + 1e-20), line
+            else:
+                assert word == wanted, line
+
+
+def unit_of(number):
+    """The unit of the last digit of a number in words."""
+    digits, _, power = number.partition("e")
+    return 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
+
+
+@pytest.mark.parametrize(("name", "key"), parameters(
+    (name, key) for name in NAMES
+    for key, check in tomllib.loads((ROOT / "tests/lessons" / f"{name}.toml").read_text()).items() if "measured" in check))
+def test_what_is_measured_is_what_theory_asks(lesson_of, name, key):
+    lesson = lesson_of(name)
+    check = lesson.checks[key]
+    measured, asked = lesson.value(check["measured"]), lesson.value(check["asked"])
+    tolerance = lesson.value(check.get("atol", 0.0)) + lesson.value(check.get("rtol", 0.0)) * abs(asked)
+    report = f"{name}: {key}: asked {asked:.6g} +- {tolerance:.2g}, measured {measured:.6g} ({check['source']})"
+    print(f"\n{report}", end=" ")
+    assert abs(measured - asked) <= tolerance, report
+
+
+@pytest.mark.parametrize(("name", "key", "kind", "number"), parameters(
+    (name, key, "asked" if is_asked else "measured", number) for name in NAMES for number, key, is_asked in marks_of(name)))
+def test_the_text_gives_that_number(lesson_of, name, key, kind, number):
+    lesson = lesson_of(name)
+    value = lesson.value(lesson.checks[key][kind])
+    assert abs(float(number) - value) <= 0.75 * unit_of(number), f"{name}: {key}: {kind} is {value:.6g}"
