@@ -31,6 +31,8 @@ def add_field_options(parser):
                         help="field that colours the particles: one of the file's, speed, displacement, level, mean_stress or "
                              "von_mises (default: %(default)s)")
     parser.add_argument("--log", action="store_true", help="logarithmic scale of colours, for fields without a sign")
+    parser.add_argument("--size", type=positive, default=OVERLAP, metavar="PART",
+                        help="side of the square of a particle, over that of its share of the cell (default: %(default)g, without gaps)")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help="half width of what is shown around the crack tip [mm] (default: everything)")
 
@@ -98,10 +100,10 @@ def colours(field, values, log=False):
 
 
 class Canvas:
-    """Axes with the particles and the mesh of one result, which `show` draws."""
+    """Axes with the particles and the mesh of one result, which `show` draws; `size` is that of the option."""
 
-    def __init__(self, axes, result, field, scale, shades, window=None):
-        self.result, self.field, self.scale, self.shades = result, field, scale, shades
+    def __init__(self, axes, result, field, scale, shades, window=None, size=OVERLAP):
+        self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, size
         self.plane = plane_of(result, window)
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
@@ -115,7 +117,7 @@ class Canvas:
     def show(self, number):
         """Draw a snapshot. Returns what it shows, in words."""
         leaves, particles = self.result.leaves(number), self.result.block("particles", number)
-        positions, width = self._positions(particles), OVERLAP * self._width(leaves, particles)
+        positions, width = self._positions(particles), self.size * self._width(leaves, particles)
         values = self.shades.factor * self.field.values(particles, leaves)
         self.mesh.set_verts(self.plane.whole(self.plane.local(squares(leaves.lower, leaves.width)) * MM))
         self.squares.set_verts(self.plane.whole(squares(positions - width[:, None] / 2, width)))

@@ -50,7 +50,7 @@ def draw(results, options):
     figure, axes = panels(len(views), upper - lower)
     stems = dict(zip(results, names(results)))
     for panel, (result, number) in zip(axes, views):
-        canvas = Canvas(panel, result, fields[result], options.scale, shades, options.window)
+        canvas = Canvas(panel, result, fields[result], options.scale, shades, options.window, options.size)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
         if plane := result.crack_plane():

@@ -64,6 +64,12 @@ def test_squares_stand_at_the_particles_and_have_their_values(refined_result):
     np.testing.assert_array_equal(values[n:], values[:n])
 
 
+def test_squares_have_the_size_asked_for(refined_result):
+    whole, half = (figure_of([refined_result], "--size", size).axes[0].collections[0].get_paths() for size in ("1", "0.5"))
+    sides = [[np.ptp(path.vertices[:, 0]) for path in paths] for paths in (whole, half)]
+    np.testing.assert_allclose(sides[1], np.array(sides[0]) / 2)
+
+
 def test_a_model_of_both_halves_is_not_mirrored(refined_result, tmp_path):
     file = shutil.copy(refined_result, tmp_path / "line.h5")
     with h5py.File(file, "a") as result:
