@@ -166,4 +166,12 @@ draw_tradeoff() {
     done
 }
 
+# The pictures of the lessons, by the commands that stand there
+draw_lessons() {
+    rm -rf results/lessons
+    for lesson in docs/lessons/[0-9]*.md; do
+        awk '/^## What to see/ {exit} /^```/ {is_command = /^```sh/; next} is_command' "$lesson" | bash
+    done
+}
+
 main "$@"
