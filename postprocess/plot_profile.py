@@ -47,8 +47,10 @@ def parse(arguments):
                         help="show the snapshot nearest to this time [s]; may be repeated (default: the last)")
     parser.add_argument("--along", choices=["x", "y"], default="x", help="direction of the line (default: %(default)s)")
     parser.add_argument("--at", type=float, metavar="M", help="where the line is, across it [m] (default: all particles or nodes)")
-    parser.add_argument("--from-tip", action="store_true", help="measure both from the crack tip, along the crack (x) and normal to it")
-    parser.add_argument("--from", type=float, default=-np.inf, metavar="M", dest="first", help="where the part that is shown begins [m]")
+    parser.add_argument("--from-tip", action="store_true",
+                        help="measure both from the crack tip, along the crack (x) and normal to it")
+    parser.add_argument("--from", type=float, default=-np.inf, metavar="M", dest="first",
+                        help="where the part that is shown begins [m]")
     parser.add_argument("--to", type=float, default=np.inf, metavar="M", dest="last", help="where it ends [m]")
     parser.add_argument("--log", action="store_true", help="logarithmic axes; leaves out what is not above zero")
     parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of place [m], value")
