@@ -67,7 +67,7 @@ def main():
     bad = 0
     with tempfile.TemporaryDirectory() as folder:
         for name, (command, code) in runs.items():
-            results = ["--output", folder] if name in CASES and "--output" not in command else []
+            results = ["--output", f"{folder}/{name}"] if name in CASES and "--output" not in command else []
             start = time.time()
             is_unit = name not in CASES
             run = subprocess.run([*wrapper(tool, is_unit), *command, *results], cwd=ROOT, env=environment(tool, is_unit),
