@@ -97,8 +97,8 @@ contains
          call build_bar(cells(n), cut_at, .true., cut, 1.0_dp)
          call put_pulse(whole, amplitude)
          call put_pulse(cut, amplitude)
-         call start(whole, scheme, choice_of(mass))
-         call start(cut, scheme, choice_of(mass))
+         call start(whole, scheme, choice_of(mass, 'banded'))
+         call start(cut, scheme, choice_of(mass, 'banded'))
          call run_steps(whole, 0.5_dp/steps, steps)
          call run_steps(cut, 0.5_dp/steps, steps)
          through(n) = difference(cut, whole)
@@ -106,8 +106,8 @@ contains
          call build_bar(cells(n), cut_at, .true., cut, 1.0_dp)
          call put_pulse(whole, -amplitude)
          call put_pulse(cut, -amplitude)
-         call start(whole, scheme, choice_of(mass))
-         call start(cut, scheme, choice_of(mass))
+         call start(whole, scheme, choice_of(mass, 'banded'))
+         call start(cut, scheme, choice_of(mass, 'banded'))
          call check(whole%contact%n == 0 .and. .not. allocated(whole%contact%gap), 'without contact there is nothing of it')
          call run_steps(whole, 0.5_dp/steps, steps)
          call run_steps(cut, 0.5_dp/steps, steps)
@@ -180,13 +180,15 @@ contains
    end function mean_velocity
 
    !> A block on its ground, cut into halves where `is_cut`, with pressure on its top.
-   subroutine build_pressed(is_cut, total_frame, forest, m)
+   subroutine build_pressed(is_cut, total_frame, side, m)
       logical, intent(in) :: is_cut, total_frame
-      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: side                !! particles in a row
       type(motion_t), intent(out) :: m
+      type(forest_t) :: forest
       integer :: i
+      forest = forest_t([0.0_dp, 0.0_dp], cell, [16, 14])
       call place_bodies(forest, new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
-                        [rectangle_t([0.3_dp, 0.2_dp], [1.3_dp, 1.2_dp], [40, 40])], m, &
+                        [rectangle_t([0.3_dp, 0.2_dp], [1.3_dp, 1.2_dp], [side, side])], m, &
                         [cut_of(forest, 2, [-100.0_dp, line], [merge(100.0_dp, -99.0_dp, is_cut), line], matched=.true.)])
       call constrain_box(m%constraints, m%grid, [0.0_dp, 0.2_dp], [2.0_dp, 0.2_dp], [.false., .true.])
       m%contact%wanted = .true.
@@ -195,7 +197,7 @@ contains
       m%damping_rate = 2
       allocate (m%loads(1))
       m%loads(1)%force = [0.0_dp, -1.0e-3_dp]
-      call load_on_points(m%particles, m%grid, reshape([(0.3125_dp + 0.025_dp*i, 1.2_dp, i=0, 39)], [ndim, 40]), &
+      call load_on_points(m%particles, m%grid, reshape([(0.3_dp + (i - 0.5_dp)/side, 1.2_dp, i=1, side)], [ndim, side]), &
                           [0.0_dp, 0.0_dp], m%loads(1))
       call start(m, 'musl')
    end subroutine build_pressed
@@ -203,11 +205,12 @@ contains
    !> Halves that are pressed together come to rest as one block does, and stay together.
    subroutine pressed_halves(total_frame)
       logical, intent(in) :: total_frame
+      integer, parameter :: side = 20
       type(motion_t) :: whole, cut
-      real(dp) :: strain(1600, ndim, ndim, 2), initial, work
+      real(dp) :: strain(side**2, ndim, ndim, 2), initial, work
       integer :: i, parted
-      call build_pressed(.false., total_frame, forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), whole)
-      call build_pressed(.true., total_frame, forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), cut)
+      call build_pressed(.false., total_frame, side, whole)
+      call build_pressed(.true., total_frame, side, cut)
       initial = total_energy(cut)
       call run_steps(whole, 0.02_dp, 1200)
       parted = 0
@@ -267,7 +270,7 @@ contains
       type(cut_t), allocatable :: cuts(:)
       real(dp) :: strain, kinetic, spread, near
       integer :: i, parted, n
-      call build_pressed(.true., .false., forest_t([0.0_dp, 0.0_dp], cell, [16, 14]), m)
+      call build_pressed(.true., .false., 40, m)
       call run_steps(m, 0.02_dp, 1000)
       strain = maxval(abs(m%particles%gradient))
       kinetic = kinetic_energy(m%particles)

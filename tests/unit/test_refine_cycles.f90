@@ -1,7 +1,7 @@
 !> Mesh and particles at the extremes of refinement: thousands of cycles, random meshes, twelve levels, everything refined.
 program test_refine_cycles
-   use, intrinsic :: iso_fortran_env, only: compiler_options
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_builds, only: is_slow
    use hampm_energy, only: strain_energy, linear_momentum
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
@@ -23,9 +23,7 @@ program test_refine_cycles
    real(dp), parameter :: middle(ndim) = lower + 0.07_dp
    type(material_t) :: neo_hookean
    type(forest_t) :: uniform
-   logical :: is_debug                           !! then fewer cycles are done
 
-   is_debug = index(compiler_options(), '-fcheck=all') > 0
    call repeat_random_numbers()
    neo_hookean = new_material('', 'neo_hookean', .true., 1.0_dp, 0.3_dp, 1.3_dp)
    uniform = forest_t([0.0_dp, 0.0_dp], cell, [4, 4])
@@ -153,7 +151,7 @@ contains
       type(forest_t) :: fine(2)
       integer :: n, times, wrong, finest
       character(:), allocatable :: what
-      times = merge(1000, 10000, is_debug)
+      times = merge(1000, 10000, is_slow())
       what = to_text(times)//' cycles'//trim(merge(' under load', '           ', is_loaded))
       fine = uniform
       call refine_box(fine(1), [0.1_dp, 0.1_dp], [0.2_dp, 0.3_dp], 1)
@@ -189,7 +187,7 @@ contains
       integer :: n, leaf, wrong, unbalanced, most, crossings
       integer, parameter :: deepest_tried = 4
       integer :: times
-      times = merge(40, 200, is_debug)
+      times = merge(40, 200, is_slow())
       what = 'random forests'//trim(merge(' and steps', '          ', moves))
       call place([3, 2], .true., m)
       if (moves) m%particles%velocity = m%particles%velocity/10
