@@ -369,9 +369,22 @@ def stretched(stretch):
     return 0.5 * (stretch - 1 / stretch), 0.25 * (stretch**2 - 1 - 2 * math.log(stretch))
 
 
+PULLED = 4  # cells
+
+
+def pulled_bar(law, method, force, points):
+    """A bar that is pulled or pressed by a force that rises slowly, until it is at rest."""
+    n = PULLED
+    text = scene((2 * n, 2), 0.0, 80.0, 0.8, method, law)
+    text += body((0, 0), (n, 1)).replace("&body\n", f"&body\n   points_per_cell = {points}\n")
+    text += bar_is_held(2 * n - 1) + group("damping", rate=math.pi / n)
+    return text + group("load", kind="'traction'", lower=f"{n}, 0", upper=f"{n}, 1", force=f"{force!r}, 0",
+                        history="'ramp'", rise_time=40.0)
+
+
 def strain(runner):
     """A bar pulled or pressed to rest, from strains far below rounding to those that no small-strain law is for."""
-    cells, n = [], 4
+    cells = []
     sizes = [10.0**-k for k in (90, 70, 30, 20, 17, 16, 15, 14, 13, 12, 10, 8, 6, 4, 3, 2)] + [0.04, 0.06, 0.1, 0.3, 0.5]
     for law, kind, frame, count in (("linear_elastic", "lumped", "total", 2), ("linear_elastic", "lumped", "updated", 4),
                                     ("neo_hookean", "lumped", "total", 2), ("neo_hookean", "full", "total", 2),
@@ -380,11 +393,7 @@ def strain(runner):
             force, energy = size, size**2 / 2
             if law == "neo_hookean" and abs(size) > 1e-4:
                 force, energy = stretched(1 + size)
-            text = scene((2 * n, 2), 0.0, 80.0, 0.8, method_of(kind, "musl", frame, 0.2), law)
-            text += body((0, 0), (n, 1)).replace("&body\n", f"&body\n   points_per_cell = {count}\n")
-            text += bar_is_held(2 * n - 1) + group("damping", rate=math.pi / n)
-            text += group("load", kind="'traction'", lower=f"{n}, 0", upper=f"{n}, 1", force=f"{force!r}, 0",
-                          history="'ramp'", rise_time=40.0)
+            text = pulled_bar(law, method_of(kind, "musl", frame, 0.2), force, count)
             expected = ("stable",) if abs(size) < 0.03 else ("warned", "stopped") if law == "linear_elastic" and size > 0.05 else None
             # The linear law knows strains to its first order. In the updated frame the cell at the end is partly filled.
             bound = 1e-3
@@ -394,7 +403,7 @@ def strain(runner):
                 bound = max(bound, 2 * abs(size) * 2 / count)
             cells.append(runner.judge(f"strain {size:g}, {law}, {kind}, {frame}, {count**2} a cell", text,
                                       "strain energy at rest against the law" + (", updated frame" if frame == "updated" else ""),
-                                      bound, lambda h, e=energy * n: static_error(e, h), expected))
+                                      bound, lambda h, e=energy * PULLED: static_error(e, h), expected))
     return cells
 
 

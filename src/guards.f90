@@ -2,11 +2,13 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack, only: crack_t
-   use hampm_energy, only: moment_of_momentum, largest_gradient, most_crushed_particle, liveliest_particle, determinant_of
+   use hampm_energy, only: moment_of_momentum, largest_gradient, largest_stretch, most_crushed_particle, &
+                           liveliest_particle, determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_measurements, only: measurements_t
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
+   use hampm_splitting, only: spacing_of
    use hampm_step, only: motion_t
    use hampm_text, only: to_text
    use hampm_whereabouts, only: when, origin
@@ -16,15 +18,17 @@ module hampm_guards
 
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
    real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be told [-]
+   real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be told [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the moment of momentum without cause, over what it can be [-]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
-                              slowed = 'the moment of momentum has changed by '
+                              slowed = 'the moment of momentum has changed by ', &
+                              crossed = 'stretched material has passed from cell to cell'
 
 contains
 
    !> Fail where material is turned inside out, an energy is not a number or has grown without work. Add to `warning` where it has
-   !> grown less, and where the small-strain law is used beyond what it is meant for.
+   !> grown less, and where a law, a frame or a mass matrix is used beyond what it is meant for.
    subroutine check_state(motion, measurements, warning, failure)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(in) :: measurements
@@ -58,6 +62,7 @@ contains
       else
          call look_for_gain(motion, measurements, now, gain, warning)
          call look_at_strain(motion, now, warning)
+         call look_at_stretch(motion, measurements, now, warning)
          call look_at_moment(motion, measurements, now, warning)
       end if
    end subroutine check_state
@@ -87,6 +92,48 @@ contains
                 'stores. Likely cause: the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion), &
                 gained, warning)
    end subroutine look_for_gain
+
+   !> Warn, once, where material is stretched through the cells of the grid, so that its energy can be wrong by a notable part.
+   !> Its particles carry the stress to the nodes, however many of them stand in a cell: that number is now one too large and now
+   !> one too small for the stretch, and as the force that passes is the same everywhere, the stress jumps from cell to cell. With n
+   !> particles in a row of a cell the energy of a stretch s is off by up to 4 (s - 1)/n (docs/stability.md).
+   subroutine look_at_stretch(motion, measurements, now, warning)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(in) :: measurements
+      character(*), intent(in) :: now
+      character(:), allocatable, intent(inout) :: warning
+      real(dp) :: uncertain, off                 ! energy that may be wrong [J], and by which part a particle's is [-]
+      logical :: crosses
+      integer :: i
+      associate (p => motion%particles, laws => motion%materials)
+         if (p%total_frame .or. all(laws%linear)) return
+         uncertain = 0
+         crosses = .false.
+         do i = 1, p%n
+            if (laws(p%material(i))%linear) cycle
+            off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(motion, i))
+            if (off < noticed_error/10) cycle
+            uncertain = uncertain + off*p%volume(i)*laws(p%material(i))%energy_density(p%gradient_of(i))
+            crosses = crosses .or. any(abs(motion%grid%local_coordinate(p%cell(i), p%reference(i, :)) - 0.5_dp) > 0.5_dp)
+         end do
+      end associate
+      if (.not. crosses .or. uncertain <= noticed_error*measurements%strain_energy) return
+      call warn(now//crossed//', and its stresses and energies may be wrong by more than a tenth. Likely cause: cells hold too '// &
+                'many or too few particles for the stretch; use &method frame = ''total'' or more &body points_per_cell', &
+                crossed, warning)
+   end subroutine look_at_stretch
+
+   !> Distance between particles in the reference configuration over the size of the cell in which particle `i` stands [-].
+   pure real(dp) function spacing_in_cell(motion, i)
+      type(motion_t), intent(in) :: motion
+      integer, intent(in) :: i
+      real(dp) :: spacing(ndim)                  ! [m]
+      associate (p => motion%particles)
+         spacing = p%spacing(:, p%body(i))
+         if (allocated(p%level)) spacing = spacing_of(p, i)
+         spacing_in_cell = maxval(spacing)/motion%grid%element_size(p%cell(i))
+      end associate
+   end function spacing_in_cell
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
    subroutine look_at_strain(motion, now, warning)

@@ -3,11 +3,11 @@ module hampm_energy
    use hampm_kinds, only: dp, ndim
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: determinant, identity
+   use hampm_tensors, only: determinant, identity, product_of
    implicit none
    private
-   public :: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum, largest_gradient, most_crushed_particle, &
-             determinant_of, liveliest_particle
+   public :: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum, largest_gradient, largest_stretch, &
+             most_crushed_particle, determinant_of, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -106,6 +106,16 @@ contains
          largest = max(largest, abs(values(i)))
       end do
    end function largest_of
+
+   !> Larger principal stretch of a particle, the root of the larger eigenvalue of F^T F [-].
+   pure real(dp) function largest_stretch(p, i) result(stretch)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: f(ndim, ndim), c(ndim, ndim)
+      f = identity + p%gradient_of(i)
+      c = product_of(transpose(f), f)
+      stretch = sqrt((c(1, 1) + c(2, 2))/2 + hypot((c(1, 1) - c(2, 2))/2, c(1, 2)))
+   end function largest_stretch
 
    !> The particle with the smallest determinant of F among those whose law needs it positive; 0 where there are none.
    pure integer function most_crushed_particle(p, materials) result(crushed)
