@@ -63,7 +63,7 @@ contains
       logical :: taken
       inquire (file=path, exist=taken)
       if (taken) then
-         reason = 'a file has this name'
+         reason = 'a file has this name, or a folder that may not be entered'
       else
          reason = 'no permission to write in the folder above it, or its disk is full'
       end if
