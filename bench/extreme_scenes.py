@@ -488,8 +488,8 @@ LINE = TIP | {"run": {"thickness": 1.0, "end_time": 50.0, "plane": "'strain'"}, 
               "method": {"courant": 0.1, "mass": "'full'", "scheme": "'usavg'"}}
 BLOW = {"run": {"end_time": 60.0, "thickness": 1.0, "plane": "'stress'"}, "grid": {"cell": 1.0, "cells": "24, 8"},
         "material": {"name": "'m'", "law": "'neo_hookean'", "young": 1.0, "poisson": 0.3, "density": 1.0},
-        "body": {"material": "'m'", "lower": (1.0, 2.0), "upper": (5.0, 6.0), "velocity": (0.08, 0.02)},
-        "body ": {"material": "'m'", "lower": (7.3, 2.0), "upper": (11.3, 6.0), "velocity": (-0.02, 0.0)},
+        "body": {"material": "'m'", "lower": (1.0, 2.0), "upper": (5.0, 6.0), "velocity": (0.03, 0.02), "points_per_cell": 4},
+        "body ": {"material": "'m'", "lower": (6.3, 2.0), "upper": (10.3, 6.0), "velocity": (-0.01, 0.0), "points_per_cell": 4},
         "method": {"courant": 0.1}, "output": {"history_interval": 1.0}, "energy_release": {"estimators": "'energy_balance'"}}
 
 

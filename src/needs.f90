@@ -33,6 +33,7 @@ module hampm_needs
       real(dp) :: memory = 0                        !! at the start [bytes]
       real(dp) :: most_memory = 0                   !! with `most_particles` [bytes]
       real(dp) :: results = 0                       !! size of the result file with the mesh of the start [bytes]
+      real(dp) :: most_results = 0                  !! with `most_particles` in all snapshots but the first [bytes]
    end type needs_t
 
 contains
@@ -40,7 +41,7 @@ contains
    !> What a scene needs.
    pure type(needs_t) function needs_of(scene) result(needs)
       type(scene_t), intent(in) :: scene
-      real(dp) :: occupied
+      real(dp) :: occupied, most_cells
       integer :: k
       needs%particles = sum([(particle_number(scene%bodies(k), scene%grid%cell), k=1, size(scene%bodies))])
       needs%cells = product(real(scene%grid%cells, dp))
@@ -52,7 +53,8 @@ contains
       if (scene%refine%indicator /= 'none' .and. scene%refine%indicator /= 'tip' .and. scene%refine%max_level > 0) &
          needs%most_particles = min(real(scene%refine%max_particles, dp), needs%particles*4.0_dp**scene%refine%max_level)
       associate (growth => needs%most_particles/needs%particles)
-         needs%most_memory = memory_of(scene, needs%most_particles, needs%cells + (growth - 1)*occupied, growth*occupied)
+         most_cells = needs%cells + (growth - 1)*occupied
+         needs%most_memory = memory_of(scene, needs%most_particles, most_cells, growth*occupied)
       end associate
       needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
                                                         scene%method%wave_speed)
@@ -62,6 +64,9 @@ contains
       needs%snapshots = aint(needs%snapshots*(1 + 4*epsilon(needs%rows)))
       needs%results = 5e4_dp + 8*columns_of(scene)*max(needs%rows, 512.0_dp) + &
                       needs%snapshots*(of_snapshot_particle*needs%particles + of_snapshot_cell*needs%cells)
+      needs%most_results = needs%results + max(needs%snapshots - 1, 0.0_dp)* &
+                           (of_snapshot_particle*(needs%most_particles - needs%particles) + &
+                            of_snapshot_cell*(most_cells - needs%cells))
    end function needs_of
 
    !> What refinement around the tips adds before the run: at each level the cells within so many cells of a tip, within the
@@ -147,8 +152,9 @@ contains
       character(*), parameter :: nl = new_line('a')
       text = 'samples         '//rough(needs%rows)//' of the history'
       if (needs%snapshots > 0) text = text//', '//rough(needs%snapshots)//' snapshots'
-      text = text//nl//'results         about '//bytes_text(needs%results)//nl// &
-             'memory          about '//bytes_text(needs%memory)
+      text = text//nl//'results         about '//bytes_text(needs%results)
+      if (needs%most_particles > needs%particles) text = text//', at most '//bytes_text(needs%most_results)
+      text = text//nl//'memory          about '//bytes_text(needs%memory)
       if (needs%most_particles > needs%particles) text = text//', '//bytes_text(needs%most_memory)//' where cells refine to '// &
                                                          rough(needs%most_particles)//' particles'
       text = text//nl

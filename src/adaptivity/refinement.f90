@@ -303,10 +303,25 @@ contains
       text = ''
       if (self%reached_max_particles) then
          text = 'refinement ended at &refine max_particles = '//to_text(self%max_particles)// &
-                ': cells that would have been refined further were not'
+                ': cells that would have been refined further were not. '//advice(self)
       else if (self%reached_max_level) then
          text = 'refinement reached &refine max_level = '//to_text(self%max_level)// &
                 ': cells that would have been refined further were not'
       end if
    end function warning
+
+   !> What to do where refinement has come to more particles than it may have.
+   function advice(self) result(text)
+      class(refinement_t), intent(in) :: self
+      character(:), allocatable :: text
+      select case (self%indicator)
+       case ('gradient')
+         text = 'a larger r_crit'
+       case ('zz')
+         text = 'a larger tolerance'
+       case default
+         text = 'fewer rings'
+      end select
+      text = 'Give '//text//' or a smaller max_level, or allow more'
+   end function advice
 end module hampm_refinement

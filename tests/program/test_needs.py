@@ -67,6 +67,17 @@ def test_check_tells_rows_snapshots_and_what_refinement_may_come_to(hampm, tmp_p
     report = hampm("case.nml", "--check").stdout
     assert "! samples         1001 of the history, 11 snapshots\n" in report
     assert re.search(r"! memory +about \d+ MB, \d+ MB where cells refine to 409600 particles\n", report)
+    start, most = re.search(r"! results +about (\S+) MB, at most (\d+) MB\n", report).groups()
+    assert float(start) < 20 and float(most) == pytest.approx((10 * 409600 * (137 + 113 / 4)) / 1e6, rel=0.1)
+
+
+def test_results_of_a_refinement_that_runs_away_are_at_most_what_was_foretold(hampm, tmp_path):
+    refine = ("&refine indicator = 'gradient' max_level = 2 r_crit = 1e-9 energy_floor = 0.0 interval = 1 max_particles = 100000 /\n"
+              "&output snapshot_interval = 1e-8 history_interval = 1e-8 /\n")
+    (tmp_path / "case.nml").write_text(SCENE.format(41, 41, 40, 2) + refine)
+    most = re.search(r"at most (\d+) MB", hampm("case.nml", "--check").stdout)[1]
+    assert hampm("case.nml", "--quiet").returncode == 0
+    assert 0.3 * float(most) < (tmp_path / "case.h5").stat().st_size / 1e6 < 1.1 * float(most)
 
 
 TOO_MUCH = [

@@ -7,8 +7,10 @@ from history import History
 
 TIP = "indicator=tip", "rings=4"
 GRADIENT = "indicator=gradient", "r_crit=1e-9", "energy_floor=0", "interval=1"
+ERROR = "indicator=zz", "tolerance=1e-3", "interval=1"
 REACHED = "hampm: warning: refinement reached &refine max_level = 3: cells that would have been refined further were not\n"
-ENDED = "hampm: warning: refinement ended at &refine max_particles = 500: cells that would have been refined further were not\n"
+ENDED = "hampm: warning: refinement ended at &refine max_particles = 500: cells that would have been refined further were not. " \
+        "Give {} or a smaller max_level, or allow more\n"
 
 
 @pytest.fixture
@@ -48,9 +50,10 @@ def test_every_cell_may_refine_to_the_limit(refined):
     assert_energy_balances(columns)
 
 
-@pytest.mark.parametrize("refine", [TIP, GRADIENT], ids=["tip", "gradient"])
-def test_refinement_ends_at_the_largest_number_of_particles(refined, refine):
+@pytest.mark.parametrize(("refine", "advice"), [
+    (TIP, "fewer rings"), (GRADIENT, "a larger r_crit"), (ERROR, "a larger tolerance")], ids=["tip", "gradient", "zz"])
+def test_refinement_ends_at_the_largest_number_of_particles(refined, refine, advice):
     process, columns = refined((*refine, "max_level=6", "max_particles=500"), 2e-5)
-    assert (process.returncode, process.stderr) == (0, ENDED)
+    assert (process.returncode, process.stderr) == (0, ENDED.format(advice))
     assert 160 < max(columns["particles"]) <= 500
     assert_energy_balances(columns)
