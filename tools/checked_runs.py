@@ -34,10 +34,17 @@ CASES = {
     "error": [*DCB, "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "tip, local time steps": [*DCB, "--set", "refine.indicator=tip", "--set", "refine.max_level=3",
                               "--set", "method.time_steps=local", "--set", "energy_release.estimators=nodal_force"],
+    "neo-Hookean law": [*DCB, "--set", "material.law=neo_hookean", "--set", "method.frame=updated"],
+    "line crack, contact": ["input/mixed_mode.nml", "--quiet", "--set", "grid.cell=2.5e-3", "--set", "grid.cells=21,12",
+                            "--set", "run.end_time=2e-5", "--set", "output.history_interval=1e-6", "--set",
+                            "crack.contact=frictionless", "--set", "refine.max_level=1", "--set", "energy_release.radii=3e-3"],
+    "stopped": [*DCB, "--steps", "20", "--set", "output.checkpoint_steps=7", "--set", "method.mass=full"],
+    "resumed": ["--resume", "{folder}/stopped/dcb.h5.checkpoint", "--quiet"],
     "no file": ["nothing.nml"],
     "no folder": [*DCB, "--output", "/dev/null/x"],
 }
-CODES = {"mistakes": 2, "no file": 4, "no folder": 4}
+LIMIT = 1800  # s of a run, the longest of which takes a sixth of that on a busy machine
+CODES = {"mistakes": 2, "stopped": 5, "no file": 4, "no folder": 4}
 
 
 def environment(tool, is_unit=False):
@@ -57,6 +64,18 @@ def wrapper(tool, is_unit):
             "--errors-for-leak-kinds=definite", *[f"--suppressions={SUPPRESSED[tool]}"] * is_unit]
 
 
+def run(command, code, tool, is_unit):
+    """Run a program; what is wrong with how it went, '' where nothing is."""
+    try:
+        end = subprocess.run([*wrapper(tool, is_unit), *command], cwd=ROOT, env=environment(tool, is_unit), capture_output=True,
+                             text=True, errors="replace", timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        return f"it took more than {LIMIT} s"
+    if end.returncode == code and not any(sign in end.stderr for sign in ("runtime error", "Sanitizer", "== ")):
+        return ""
+    return f"exit code {end.returncode}\n{end.stdout[-2000:]}{end.stderr[:6000]}"
+
+
 def main():
     if len(sys.argv) != 2 or sys.argv[1] not in SUPPRESSED:
         sys.exit(__doc__)
@@ -64,20 +83,17 @@ def main():
     build = ROOT / "build" / tool
     runs = {source.stem: ([build / source.stem], 0) for source in sorted(ROOT.glob("tests/unit/test_*.f90"))}
     runs |= {name: ([build / "hampm", *words], CODES.get(name, 0)) for name, words in CASES.items()}
-    bad = 0
+    bad, start = 0, time.time()
     with tempfile.TemporaryDirectory() as folder:
         for name, (command, code) in runs.items():
-            results = ["--output", f"{folder}/{name}"] if name in CASES and "--output" not in command else []
-            start = time.time()
-            is_unit = name not in CASES
-            run = subprocess.run([*wrapper(tool, is_unit), *command, *results], cwd=ROOT, env=environment(tool, is_unit),
-                                 capture_output=True, text=True, errors="replace")
-            fine = run.returncode == code and not any(sign in run.stderr for sign in ("runtime error", "Sanitizer", "== "))
-            print(f"{name}: {'fine' if fine else 'WRONG'}, {time.time() - start:.1f} s", flush=True)
-            if not fine:
-                bad += 1
-                print(f"exit code {run.returncode}\n{run.stdout[-2000:]}{run.stderr[:6000]}")
-    print(f"{len(runs) - bad} of {len(runs)} runs without any report")
+            begin, is_unit = time.time(), name not in CASES
+            command = [str(word).replace("{folder}", folder) for word in command]
+            if not is_unit and not {"--output", "--resume"} & set(command):
+                command += ["--output", f"{folder}/{name}"]
+            wrong = run(command, code, tool, is_unit)
+            bad += wrong != ""
+            print(f"{name}: {'WRONG' if wrong else 'fine'}, {time.time() - begin:.1f} s\n{wrong}".strip(), flush=True)
+    print(f"{len(runs) - bad} of {len(runs)} runs without any report, {(time.time() - start) / 60:.1f} minutes")
     sys.exit(bad > 0)
 
 
