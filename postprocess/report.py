@@ -188,6 +188,10 @@ def energies(item):
 
 def notices(item):
     """What a reader should know before trusting the run."""
+    told = item.history.attributes
+    if told.get("ended", "done") != "done":
+        yield f"The computation failed: {told['ended']}"
+    yield from told.get("warnings", "").splitlines()
     end = item.scene.numbers("run", "end_time")
     if end and item.history.times[-1] < end[0] * (1 - 1e-6):
         yield f"The run ended at {item.history.times[-1]:.6g} s, before its end_time of {end[0]:.6g} s"

@@ -170,7 +170,7 @@ contains
       if (.not. allocated(warning)) then
          warning = text
       else if (index(warning, phrase) == 0) then
-         warning = warning//new_line('a')//'warning: '//text
+         warning = warning//new_line('a')//text
       end if
    end subroutine warn
 

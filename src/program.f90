@@ -11,7 +11,7 @@ module hampm_program
    use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
    use hampm_reading, only: read_scene, understand_scene
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build, rebuild, run, summary, solver_report, result_path
+   use hampm_simulation, only: simulation_t, build, rebuild, run, summary, solver_report, warnings, result_path
    use hampm_text, only: to_text
    use hampm_version, only: version
    implicit none
@@ -140,9 +140,8 @@ contains
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
-      if (allocated(simulation%warning)) call print_message('warning: '//simulation%warning)
-      report = simulation%refinement%warning()
-      if (len(report) > 0) call print_message('warning: '//report)
+      report = warnings(simulation)
+      if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report
 
    !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
@@ -166,11 +165,15 @@ contains
       end associate
    end function refinement_summary
 
-   !> Print every line of a message to the standard error, behind the name of the program.
-   subroutine print_message(message)
+   !> Print every line of a message to the standard error, behind the name of the program and what kind of message it is.
+   subroutine print_message(message, kind)
       character(*), intent(in) :: message
+      character(*), intent(in), optional :: kind
+      character(:), allocatable :: prefix
+      prefix = 'hampm: '
+      if (present(kind)) prefix = prefix//kind
       flush (output_unit)
-      write (error_unit, '(a)', advance='no') with_prefix('hampm: ', message//new_line('a'))
+      write (error_unit, '(a)', advance='no') with_prefix(prefix, message//new_line('a'))
       flush (error_unit)
    end subroutine print_message
 

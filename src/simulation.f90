@@ -8,7 +8,7 @@ module hampm_simulation
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack, only: crack_t
    use hampm_crack_placement, only: has_two_tips, domain_radii
-   use hampm_failure, only: failure_t, exit_computation, exit_stopped
+   use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_step, check_tip
@@ -31,7 +31,7 @@ module hampm_simulation
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: simulation_t, build, rebuild, run, summary, solver_report, result_path
+   public :: simulation_t, build, rebuild, run, summary, solver_report, warnings, result_path
 
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
@@ -53,7 +53,7 @@ module hampm_simulation
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
-      character(:), allocatable :: warning       !! text for the user at the end; not allocated where there is none
+      character(:), allocatable :: warning       !! what the guards have warned of, a line each; not allocated where there is nothing
    end type simulation_t
 
 contains
@@ -197,6 +197,7 @@ contains
       end do
       call show_progress(s, last=.true.)
       if (failure%code == exit_computation) call show_what_failed(s)
+      call tell_end(s, failure)
       call s%results%close(failure)
       if (failure%failed()) return
       call remove_file(checkpoint_name(s%results%path))
@@ -283,20 +284,20 @@ contains
       end if
       if (s%scene%output%snapshot_interval > 0) then
          if (is_due(s, s%snapshots*s%scene%output%snapshot_interval)) then
-            call write_snapshot(s, s%refinement, failure)
+            call write_snapshot(s, .false., failure)
             s%snapshots = s%snapshots + 1
          end if
       end if
    end subroutine record
 
    !> Write a snapshot of particles and mesh.
-   subroutine write_snapshot(s, refinement, failure)
+   subroutine write_snapshot(s, after_failure, failure)
       type(simulation_t), intent(inout) :: s
-      type(refinement_t), intent(in) :: refinement
+      logical, intent(in) :: after_failure
       type(failure_t), intent(inout) :: failure
       type(block_t) :: blocks(2)                 ! an array of what functions return would leak in gfortran 12
       call particle_view(s%motion, blocks(1))
-      call mesh_view(s%motion, refinement, blocks(2))
+      call mesh_view(s%motion, s%refinement, after_failure, blocks(2))
       call s%results%write_snapshot(s%motion%time, blocks, failure)
    end subroutine write_snapshot
 
@@ -307,9 +308,36 @@ contains
       logical :: halting(size(ieee_usual))
       call ieee_get_halting_mode(ieee_usual, halting)
       call ieee_set_halting_mode(ieee_usual, .false.)
-      call write_snapshot(s, refinement_t(), unwritten)
+      call write_snapshot(s, .true., unwritten)
       call ieee_set_halting_mode(ieee_usual, halting)
    end subroutine show_what_failed
+
+   !> Write into the result how the run has ended and what it has warned of, so that the numbers do not go without that. A run that
+   !> goes on later, or cannot write, has not ended.
+   subroutine tell_end(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      select case (failure%code)
+      case (exit_done)
+         call s%results%add_attribute('/history', 'ended', 'done', failure)
+         call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
+      case (exit_computation)
+         call s%results%add_attribute('/history', 'ended', failure%message, unwritten)
+         call s%results%add_attribute('/history', 'warnings', warnings(s), unwritten)
+      end select
+   end subroutine tell_end
+
+   !> What the user should know of the numbers of a run, a line each; '' where there is nothing.
+   function warnings(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text, other
+      text = ''
+      if (allocated(s%warning)) text = s%warning
+      other = s%refinement%warning()
+      if (text /= '' .and. other /= '') text = text//new_line('a')
+      text = text//other
+   end function warnings
 
    !> Path of the result of a scene in a folder.
    pure function result_path(scene, folder) result(path)

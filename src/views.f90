@@ -1,5 +1,6 @@
 !> What a snapshot shows: the particles as points and the mesh as cells, with their fields.
 module hampm_views
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_nodal_fields, only: at_start
@@ -42,17 +43,22 @@ contains
    end subroutine particle_view
 
    !> The grid, transition cells by their quarters, with the mass and velocity that its nodes had in the last step and, where the
-   !> mesh follows a gradient, the refinement parameter.
-   subroutine mesh_view(motion, refinement, view)
+   !> mesh follows a gradient, the refinement parameter: not a number after a failure, when it can't be had from the particles.
+   subroutine mesh_view(motion, refinement, after_failure, view)
       type(motion_t), intent(inout) :: motion
       type(refinement_t), intent(in) :: refinement
+      logical, intent(in) :: after_failure
       type(block_t), intent(out) :: view
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
       real(dp), allocatable :: phi(:), r(:)
       integer :: e
       if (refinement%indicator == 'gradient') then
-         call nodal_field(motion, refinement%field, phi)
-         call refinement_parameter(motion, refinement%field, phi, r)
+         if (after_failure) then
+            r = spread(ieee_value(0.0_dp, ieee_quiet_nan), 1, motion%grid%n_points)
+         else
+            call nodal_field(motion, refinement%field, phi)
+            call refinement_parameter(motion, refinement%field, phi, r)
+         end if
          call view%add_point_field('R', reshape(r, [1, size(r)]))
       end if
       associate (grid => motion%grid, f => motion%fields)

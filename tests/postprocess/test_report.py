@@ -61,8 +61,11 @@ def test_what_a_reader_should_know_is_noticed(report, tmp_path):
     columns = complete(numerical_loss=np.linspace(0, 0.25, 101), external_work=np.linspace(0, 0.25, 101), J=1.0, J_spread=0.08)
     columns["crack_opening"][3] = np.nan
     path = set_scene(write_result(tmp_path / "a.h5", columns), "&run\n   title = 'a < b'\n   end_time = 2.4e-3\n/\n")
+    with h5py.File(path, "a") as file:
+        file["history"].attrs["ended"] = "step 7: the run is unstable"
+        file["history"].attrs["warnings"] = "a displacement gradient is large\nthe energy has grown"
     text, _ = report(path)
-    for words in ["a: a < b", "before its end_time of 0.0024 s", "Not finite somewhere: crack_opening", "lost 20% of the largest",
+    for words in ["failed: step 7: the run is unstable", "gradient is large", "energy has grown", "a: a < b", "before its end_time of 0.0024 s", "Not finite somewhere: crack_opening", "lost 20% of the largest",
                   "J differs by 8%", "1.2.3"]:
         assert words in text
 

@@ -40,6 +40,9 @@ def assert_failed(result, path, *patterns):
     for pattern in (WHEN, *patterns):
         assert re.search(pattern, message), result.stderr
     history = History(path)
+    assert message == f"hampm: {history.attributes['ended']}"
+    assert [line for line in result.stderr.splitlines() if line != message] == [
+        f"hampm: warning: {line}" for line in history.attributes["warnings"].splitlines()]
     assert history.times.size >= 1
     for values in history.columns.values():
         assert np.all(np.isfinite(values))
@@ -53,6 +56,21 @@ def assert_failed(result, path, *patterns):
 def test_an_unstable_run(dcb, tmp_path, program, scheme):
     result = dcb(*UNSTABLE, "--set", f"method.scheme={scheme}", program=program)
     assert_failed(result, tmp_path / "dcb.h5", PLACE, "Likely cause: .*run is unstable.* &method courant")
+
+
+@builds
+@pytest.mark.parametrize("indicator", ["gradient", "zz", "tip"])
+def test_an_unstable_run_whose_mesh_adapts_still_has_all_fields_in_its_last_snapshot(dcb, tmp_path, program, indicator):
+    """R is not a number there: it can't be found from particles that have gone wrong."""
+    result = dcb(*UNSTABLE, "--set", f"refine.indicator={indicator}", "--set", "refine.max_level=1", "--set", "refine.interval=5",
+                 program=program)
+    assert_failed(result, tmp_path / "dcb.h5", "&method courant")
+    with h5py.File(tmp_path / "dcb.h5") as file:
+        counts = file["VTKHDF/mesh/NumberOfPoints"][()]
+        for values in file["VTKHDF/mesh/PointData"].values():
+            assert len(values) == sum(counts)
+        if indicator == "gradient":
+            assert np.all(np.isnan(file["VTKHDF/mesh/PointData/R"][-counts[-1]:]))
 
 
 @builds
