@@ -5,7 +5,7 @@ module hampm_hdf5_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t
    use hdf5, only: &
       hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, &
-      h5f_close_strong_f, h5f_scope_global_f, h5fcreate_f, h5fopen_f, h5fflush_f, h5fclose_f, h5pcreate_f, h5pclose_f, &
+      h5f_close_strong_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, h5pclose_f, &
       h5pset_fclose_degree_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5pset_chunk_f, &
       h5pset_fletcher32_f, h5p_file_access_f, h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, &
       h5p_crt_order_indexed_f, h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5lexists_f, h5oopen_f, h5oclose_f, &
@@ -29,7 +29,6 @@ module hampm_hdf5_file
    contains
       procedure :: create
       procedure :: open => open_file
-      procedure :: flush => flush_file
       procedure :: close => close_file
       procedure :: is_open
       procedure :: holds
@@ -88,15 +87,6 @@ contains
                      failure)
       end if
    end subroutine open_file
-
-   !> Hand everything written so far to the operating system: from here on the program's death does not lose it.
-   subroutine flush_file(self, failure)
-      class(hdf5_file_t), intent(in) :: self
-      type(failure_t), intent(inout) :: failure
-      integer :: e
-      call h5fflush_f(self%id, h5f_scope_global_f, e)
-      if (e < 0) call self%unwritten('flushing failed (is the disk full?)', failure)
-   end subroutine flush_file
 
    !> Close the file and every object in it. Nothing happens where none is open.
    subroutine close_file(self, failure)
