@@ -271,7 +271,7 @@ contains
       real(dp) :: strain, kinetic, spread, near
       integer :: i, parted, n
       call build_pressed(.true., .false., 40, m)
-      call run_steps(m, 0.02_dp, 1000)
+      call run_steps(m, 0.02_dp, 500)
       strain = maxval(abs(m%particles%gradient))
       kinetic = kinetic_energy(m%particles)
       forest = m%grid%forest
