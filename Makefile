@@ -87,9 +87,10 @@ memcheck:  ## run unit tests and short cases under valgrind
 	@$(MAKE) -j$(JOBS) --no-print-directory build=memcheck program unit
 	$(PYTHON) tools/checked_runs.py memcheck
 
-fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random
+fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; try 1000 runs that go wrong
 	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
+	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
 
 bench:  ## measure time, memory and instructions of a step beside the least that they could be: one table
 	@tools/setup.sh valgrind

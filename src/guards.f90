@@ -103,6 +103,7 @@ contains
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: uncertain, off                 ! energy that may be wrong [J], and by which part a particle's is [-]
+      real(dp) :: start(ndim)                    ! where a particle started [m]
       logical :: crosses
       integer :: i
       associate (p => motion%particles, laws => motion%materials)
@@ -114,7 +115,8 @@ contains
             off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(motion, i))
             if (off < noticed_error/10) cycle
             uncertain = uncertain + off*p%volume(i)*laws(p%material(i))%energy_density(p%gradient_of(i))
-            crosses = crosses .or. any(abs(motion%grid%local_coordinate(p%cell(i), p%reference(i, :)) - 0.5_dp) > 0.5_dp)
+            start = p%reference(i, :)
+            crosses = crosses .or. any(abs(motion%grid%local_coordinate(p%cell(i), start) - 0.5_dp) > 0.5_dp)
          end do
       end associate
       if (.not. crosses .or. uncertain <= noticed_error*measurements%strain_energy) return

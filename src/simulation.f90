@@ -253,9 +253,10 @@ contains
       logical :: adapted
       if (s%motion%sorted) then
          call follow_particles(s%motion, failure)
+         if (failure%failed()) return
          call limit_time_step(s)
       end if
-      if (failure%failed() .or. .not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
+      if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
       call settle(s%motion)
       call refine(s%refinement, s%motion, adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)

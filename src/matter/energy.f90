@@ -111,9 +111,10 @@ contains
    pure real(dp) function largest_stretch(p, i) result(stretch)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      real(dp) :: f(ndim, ndim), c(ndim, ndim)
+      real(dp) :: f(ndim, ndim), transposed(ndim, ndim), c(ndim, ndim)
       f = identity + p%gradient_of(i)
-      c = product_of(transpose(f), f)
+      transposed = transpose(f)
+      c = product_of(transposed, f)
       stretch = sqrt((c(1, 1) + c(2, 2))/2 + hypot((c(1, 1) - c(2, 2))/2, c(1, 2)))
    end function largest_stretch
 

@@ -7,6 +7,7 @@ import sys
 import mutations
 import pytest
 from fuzz import SCENES, answers, fuzz, table
+from runs import try_runs
 
 from paths import DEBUG_PROGRAM, PROGRAM
 
@@ -14,6 +15,7 @@ DRIVER = DEBUG_PROGRAM.with_name("fuzz_driver")
 SEEDS = 1, 2
 CASES = 5000
 PROCESSES = 100
+RUNS = 60
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -38,6 +40,13 @@ def test_the_program_ends_as_its_exit_codes_say(tmp_path):
         assert run.returncode == 0 or not run.stdout, (options, text)
         for line in run.stderr.splitlines():
             assert line.startswith(b"hampm: "), (options, text, run.stderr)
+
+
+@pytest.mark.parametrize("program", [PROGRAM, DEBUG_PROGRAM], ids=["release", "debug"])
+def test_runs_that_go_wrong_end_with_a_message(program):
+    ends, findings = try_runs(program, RUNS, seed=1)
+    assert not findings
+    assert ends[3] >= RUNS // 10 and ends[0] >= RUNS // 10
 
 
 HUGE = {
