@@ -122,8 +122,12 @@ contains
                    p%real_copy(n), stat=status)
       end associate
       if (status == 0 .and. allocated(p%path)) allocate (p%long_copy(n), stat=status)
-      if (status /= 0) call failure%report(exit_computation, too_many(n))
-      if (status == 0) call prefer_large_pages(size(p%local), p%local)
+      if (status /= 0) then
+         call failure%report(exit_computation, too_many(n))
+         return
+      end if
+      call prefer_large_pages(size(p%local), p%local)
+      p%local = 0                                ! a checkpoint has it also where nothing has been mapped yet
    end subroutine fit_workspace
 
    !> Message about a lack of memory.

@@ -100,6 +100,7 @@ contains
       do e = 1, grid%n_elements
          if (p%count_in(e) > 0) cycle
          if (allocated(f%mass_matrix%cell)) f%mass_matrix%cell(:, :, e) = 0
+         if (allocated(f%mass_matrix%cell_lumped)) f%mass_matrix%cell_lumped(:, e) = 0
          if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
       end do
       do node = 1, grid%n_points
