@@ -40,12 +40,12 @@ CASES = {
                             "crack.contact=frictionless", "--set", "refine.max_level=1", "--set", "energy_release.radii=3e-3"],
     "stopped": [*DCB, "--steps", "20", "--set", "output.checkpoint_steps=7", "--set", "method.mass=full",
                 "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
-    "resumed": ["--resume", "{folder}/stopped/dcb.h5.checkpoint", "--quiet"],
+    "resumed": ["--resume", "{folder}/stopped/dcb.h5.checkpoint", "--quiet", "--steps", "20"],
     "no file": ["nothing.nml"],
     "no folder": [*DCB, "--output", "/dev/null/x"],
 }
 LIMIT = 1800  # s of a run, the longest of which takes a sixth of that on a busy machine
-CODES = {"mistakes": 2, "stopped": 5, "no file": 4, "no folder": 4}
+CODES = {"mistakes": 2, "stopped": 5, "resumed": 5, "no file": 4, "no folder": 4}
 
 
 def environment(tool, is_unit=False):
