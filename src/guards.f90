@@ -106,6 +106,9 @@ contains
       real(dp) :: start(ndim)                    ! where a particle started [m]
       logical :: crosses
       integer :: i
+      if (allocated(warning)) then
+         if (index(warning, crossed) > 0) return
+      end if
       associate (p => motion%particles, laws => motion%materials)
          if (p%total_frame .or. all(laws%linear)) return
          uncertain = 0
