@@ -11,7 +11,8 @@ module hampm_program
    use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
    use hampm_reading, only: read_scene, understand_scene
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build, rebuild, run, summary, solver_report, warnings, result_path
+   use hampm_simulation, only: simulation_t, build, rebuild, run, warnings, result_path
+   use hampm_summary, only: summary, solver_report
    use hampm_text, only: to_text
    use hampm_version, only: version
    implicit none
