@@ -13,7 +13,8 @@ program fuzz_driver
    use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
    use hampm_reading, only: understand_scene
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build, summary
+   use hampm_simulation, only: simulation_t, build
+   use hampm_summary, only: summary
    use hampm_text, only: string_t, to_text
    implicit none
    integer, parameter :: is_scene = 1
