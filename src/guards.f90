@@ -106,9 +106,7 @@ contains
       real(dp) :: start(ndim)                    ! where a particle started [m]
       logical :: crosses
       integer :: i
-      if (allocated(warning)) then
-         if (index(warning, crossed) > 0) return
-      end if
+      if (is_told(crossed, warning)) return
       associate (p => motion%particles, laws => motion%materials)
          if (p%total_frame .or. all(laws%linear)) return
          uncertain = 0
@@ -174,10 +172,18 @@ contains
       character(:), allocatable, intent(inout) :: warning
       if (.not. allocated(warning)) then
          warning = text
-      else if (index(warning, phrase) == 0) then
+      else if (.not. is_told(phrase, warning)) then
          warning = warning//new_line('a')//text
       end if
    end subroutine warn
+
+   !> Whether a warning with a phrase is there.
+   pure logical function is_told(phrase, warning)
+      character(*), intent(in) :: phrase
+      character(:), allocatable, intent(in) :: warning
+      is_told = .false.
+      if (allocated(warning)) is_told = index(warning, phrase) > 0
+   end function is_told
 
    !> Fail where the crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the material
    !> moves through that.

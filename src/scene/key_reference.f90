@@ -1,8 +1,7 @@
 !> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
 module hampm_key_reference
-   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, choices, is_text, kind_integer, is_required, &
-                         is_assumed
-   use hampm_kinds, only: name_len
+   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, is_text, kind_integer, &
+                         is_required, is_assumed
    use hampm_namelist_text, only: example_list
    use hampm_text, only: to_text
    implicit none
@@ -82,16 +81,9 @@ contains
    pure function allowed(key) result(text)
       type(key_t), intent(in) :: key
       character(:), allocatable :: text
-      character(name_len), allocatable :: list(:)
-      integer :: i
       text = trim(key%allowed)
-      if (.not. is_text(key)) return
-      call choices(key, list)
-      if (size(list) == 0) text = 'any'
-      do i = 1, size(list)
-         if (i == 1) text = '`'//trim(list(i))//'`'
-         if (i > 1) text = text//', `'//trim(list(i))//'`'
-      end do
+      if (is_text(key)) text = joined_choices(key, '`', ', ')
+      if (text == '') text = 'any'
    end function allowed
 
    !> A text with a capital letter at its beginning and a full stop.

@@ -5,7 +5,7 @@ module hampm_keys
    use hampm_text, only: did_you_mean, printable
    implicit none
    private
-   public :: group_t, key_t, groups, keys, find_group, find_key, first_key, key_count, choices, default_count, &
+   public :: group_t, key_t, groups, keys, find_group, find_key, first_key, key_count, choices, joined_choices, default_count, &
              default_value, unknown_group, unknown_key, is_text, max_values, most_radii, &
              kind_real, kind_integer, kind_name, kind_text, is_required, is_assumed, is_optional
 
@@ -260,6 +260,21 @@ contains
          list(i) = part(key%allowed, '|', i)
       end do
    end subroutine choices
+
+   !> The texts that a key allows in one, each between quotes; '' where it allows any text.
+   pure function joined_choices(key, quote, separator) result(text)
+      type(key_t), intent(in) :: key
+      character(*), intent(in) :: quote, separator
+      character(:), allocatable :: text
+      character(name_len), allocatable :: list(:)
+      integer :: i
+      call choices(key, list)
+      text = ''
+      do i = 1, size(list)
+         if (i > 1) text = text//separator
+         text = text//quote//trim(list(i))//quote
+      end do
+   end function joined_choices
 
    !> Number of values of a key that is not given, or of its values in the template.
    pure integer function default_count(key, as_example)

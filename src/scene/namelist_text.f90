@@ -1,8 +1,7 @@
 !> Scenes as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
-   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, choices, default_count, default_value, is_text, &
-                         kind_integer, is_required
-   use hampm_kinds, only: name_len
+   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, default_count, default_value, &
+                         is_text, kind_integer, is_required
    use hampm_settings, only: settings_t, setting_t
    use hampm_text, only: to_text
    implicit none
@@ -59,17 +58,10 @@ contains
    pure function allowed_text(key) result(text)
       type(key_t), intent(in) :: key
       character(:), allocatable :: text
-      character(name_len), allocatable :: list(:)
-      integer :: i
       text = trim(key%allowed)
       if (key%kind == kind_integer) text = 'integer in '//text
-      if (.not. is_text(key)) return
-      call choices(key, list)
-      text = 'text'
-      do i = 1, size(list)
-         if (i == 1) text = trim(list(i))
-         if (i > 1) text = text//' | '//trim(list(i))
-      end do
+      if (is_text(key)) text = joined_choices(key, '', ' | ')
+      if (text == '') text = 'text'
    end function allowed_text
 
    !> The values of a key in the template or its defaults, each behind a blank.
