@@ -12,7 +12,7 @@ from frames import Frames
 from history import UNREADABLE, ResultError, run
 from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, default_scale, extent, survey
-from pictures import STYLE, plt, positive
+from pictures import STYLE, ending, plt, positive
 
 from matplotlib.animation import PillowWriter
 
@@ -45,15 +45,9 @@ def parse(arguments):
     parser.add_argument("--fps", type=positive, default=10, metavar="N",
                         help="snapshots shown in a second (default: %(default)g)")
     parser.add_argument("--dpi", type=positive, default=100, metavar="N", help="resolution (default: %(default)g)")
-    parser.add_argument("-o", "--output", type=gif, metavar="FILE.gif",
+    parser.add_argument("-o", "--output", type=ending(".gif"), metavar="FILE.gif",
                         help="animation to write (default: the file's name with .gif, beside it)")
     return parser.parse_args(arguments)
-
-
-def gif(text):
-    if Path(text).suffix != ".gif":
-        raise argparse.ArgumentTypeError(f"{text} does not end in .gif")
-    return text
 
 
 class Film:

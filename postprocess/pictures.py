@@ -66,6 +66,15 @@ def legend_below(figure, handles, labels, narrow=42):
     return -(-len(labels) // across)
 
 
+def ending(suffix):
+    """The type of an argument that names a file with this suffix."""
+    def name(text):
+        if Path(text).suffix != suffix:
+            raise argparse.ArgumentTypeError(f"{text} does not end in {suffix}")
+        return text
+    return name
+
+
 def positive(text):
     value = float(text)
     if not 0 < value < float("inf"):

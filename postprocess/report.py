@@ -21,7 +21,7 @@ import plot_g
 import plot_mesh
 from frames import Frames, Scene
 from history import UNREADABLE, History, ResultError, run
-from pictures import MM, STYLE, names, plt, positive, save
+from pictures import MM, STYLE, ending, names, plt, positive, save
 
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
@@ -58,18 +58,12 @@ def main(arguments=None):
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
-    parser.add_argument("-o", "--output", type=html, metavar="FILE.html",
+    parser.add_argument("-o", "--output", type=ending(".html"), metavar="FILE.html",
                         help="report to write (default: <first file>_report.html beside it)")
     parser.add_argument("--dpi", type=positive, default=110, metavar="N",
                         help="points per inch of the pictures (default: %(default)g)")
     parser.add_argument("--title", metavar="TEXT", help="title of the report (default: that of the scene)")
     return parser.parse_args(arguments)
-
-
-def html(text):
-    if Path(text).suffix != ".html":
-        raise argparse.ArgumentTypeError(f"{text} does not end in .html")
-    return text
 
 
 class Run:
