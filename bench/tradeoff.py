@@ -21,6 +21,7 @@ import os
 import statistics
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -105,6 +106,7 @@ def read(path, study):
     return particles, {name: np.interp(times, history.times, history.g_ratio(column)) for name, column in ESTIMATORS.items()}
 
 
+@cache
 def reference_curve():
     """Times [s] and G/G_ref of the finite elements, all modes."""
     return read_curve(REFERENCE)
@@ -161,7 +163,7 @@ def points(family, study, measured):
     for k, n in enumerate(family.cells):
         runs = measured[family.name, k]
         own = settings_of(study, family, k)
-        given = " ".join(f"{key}={value}" for key, value in own.items() if key not in COMMON | STUDIES[study])
+        given = " ".join(f"{key}={value}" for key, value in own.items() if (COMMON | STUDIES[study]).get(key) != value)
         label = ", ".join([f"n = {n}"] + [f"{key}={value}" for key, value in own.items() if family.finer and key in family.finer[k]])
         yield Point(label, n, given, 1, runs[0].particles, tuple(run.seconds for run in runs), runs[0].curves, runs[0].message)
 
