@@ -108,6 +108,7 @@ contains
       if (.not. m%mapped) call map_to_grid(m)
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
       m%weighed = .true.
+      if (size(m%loads) > 0) call find_external_force(m)
       if (is_local(m)) then
          call step_through_tiles(m, dt, new_masses, left_cell, failure)
       else
@@ -162,6 +163,17 @@ contains
       end associate
    end subroutine change_cells
 
+   !> Nodal forces of the loads for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever path
+   !> the step takes and whenever it strains the particles, these are the forces that act in it.
+   subroutine find_external_force(m)
+      type(motion_t), intent(inout) :: m
+      m%fields%external = 0
+      call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
+      associate (all => m%fields%mass_matrix%all)
+         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%external)
+      end associate
+   end subroutine find_external_force
+
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
@@ -178,10 +190,6 @@ contains
       type(sweep_report_t) :: report
       real(dp) :: damping_power
       if (.not. m%plan%fits(m%fields)) call plan_pipeline(m%fields, size(m%scheme%sweeps), m%plan)
-      if (size(m%loads) > 0) then
-         m%fields%external = 0
-         call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
-      end if
       call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, new_masses, m%particles, &
                          m%fields, m%response, damping_power)
       m%damping_loss = m%damping_loss + dt*damping_power
@@ -288,10 +296,10 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       real(dp) :: damping_power, mapping_power
-      call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%force)
       associate (all => m%fields%mass_matrix%all)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
       end associate
+      if (size(m%loads) > 0) m%fields%force = m%fields%force + m%fields%external
       call accelerate(m%grid, m%solver, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, unsolved)
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
