@@ -1,0 +1,189 @@
+!> One explicit step of the material point method as docs/theory.md has it, with nothing done for speed: a pass is one loop over the
+!> particles, an equation one loop over the nodes. The program does not step this way, but every way in which it does gives the same
+!> motion but for rounding (`tests/unit/test_reference_step.f90`): this is the file in which to read what a step is.
+!>
+!> A step leads from t^n to t^(n+1) = t^n + dt:
+!>
+!>   1. P2G     masses (9) and momenta of the particles to the nodes, and from these the nodal velocities v^n (8);
+!>   2. strain  usf, and half of it usavg: H of the particles by v^n;
+!>   3. P2G     internal forces (7); with the forces of the loads at t^n the nodal accelerations a (5), damping included;
+!>   4. G2P     velocities of the particles by a; those of the nodes are then v^(n+1) = v^n + a dt;
+!>   5. strain  usl: by v^(n+1); musl, and half of it usavg: by v^(n+1) as it is mapped anew from the particles;
+!>   6. G2P     displacements of the particles by v^(n+1).
+!>
+!> Here masses are lumped, and the faces of cracks do not touch. A hanging node has no equation of motion: what is summed there goes to
+!> its masters, and its values are means of theirs.
+module hampm_reference_step
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_loads, only: add_loads, book_work
+   use hampm_step, only: motion_t
+   use hampm_tensors, only: identity
+   implicit none
+   private
+   public :: reference_step
+
+contains
+
+   !> Advance the particles by one step, and book the work of the loads and what the damping takes. Where the particles are then in
+   !> cells is not found: only the cell of each is.
+   subroutine reference_step(m, dt)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp) :: mass(m%grid%n_points), work
+      real(dp), dimension(ndim, m%grid%n_points) :: external, force, v, a, v_next, v_mapped
+      integer :: i
+      external = 0                               ! the loads act where the material is at t^n, with their factors there
+      call add_loads(m%loads, m%time, m%grid, m%particles, external)
+      call map_mass(m, mass)
+      call map_velocity(m, mass, v)
+      if (m%scheme%name == 'usf') call strain(m, v, dt)
+      if (m%scheme%name == 'usavg') call strain(m, v, dt/2)
+      call map_force(m, force)
+      call find_acceleration(m, mass, force + external, v, a)
+      v_next = v + a*dt
+      do i = 1, m%particles%n
+         m%particles%velocity(i, :) = m%particles%velocity(i, :) + dt*at_particle(m, i, a)
+      end do
+      if (m%scheme%name == 'usl') call strain(m, v_next, dt)
+      if (m%scheme%name == 'musl' .or. m%scheme%name == 'usavg') then
+         call map_velocity(m, mass, v_mapped)
+         call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
+      end if
+      do i = 1, m%particles%n
+         m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*at_particle(m, i, v_next)
+      end do
+      m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(spread(mass, 1, ndim)*v*v_next)
+      call book_work(m%loads, m%time, m%particles, work)
+      m%external_work = m%external_work + work
+      m%time = m%time + dt
+      m%steps = m%steps + 1
+      do i = 1, m%particles%n
+         m%particles%cell(i) = m%grid%element_at(m%particles%place_in_grid(i))
+      end do
+   end subroutine reference_step
+
+   !> P2G: the lumped masses m_i = sum m_p N_i (9) [kg].
+   subroutine map_mass(m, mass)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(out) :: mass(:)           !! (n_points)
+      integer :: i
+      mass = 0
+      do i = 1, m%particles%n
+         associate (nodes => m%grid%element_nodes(:, m%particles%cell(i)))
+            mass(nodes) = mass(nodes) + m%particles%mass(i)*shape_functions(local(m, i))
+         end associate
+      end do
+      call condense(m, 1, mass)
+   end subroutine map_mass
+
+   !> P2G: the momenta p_i = sum m_p v_p N_i, and the velocities v_i = p_i/m_i that follow (8), (10); 0 where a component is fixed, and
+   !> at nodes without mass [m/s].
+   subroutine map_velocity(m, mass, v)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: mass(:)
+      real(dp), intent(out) :: v(:, :)           !! (ndim, n_points)
+      real(dp) :: n(corners)
+      integer :: i, c
+      v = 0
+      do i = 1, m%particles%n
+         n = shape_functions(local(m, i))
+         do c = 1, corners
+            associate (node => m%grid%element_nodes(c, m%particles%cell(i)))
+               v(:, node) = v(:, node) + m%particles%mass(i)*m%particles%velocity(i, :)*n(c)
+            end associate
+         end do
+      end do
+      call condense(m, ndim, v)
+      call divide_by_mass(m, mass, v)
+   end subroutine map_velocity
+
+   !> P2G: the internal forces f_i = -sum V_p T_p grad N_i (7) [N], T being the Kirchhoff stress, in the total frame the first
+   !> Piola stress.
+   subroutine map_force(m, force)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(out) :: force(:, :)       !! (ndim, n_points)
+      real(dp) :: gradient(corners, ndim), stress(ndim, ndim)
+      integer :: i, c
+      force = 0
+      associate (p => m%particles)
+         do i = 1, p%n
+            gradient = shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i)))
+            stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame)
+            do c = 1, corners
+               associate (node => m%grid%element_nodes(c, p%cell(i)))
+                  force(:, node) = force(:, node) - p%volume(i)*matmul(stress, gradient(c, :))
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine map_force
+
+   !> The accelerations a_i = f_i/m_i - alpha v_i (5), with the damping force -alpha m v; 0 where a component is fixed [m/s2].
+   subroutine find_acceleration(m, mass, force, v, a)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: mass(:)
+      real(dp), intent(in) :: force(:, :)        !! internal and of the loads [N], (ndim, n_points)
+      real(dp), intent(in) :: v(:, :)            !! v^n [m/s], (ndim, n_points)
+      real(dp), intent(out) :: a(:, :)           !! (ndim, n_points)
+      a = force
+      call condense(m, ndim, a)
+      call divide_by_mass(m, mass, a)
+      a = a - m%damping_rate*v
+   end subroutine find_acceleration
+
+   !> Divide nodal sums by the masses, with fixed components set to 0, and find the values of the hanging nodes.
+   subroutine divide_by_mass(m, mass, x)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: mass(:)
+      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
+      integer :: i
+      do i = 1, m%grid%n_nodes
+         if (mass(i) > 0) x(:, i) = x(:, i)/mass(i)
+         where (m%constraints%fixed(:, i)) x(:, i) = 0
+      end do
+      call m%grid%dependents%expand([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], ndim, x)
+   end subroutine divide_by_mass
+
+   !> Strain the particles: H <- H + dt L (I + H), L being the gradient of a nodal velocity; in the total frame H <- H + dt L.
+   subroutine strain(m, v, dt)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp) :: l(ndim, ndim)
+      integer :: i
+      associate (p => m%particles)
+         do i = 1, p%n
+            l = matmul(v(:, m%grid%element_nodes(:, p%cell(i))), shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i))))
+            if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
+            p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
+         end do
+      end associate
+   end subroutine strain
+
+   !> G2P: the value of a nodal field at a particle, sum N_i(x_p) x_i.
+   pure function at_particle(m, i, x) result(value)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
+      real(dp) :: value(ndim)
+      value = matmul(x(:, m%grid%element_nodes(:, m%particles%cell(i))), shape_functions(local(m, i)))
+   end function at_particle
+
+   !> Where a particle is in its cell, 0 to 1: by its present position, in the total frame by its reference position.
+   pure function local(m, i) result(xi)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: xi(ndim)
+      xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
+   end function local
+
+   !> Give what is summed at the hanging nodes to their masters.
+   subroutine condense(m, width, x)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: width               !! components
+      real(dp), intent(inout) :: x(width, *)     !! (width, n_points)
+      integer :: i
+      call m%grid%dependents%collect([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], width, x)
+   end subroutine condense
+end module hampm_reference_step
