@@ -16,9 +16,10 @@ program bench_step
    use hampm_command_line, only: command_arguments
    use hampm_failure, only: failure_t
    use hampm_minimal_kernel, only: blocks_t, set_up, step
+   use hampm_motion, only: motion_t, update_particles
    use hampm_plain_scene, only: plain_scene, start, time_step
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, take_step, settle
+   use hampm_step, only: take_step
    use hampm_text, only: string_t
    use hampm_threads, only: use_threads
    use hampm_timing, only: processor_seconds, wall_seconds, time_to_move, peak_memory
@@ -152,7 +153,7 @@ contains
             if (failure%failed()) error stop 'bench_step: the scene has failed'
          end if
       end do
-      call settle(c%motion)
+      call update_particles(c%motion)
    end subroutine take_steps
 
    !> Bytes of particle data that the sweeps of a step read and write, 8 a real: what has to be moved where nothing of a tile

@@ -10,7 +10,7 @@ module hampm_minimal_kernel
    use hampm_kinds, only: dp, long, ndim, corners
    use hampm_basis, only: edge_margin
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
-   use hampm_step, only: motion_t
+   use hampm_motion, only: motion_t
    implicit none
    private
    public :: blocks_t, set_up, step, place_of, energy, w, bytes
@@ -492,7 +492,7 @@ contains
                    g%lower(ndim, w*g%n), g%inverse(w*g%n), g%share(w*sums*(g%n + 1)), g%slot(corners, grid%n_nodes), &
                    g%a(ndim, grid%n_nodes), g%v_new(ndim, grid%n_nodes), g%v(ndim, grid%n_nodes), g%inverse_mass(grid%n_nodes))
          g%count_of = 0
-         g%count_of(:cells) = q%count_in
+         g%count_of(:cells) = motion%blocks%count_in
          g%nodes = 1
          g%nodes(:, :cells) = grid%element_nodes
          g%lower = 0
@@ -513,7 +513,7 @@ contains
             do s = 1, g%rows((e - 1)/w + 1)
                call empty_place(g, e, s)
                if (s > g%count_of(e)) cycle
-               i = q%first_in(e) + (s - 1)*q%stride_in(e)
+               i = motion%blocks%first_in(e) + (s - 1)*motion%blocks%stride_in(e)
                g%p(place_of(g, e, s), :) = [q%reference(i, :), q%displacement(i, :), q%velocity(i, :), q%gradient(i, :, :), &
                                             q%mass(i), q%volume(i)]
                g%id(place_of(g, e, s)) = q%id(i)

@@ -7,10 +7,12 @@ program minimal_step
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum
    use hampm_failure, only: failure_t
    use hampm_minimal_kernel, only: blocks_t, set_up, step, place_of, energy, w, bytes
+   use hampm_motion, only: motion_t
    use hampm_plain_scene, only: plain_scene, start, time_step
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, advance, stable_time_step
+   use hampm_step, only: advance
    use hampm_threads, only: use_threads
+   use hampm_time_step, only: stable_time_step
    use hampm_timing, only: seconds => processor_seconds, time_to_move, median
    implicit none
    type(motion_t) :: motion

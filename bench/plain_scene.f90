@@ -2,11 +2,12 @@
 module hampm_plain_scene
    use hampm_kinds, only: dp
    use hampm_assembly, only: assemble
+   use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_failure, only: failure_t
-   use hampm_particles, only: smallest_occupied_cell
+   use hampm_motion, only: motion_t
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, stable_time_step
+   use hampm_time_step, only: stable_time_step
    implicit none
    private
    public :: plain_scene, start, time_step
@@ -47,6 +48,6 @@ contains
    !> A tenth of what a shear wave takes to cross a cell [s].
    pure real(dp) function time_step(motion)
       type(motion_t), intent(in) :: motion
-      time_step = stable_time_step(smallest_occupied_cell(motion%grid, motion%particles), motion%materials, 0.1_dp, 'shear')
+      time_step = stable_time_step(smallest_occupied_cell(motion%grid, motion%blocks), motion%materials, 0.1_dp, 'shear')
    end function time_step
 end module hampm_plain_scene

@@ -7,21 +7,25 @@ module hampm_assembly
    use hampm_crack, only: crack_t, crack_line_t, find_crack
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at
    use hampm_cuts, only: cut_t, cut_of
+   use hampm_explicit, only: explicit_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid, only: grid_t, build_grid
-   use hampm_loads, only: load_t, load_on_points, load_on_particles
+   use hampm_integrator, only: integrator_t
+   use hampm_loads, only: load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
    use hampm_material, only: material_t, new_material
-   use hampm_particles, only: particles_t, new_particles, sort_into_cells
-   use hampm_refinement, only: refinement_t
+   use hampm_motion, only: motion_t, start_motion
+   use hampm_particles, only: particles_t, new_particles
    use hampm_placement, only: tolerance
+   use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
-   use hampm_step, only: motion_t, start_motion
+   use hampm_sorting, only: sort_into_cells
+   use hampm_subcycled, only: subcycled_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: assemble, materials_of, place_crack
+   public :: assemble, choose_integrator, materials_of, place_crack
 
 contains
 
@@ -50,7 +54,7 @@ contains
       call build_grid(forest, motion%grid, failure, cuts_of(scene, forest))
       if (failure%failed()) return
       motion%materials = materials_of(scene)
-      call place_particles(scene, motion%grid, motion%particles, failure)
+      call place_particles(scene, motion, failure)
       if (failure%failed()) return
       call check_masses(motion%particles, failure)
       if (failure%failed()) return
@@ -59,7 +63,7 @@ contains
             call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed)
          end associate
       end do
-      call place_loads(scene, motion%grid, motion%particles, motion%loads, failure)
+      call place_loads(scene, motion, failure)
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
       motion%contact%wanted = scene%crack%contact
@@ -71,6 +75,17 @@ contains
                                                                            method%full_region == 'refined'))
       end associate
    end subroutine assemble
+
+   !> The integrator of a scene.
+   subroutine choose_integrator(scene, integrator)
+      type(scene_t), intent(in) :: scene
+      class(integrator_t), allocatable, intent(out) :: integrator
+      if (scene%method%time_steps == 'local') then
+         allocate (subcycled_t :: integrator)
+      else
+         allocate (explicit_t :: integrator)
+      end if
+   end subroutine choose_integrator
 
    !> Fail where the share of some node in the mass of a particle, which may stand at the very edge of a cell and be split, would
    !> be no normal number.
@@ -181,10 +196,9 @@ contains
    end function refinement_of
 
    !> Fill the bodies with particles and sort these into the cells.
-   subroutine place_particles(scene, grid, p, failure)
+   subroutine place_particles(scene, m, failure)
       type(scene_t), intent(in) :: scene
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(out) :: p
+      type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       integer :: points(ndim, size(scene%bodies)), k, first
       do k = 1, size(scene%bodies)
@@ -192,49 +206,47 @@ contains
             points(:, k) = points_along(b%lower, b%upper, scene%grid%cell, b%points_per_cell)
          end associate
       end do
-      call new_particles(sum(product(points, dim=1)), grid%n_elements, p, failure)
+      call new_particles(sum(product(points, dim=1)), m%particles, failure)
       if (failure%failed()) return
-      p%total_frame = scene%method%frame == 'total'
-      p%by_group = scene%method%time_steps == 'local'
+      m%particles%total_frame = scene%method%frame == 'total'
+      m%blocks%by_group = scene%method%time_steps == 'local'
       first = 1
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
-            call fill_rectangle(p, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
+            call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
                                 scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
          end associate
          first = first + product(points(:, k))
       end do
-      call sort_into_cells(p, grid, failure)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
    end subroutine place_particles
 
    !> Attach the loads to the particles.
-   subroutine place_loads(scene, grid, p, loads, failure)
+   subroutine place_loads(scene, m, failure)
       type(scene_t), intent(in) :: scene
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(load_t), allocatable, intent(out) :: loads(:)
+      type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       integer :: k
-      allocate (loads(size(scene%loads)))
-      do k = 1, size(loads)
-         associate (spec => scene%loads(k))
-            loads(k)%force = spec%force
-            loads(k)%history%kind = spec%history
-            loads(k)%history%start = spec%start
-            loads(k)%history%rise_time = spec%rise_time
-            loads(k)%history%frequency = spec%frequency
+      allocate (m%loads(size(scene%loads)))
+      do k = 1, size(m%loads)
+         associate (spec => scene%loads(k), load => m%loads(k))
+            load%force = spec%force
+            load%history%kind = spec%history
+            load%history%start = spec%start
+            load%history%rise_time = spec%rise_time
+            load%history%frequency = spec%frequency
             if (spec%history == 'table') then
-               loads(k)%history%times = spec%times
-               loads(k)%history%factors = spec%factors
+               load%history%times = spec%times
+               load%history%factors = spec%factors
             end if
             if (spec%kind == 'body') then
-               call load_on_particles(p, spec%lower, spec%upper, loads(k))
+               call load_on_particles(m%particles, spec%lower, spec%upper, load)
             else
                associate (points => load_points(spec, scene))
-                  call load_on_points(p, grid, points, (spec%upper - spec%lower)/(2*size(points, 2)), loads(k))
+                  call load_on_points(m%particles, m%grid, m%blocks, points, (spec%upper - spec%lower)/(2*size(points, 2)), load)
                end associate
             end if
-            if (size(loads(k)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
+            if (size(load%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
                                            '): there is no particle within its box; give it a box that holds material')
          end associate
       end do

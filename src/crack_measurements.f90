@@ -8,12 +8,12 @@ module hampm_crack_measurements
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_placement, only: length_text
    use hampm_results, only: results_t
    use hampm_row, only: row_t
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t, refresh_grid
    use hampm_text, only: to_text
    implicit none
    private
@@ -82,7 +82,7 @@ contains
          if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
          if (failure%failed()) return
          if (chosen%nodal_force) then
-            g = nodal_force_closure(crack, grid, p, motion%materials, scene%run%thickness)
+            g = nodal_force_closure(crack, grid, p, motion%blocks, motion%materials, scene%run%thickness)
             call row%add(g(:recorded))
             call keep_first(g, first_g)
          end if
@@ -96,7 +96,8 @@ contains
             call measure_domain(scene, motion, crack, state, recorded, row, g)
             call keep_first(g, first_g)
          end if
-         associate (behind => crack_opening(crack, crack%behind, grid, p), mouth => crack_opening(crack, crack%mouth, grid, p))
+         associate (behind => crack_opening(crack, crack%behind, grid, p, motion%blocks), &
+                    mouth => crack_opening(crack, crack%mouth, grid, p, motion%blocks))
             call row%add(behind(:recorded))
             call row%add(mouth(:recorded))
          end associate
@@ -133,7 +134,7 @@ contains
       domain%material = motion%materials(scene%bodies(body_at(scene, crack%line%tip))%material_index)
       domain%radius = domain_radii(scene)
       allocate (j(size(domain%radius)), k(modes, size(domain%radius)))
-      call domain_integrals(domain, motion%grid, motion%particles, motion%materials, state, j, k)
+      call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, j, k)
       mean_k = sum(k, dim=2)/size(j)
       g = shares_of_modes(sum(j)/size(j), mean_k)
       call row%add(g(:recorded))

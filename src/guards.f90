@@ -2,14 +2,14 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack, only: crack_t
-   use hampm_energy, only: moment_of_momentum, largest_gradient, largest_stretch, most_crushed_particle, &
-                           liveliest_particle, determinant_of
+   use hampm_energy, only: moment_of_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
+                           determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_measurements, only: measurements_t
+   use hampm_motion, only: motion_t
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_splitting, only: spacing_of
-   use hampm_step, only: motion_t
    use hampm_text, only: to_text
    use hampm_whereabouts, only: when, origin
    implicit none
@@ -194,7 +194,7 @@ contains
       type(patch_t) :: patch
       real(dp) :: moved(ndim)                    !! of the material at the tip [m]
       if (motion%particles%total_frame) return
-      call patch_around(motion%grid, motion%particles, crack%tip, patch)
+      call patch_around(motion%grid, motion%particles, motion%blocks, crack%tip, patch)
       moved = fitted_displacement(patch, motion%particles)
       if (patch%n > 0 .and. norm2(moved) <= crack%step) return
       call failure%report(exit_computation, when(motion%steps, motion%time)//'the material at the tip of the crack has moved '// &

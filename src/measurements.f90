@@ -1,6 +1,7 @@
 !> What the history records: which columns a scene has, and one row of their values.
 module hampm_measurements
    use hampm_kinds, only: dp
+   use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
    use hampm_crack, only: crack_t, crack_line_t
    use hampm_crack_measurements, only: declare_crack_columns, measure_crack
@@ -10,11 +11,10 @@ module hampm_measurements
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
-   use hampm_particles, only: smallest_occupied_cell
+   use hampm_motion, only: motion_t
    use hampm_results, only: results_t
    use hampm_row, only: row_t
    use hampm_scene, only: scene_t
-   use hampm_step, only: motion_t
    implicit none
    private
    public :: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
@@ -131,7 +131,7 @@ contains
          call row%add(dt)
          call row%add(real(p%n, dp))
          call row%add(real(grid%forest%leaf_count(), dp))
-         call row%add(smallest_occupied_cell(grid, p))
+         call row%add(smallest_occupied_cell(grid, motion%blocks))
          call row%add(m%kinetic_energy)
          call row%add(m%strain_energy)
          call row%add(motion%external_work)

@@ -1,14 +1,14 @@
 !> What a scene needs before anything is built: particles, cells, steps, samples, memory and room for its results. All numbers
 !> are real: an integer might not hold them.
 module hampm_needs
-   use hampm_failure, only: failure_t, exit_input
-   use hampm_assembly, only: materials_of
    use hampm_kinds, only: dp, ndim
+   use hampm_assembly, only: materials_of
+   use hampm_failure, only: failure_t, exit_input
    use hampm_memory, only: memory_there_is
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
-   use hampm_step, only: stable_time_step
    use hampm_text, only: to_text
+   use hampm_time_step, only: stable_time_step
    implicit none
    private
    public :: needs_t, needs_of, check_needs, needs_report

@@ -3,7 +3,8 @@ module hampm_simulation
    use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
-   use hampm_assembly, only: assemble, place_crack
+   use hampm_assembly, only: assemble, choose_integrator, place_crack
+   use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack, only: crack_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
@@ -11,17 +12,17 @@ module hampm_simulation
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_step, check_tip
    use hampm_interruption, only: interruption_t
-   use hampm_local_steps, only: local_steps_t, choose_coarse_step, advance_coarsely
+   use hampm_integrator, only: integrator_t
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
-   use hampm_particles, only: smallest_occupied_cell
+   use hampm_motion, only: motion_t, update_particles
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: block_t
    use hampm_state, only: keep_motion, keep_refinement, keep_measurements
-   use hampm_step, only: motion_t, settle, stable_time_step
    use hampm_threads, only: use_threads, thread_count, host_name
+   use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
    use hampm_views, only: particle_view, mesh_view
    use hampm_whereabouts, only: when
@@ -39,7 +40,7 @@ module hampm_simulation
       type(measurements_t) :: measurements
       type(results_t) :: results
       type(refinement_t) :: refinement
-      type(local_steps_t) :: local_steps
+      class(integrator_t), allocatable :: integrator
       type(progress_t) :: progress
       type(interruption_t) :: interruption
       real(dp) :: longest_step = 0               !! time step (31) [s]
@@ -62,6 +63,7 @@ contains
       type(failure_t), intent(inout) :: failure
       s%scene = scene
       call assemble(scene, s%motion, s%refinement, failure)
+      call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
       call refine_at_start(s%refinement, s%motion, failure)
       if (failure%failed()) return
@@ -80,6 +82,7 @@ contains
       type(failure_t), intent(inout) :: failure
       s%scene = scene
       call assemble(scene, s%motion, s%refinement, failure)
+      call choose_integrator(scene, s%integrator)
       if (.not. failure%failed()) call keep_motion(checkpoint, s%motion)
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%motion%particles%n)
@@ -103,9 +106,7 @@ contains
       call checkpoint%keep('limit', s%limit)
       call checkpoint%keep('steps_left', s%steps_left)
       call checkpoint%keep('dt', s%dt)
-      call checkpoint%keep('largest_group', s%local_steps%largest)
-      if (s%local_steps%largest < 0 .or. s%local_steps%largest > s%motion%particles%groups%largest) &
-         call checkpoint%refuse('its time steps are not those of its cells')
+      call s%integrator%keep(s%motion, checkpoint)
       call checkpoint%keep('samples', s%samples)
       call checkpoint%keep('snapshots', s%snapshots)
       n = 0
@@ -165,7 +166,7 @@ contains
    !> The longest time step follows the smallest occupied cell.
    subroutine limit_time_step(s)
       type(simulation_t), intent(inout) :: s
-      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%particles), s%motion%materials, &
+      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%blocks), s%motion%materials, &
                                         s%scene%method%courant, s%scene%method%wave_speed)
    end subroutine limit_time_step
 
@@ -218,14 +219,14 @@ contains
          if (.not. failure%failed()) call look_for_interruption(s, failure)
          if (failure%failed()) return
          before = s%motion%steps
-         call advance_coarsely(s%local_steps, s%motion, s%dt, failure)
+         call s%integrator%advance(s%motion, s%dt, failure)
          if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, before, failure)
          if (failure%failed()) return
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1
-         if (abs(s%longest_step - s%limit) > 0 .or. s%motion%particles%groups%largest < s%local_steps%largest) s%steps_left = 0
+         if (abs(s%longest_step - s%limit) > 0 .or. s%integrator%has_to_choose(s%motion)) s%steps_left = 0
       end do
-      call settle(s%motion)
+      call update_particles(s%motion)
       s%motion%time = time
    end subroutine advance_to
 
@@ -237,8 +238,7 @@ contains
       call check_step(s%motion, s%longest_step, failure)
       if (failure%failed()) return
       s%limit = s%longest_step
-      call choose_coarse_step(s%local_steps, s%motion, time - s%motion%time, s%limit, s%steps_left)
-      s%dt = (time - s%motion%time)/(s%steps_left*2**s%local_steps%largest)
+      call s%integrator%choose_steps(s%motion, time - s%motion%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
 
    !> After a step: let particles and, at its interval, mesh follow the motion.
@@ -253,7 +253,7 @@ contains
          call limit_time_step(s)
       end if
       if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
-      call settle(s%motion)
+      call update_particles(s%motion)
       call refine(s%refinement, s%motion, adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
    end subroutine adapt

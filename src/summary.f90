@@ -35,7 +35,7 @@ contains
       integer :: leaf
       text = 'particles       '//to_text(s%motion%particles%n)//nl// &
              'cells           '//to_text(s%motion%grid%forest%leaf_count())//', of which occupied '// &
-             to_text(count([(is_occupied(s%motion%grid, s%motion%particles, leaf), &
+             to_text(count([(is_occupied(s%motion%grid, s%motion%blocks, leaf), &
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
              'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl

@@ -3,10 +3,10 @@ module hampm_views
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
-   use hampm_nodal_fields, only: at_start
+   use hampm_motion, only: motion_t
+   use hampm_nodal_fields, only: v_n
    use hampm_refinement, only: refinement_t
    use hampm_snapshots, only: block_t, vtk_quad
-   use hampm_step, only: motion_t
    implicit none
    private
    public :: particle_view, mesh_view
@@ -68,10 +68,10 @@ contains
          view%offsets = [(corners*e, e=0, grid%n_elements)]
          view%cell_types = spread(vtk_quad, 1, grid%n_elements)
          call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
-         call view%add_point_field('velocity', f%velocity(:, :, at_start))
+         call view%add_point_field('velocity', f%velocity(:, :, v_n))
          call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
-         call view%add_cell_field('particles', reshape(real(motion%particles%count_in, dp), [1, grid%n_elements]))
+         call view%add_cell_field('particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
       end associate
    end subroutine mesh_view
 end module hampm_views

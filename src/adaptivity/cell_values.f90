@@ -1,8 +1,8 @@
 !> Values by leaf from values by node or particle.
 module hampm_cell_values
    use hampm_kinds, only: dp, corners
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t, most_nodes_of_leaf
-   use hampm_particles, only: particles_t
    implicit none
    private
    public :: mean_of_nodes, is_occupied, sum_over_particles
@@ -40,23 +40,23 @@ contains
    end subroutine nodes_of_leaf
 
    !> Whether there are particles in a leaf.
-   pure logical function is_occupied(grid, p, leaf)
+   pure logical function is_occupied(grid, blocks, leaf)
       type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: leaf
-      is_occupied = any(p%count_in(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) > 0)
+      is_occupied = any(blocks%count_in(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) > 0)
    end function is_occupied
 
    !> Sum of a value over the particles of a leaf.
-   pure real(dp) function sum_over_particles(grid, p, leaf, value) result(total)
+   pure real(dp) function sum_over_particles(grid, blocks, leaf, value) result(total)
       type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: leaf
       real(dp), intent(in) :: value(:)           !! (n)
       integer :: e, i
       total = 0
       do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
-         do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             total = total + value(i)
          end do
       end do

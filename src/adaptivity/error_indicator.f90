@@ -4,8 +4,8 @@ module hampm_error_indicator
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_recovery, only: recover
-   use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
    public :: estimate_errors
@@ -35,7 +35,7 @@ contains
          end do
          call refresh_grid(m)
          do k = 1, size(m%materials)
-            call recover(grid, p, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+            call recover(grid, p, m%blocks, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
             do i = 1, p%n
                if (p%material(i) /= k) cycle
                associate (e => p%cell(i))
@@ -47,7 +47,7 @@ contains
             end do
          end do
          do leaf = 1, size(squared)
-            squared(leaf) = sum_over_particles(grid, p, leaf, error)
+            squared(leaf) = sum_over_particles(grid, m%blocks, leaf, error)
          end do
       end associate
    end subroutine estimate_errors

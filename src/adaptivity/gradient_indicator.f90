@@ -5,8 +5,8 @@ module hampm_gradient_indicator
    use hampm_cell_values, only: is_occupied
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_recovery, only: recover
-   use hampm_step, only: motion_t, refresh_grid
    implicit none
    private
    public :: nodal_field, refinement_parameter
@@ -42,7 +42,7 @@ contains
       if (is_energy) then
          call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
       else
-         call recover(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
+         call recover(m%grid, m%particles, m%blocks, m%fields%mass_matrix, 1, value, phi)
       end if
    end subroutine nodal_field
 
@@ -116,7 +116,7 @@ contains
          end do
          e = m%grid%element_at(probe)
          inside = e /= outside
-         if (inside) inside = is_occupied(m%grid, m%particles, m%grid%element_leaf(e))
+         if (inside) inside = is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))
          if (.not. inside) cycle
          shape = shape_functions(m%grid%local_coordinate(e, x))
          do c = 1, corners

@@ -5,6 +5,7 @@
 module hampm_leaf_field
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t, most_nodes_of_leaf
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
@@ -29,16 +30,17 @@ contains
 
    !> Twist of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It
    !> counts in the grid's coordinates: in space, in the total frame in the reference configuration.
-   function twist_of_element(grid, p, e, body) result(twist)
+   function twist_of_element(grid, p, blocks, e, body) result(twist)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: e, body
       real(dp) :: twist(ndim)
       real(dp) :: matrix(most_nodes_of_leaf, most_nodes_of_leaf), rhs(most_nodes_of_leaf, ndim), part(corners, most_nodes_of_leaf)
       real(dp) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim), at_corner(corners, ndim), deviation(ndim)
       integer :: node(most_nodes_of_leaf), in_element(most_nodes_of_leaf), n, n_here, i, k, info
       twist = 0
-      call find_means(grid, p, grid%element_leaf(e), body, middle, mean_u, mean_gradient, n)
+      call find_means(grid, p, blocks, grid%element_leaf(e), body, middle, mean_u, mean_gradient, n)
       if (n < 2) return
       n = 0
       matrix = 0
@@ -46,7 +48,7 @@ contains
       deviation = 0
       associate (leaf => grid%element_leaf(e))
          do k = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
-            do i = p%first_in(k), p%last_in(k), p%stride_in(k)
+            do i = blocks%first_in(k), blocks%last_in(k), blocks%stride_in(k)
                if (p%body(i) /= body) cycle
                call add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
                deviation = max(deviation, maxval(abs(spatial_gradient(p, i) - mean_gradient), dim=2))
@@ -71,9 +73,10 @@ contains
    end function twist_of_element
 
    !> Number and means of the particles of a body in a leaf: place, displacement and gradient.
-   subroutine find_means(grid, p, leaf, body, middle, mean_u, mean_gradient, n)
+   subroutine find_means(grid, p, blocks, leaf, body, middle, mean_u, mean_gradient, n)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: leaf, body
       real(dp), intent(out) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim)
       integer, intent(out) :: n
@@ -83,7 +86,7 @@ contains
       mean_u = 0
       mean_gradient = 0
       do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
-         do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             if (p%body(i) /= body) cycle
             n = n + 1
             middle = middle + p%place_in_grid(i)

@@ -12,9 +12,8 @@ module hampm_matching
    use hampm_grid, only: build_grid
    use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_particles, only: fit_workspace
+   use hampm_motion, only: motion_t, fit_to_grid, sort_particles, sort_anew, refresh_grid
    use hampm_splitting, only: start_families, split, recombine
-   use hampm_step, only: motion_t, fit_to_grid, sort_particles, sort_anew, refresh_grid
    implicit none
    private
    public :: match_particles, adopt_forest
@@ -35,8 +34,6 @@ contains
       if (failure%failed()) return
       cuts = m%grid%cuts
       call build_grid(forest, m%grid, failure, cuts)
-      if (failure%failed()) return
-      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
       if (failure%failed()) return
       call sort_particles(m, failure)
       if (failure%failed()) return
@@ -102,10 +99,10 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
       if (.not. any(marked)) return
-      call split(m%particles, marked, velocity_gradients(m, marked), twists(m, marked), first_child)
+      call split(m%particles, marked, velocity_gradients(m, marked), twists(m, marked), first_child, failure)
+      if (failure%failed()) return
       call follow_split(m%loads, m%particles, marked, first_child)
-      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
-      if (.not. failure%failed()) call sort_anew(m, failure)
+      call sort_anew(m, failure)
    end subroutine split_marked
 
    !> Recombine the families of which all are marked, and sort.
@@ -119,11 +116,10 @@ contains
       families = 0
       if (.not. any(marked)) return
       reference = m%particles%reference
-      call recombine(m%particles, marked, m%grid%forest, families, new_number)
-      if (families == 0) return
+      call recombine(m%particles, marked, m%grid%forest, families, new_number, failure)
+      if (families == 0 .or. failure%failed()) return
       call follow_recombination(m%loads, m%particles, reference, new_number)
-      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
-      if (.not. failure%failed()) call sort_anew(m, failure)
+      call sort_anew(m, failure)
    end subroutine recombine_marked
 
    !> Velocity gradient at the marked particles [1/s], from the momentum mapped to the grid as it is.
@@ -165,7 +161,7 @@ contains
       do i = 1, m%particles%n
          if (.not. marked(i)) cycle
          k = k + 1
-         twist(:, k) = twist_of_element(m%grid, m%particles, m%particles%cell(i), m%particles%body(i))
+         twist(:, k) = twist_of_element(m%grid, m%particles, m%blocks, m%particles%cell(i), m%particles%body(i))
       end do
    end function twists
 

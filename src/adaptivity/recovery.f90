@@ -5,6 +5,7 @@
 !> the first order.
 module hampm_recovery
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t, element_of_slot
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_particles, only: particles_t
@@ -18,9 +19,10 @@ module hampm_recovery
 contains
 
    !> Nodal values of a field of `width` components, from all particles or from those of one material.
-   subroutine recover(grid, p, matrix, width, field, nodal, material)
+   subroutine recover(grid, p, blocks, matrix, width, field, nodal, material)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       type(mass_matrix_t), intent(in) :: matrix
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
@@ -30,16 +32,17 @@ contains
       nodal(:, :grid%n_points) = 0
       associate (all => matrix%all)
          do a = 1, all%n_nodes
-            call fit(grid, p, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
+            call fit(grid, p, blocks, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
          end do
          call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), width, nodal)
       end associate
    end subroutine recover
 
    !> Value at a node of the linear function that fits the particles around it.
-   subroutine fit(grid, p, node, width, field, value, material)
+   subroutine fit(grid, p, blocks, node, width, field, value, material)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node, width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: value(width)
@@ -54,7 +57,7 @@ contains
       moment = 0
       do k = 1, n_leaves
          do e = grid%leaf_element(leaf(k)), grid%leaf_element(leaf(k) + 1) - 1
-            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                if (present(material)) then
                   if (p%material(i) /= material) cycle
                end if

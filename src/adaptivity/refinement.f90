@@ -8,7 +8,7 @@ module hampm_refinement
    use hampm_forest, only: forest_t, outside
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_matching, only: adopt_forest, match_particles
-   use hampm_step, only: motion_t
+   use hampm_motion, only: motion_t
    use hampm_text, only: to_text
    implicit none
    private
@@ -121,7 +121,7 @@ contains
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(in) :: m
       integer, intent(in) :: leaf
-      may = is_occupied(m%grid, m%particles, leaf) .and. is_in_box(r, m, leaf)
+      may = is_occupied(m%grid, m%blocks, leaf) .and. is_in_box(r, m, leaf)
       if (.not. may) return
       may = m%grid%forest%level_of(leaf) < r%max_level
       r%reached_max_level = r%reached_max_level .or. .not. may
@@ -173,7 +173,7 @@ contains
       least = r%energy_floor*maxval(phi)
       r%largest_r = 0
       do leaf = 1, size(change)
-         if (.not. is_occupied(m%grid, m%particles, leaf)) then
+         if (.not. is_occupied(m%grid, m%blocks, leaf)) then
             if (r%r_coarsen > 0) change(leaf) = -1
             cycle
          end if

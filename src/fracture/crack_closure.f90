@@ -2,6 +2,7 @@
 !> Mode 1 opens the faces, mode 2 slides them. On a symmetry plane there is no mode 2.
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack, only: crack_t, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_extrapolation, only: extrapolate
@@ -19,11 +20,12 @@ module hampm_crack_closure
 contains
 
    !> How far the faces have parted at their nodes `face`: opening and sliding of the upper against the lower one [m].
-   pure function crack_opening(crack, face, grid, p) result(opening)
+   pure function crack_opening(crack, face, grid, p, blocks) result(opening)
       type(crack_t), intent(in) :: crack
       integer, intent(in) :: face(2)             !! `behind` or `mouth` of the crack
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       real(dp) :: opening(modes)
       type(patch_t) :: patch
       real(dp) :: u(ndim, 2)
@@ -31,7 +33,7 @@ contains
       u = 0
       do k = 1, 2
          if (face(k) == 0) cycle
-         call patch_of_face(grid, p, face(k), patch)
+         call patch_of_face(grid, p, blocks, face(k), patch)
          u(:, k) = fitted_displacement(patch, p)
       end do
       opening = parted(crack, u)
@@ -91,15 +93,16 @@ contains
    !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
    !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
    !> and the sliding.
-   pure function nodal_force_closure(crack, grid, p, materials, thickness) result(g)
+   pure function nodal_force_closure(crack, grid, p, blocks, materials, thickness) result(g)
       type(crack_t), intent(in) :: crack
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: thickness          !! [m]
       real(dp) :: g(modes)
-      g = abs(matmul(transmitted_force(crack, grid, p, materials), crack%line%axis(:, [2, 1]))) &
-          *crack_opening(crack, crack%behind, grid, p)/(2*crack%step*thickness)
+      g = abs(matmul(transmitted_force(crack, grid, p, blocks, materials), crack%line%axis(:, [2, 1]))) &
+          *crack_opening(crack, crack%behind, grid, p, blocks)/(2*crack%step*thickness)
    end function nodal_force_closure
 
    !> Force with which the material above the crack's line pulls, through the tip node, on that below it [N]: what it exerts on the
@@ -107,10 +110,11 @@ contains
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
    !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
    !> reaction of the constraint, opposite to the internal force.
-   pure function transmitted_force(crack, grid, p, materials) result(force)
+   pure function transmitted_force(crack, grid, p, blocks, materials) result(force)
       type(crack_t), intent(in) :: crack
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       real(dp) :: force(ndim)
       type(patch_t) :: patch
@@ -120,7 +124,7 @@ contains
       mass = 0
       do k = 1, 2
          if (.not. crack%line%face(k)) cycle
-         call patch_around(grid, p, crack%tip, patch, toward=(3 - 2*k)*crack%line%axis(:, 2))
+         call patch_around(grid, p, blocks, crack%tip, patch, toward=(3 - 2*k)*crack%line%axis(:, 2))
          f(:, k) = internal_force(patch, p, materials)
          mass(k) = patch_mass(patch, p)
       end do

@@ -3,6 +3,7 @@
 module hampm_domain_integral
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
@@ -57,10 +58,11 @@ contains
    !> and F the force with which the faces press on each other. J holds for any elastic law (Nakamura, Shih & Freund 1985), K for
    !> small strain (Yau, Wang & Corten 1980). The constant c has no part in the integrals, but takes the rotation of the disc out
    !> of the errors of the sums.
-   pure subroutine domain_integrals(domain, grid, p, materials, state, j, k)
+   pure subroutine domain_integrals(domain, grid, p, blocks, materials, state, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       type(nodal_state_t), intent(in) :: state   !! of these particles
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
@@ -71,14 +73,14 @@ contains
       type(sample_t) :: s
       integer :: n, i
       call weight_nodes(domain, grid, q)
-      call find_elements(grid, p, q, elements)
-      c = mean_slope(domain, grid, p, q, elements)
+      call find_elements(grid, blocks, q, elements)
+      c = mean_slope(domain, grid, p, blocks, q, elements)
       j = 0
       k = 0
       do n = 1, size(elements)
          associate (e => elements(n))
             at_corner = q(:, grid%element_nodes(:, e))
-            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                call take_sample(domain, grid, p, i, materials(p%material(i)), state, c, s)
                call add_to_j(s, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), j)
                call add_to_interaction(s, domain, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), k)
@@ -125,23 +127,24 @@ contains
    end subroutine weight_nodes
 
    !> The elements with particles in which q of some disc is above 0, ascending.
-   pure subroutine find_elements(grid, p, q, elements)
+   pure subroutine find_elements(grid, blocks, q, elements)
       type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: q(:, :)
       integer, allocatable, intent(out) :: elements(:)
       integer :: n
-      associate (occupied => p%occupied(:p%n_occupied))
+      associate (occupied => blocks%occupied(:blocks%n_occupied))
          elements = pack(occupied, [(any(q(:, grid%element_nodes(:, occupied(n))) > 0), n=1, size(occupied))])
       end associate
    end subroutine find_elements
 
    !> Mean of u,1 over the discs, in the axes of the crack [-]. On a symmetry plane there is a stress normal to it, so that only the
    !> component along it may be subtracted.
-   pure function mean_slope(domain, grid, p, q, elements) result(c)
+   pure function mean_slope(domain, grid, p, blocks, q, elements) result(c)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: q(:, :)
       integer, intent(in) :: elements(:)
       real(dp) :: c(ndim)
@@ -151,7 +154,7 @@ contains
       total = 0
       do n = 1, size(elements)
          associate (e => elements(n))
-            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                weight = p%volume(i)*sum(q(:, grid%element_nodes(:, e)))
                c = c + weight*matmul(p%gradient(i, :, :), domain%direction)
                total = total + weight

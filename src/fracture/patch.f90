@@ -2,6 +2,7 @@
 module hampm_patch
    use hampm_kinds, only: dp, ndim, corners, most_neighbours
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t, element_of_slot, corner_of_slot, is_toward
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
@@ -22,9 +23,10 @@ module hampm_patch
 contains
 
    !> Collect the patch of occupied cells around a node, or of those on one side of it, in the direction `toward`.
-   pure subroutine patch_around(grid, p, node, patch, toward)
+   pure subroutine patch_around(grid, p, blocks, node, patch, toward)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp), intent(in), optional :: toward(ndim)
@@ -33,13 +35,13 @@ contains
       wanted = grid%node_slot(:, node) > 0
       if (present(toward)) wanted = wanted .and. [(is_toward(grid%node_slot(c, node), toward), c=1, corners)]
       associate (slots => pack(grid%node_slot(:, node), wanted))
-         room = sum(p%count_in(element_of_slot(slots)))
+         room = sum(blocks%count_in(element_of_slot(slots)))
          call new_patch(node, room, patch)
          do k = 1, size(slots)
             e = element_of_slot(slots(k))
-            if (p%count_in(e) == 0) cycle
+            if (blocks%count_in(e) == 0) cycle
             call number_nodes(grid, e, patch, local)
-            do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                call add_particle(grid, e, corner_of_slot(slots(k)), local, i, p%place_in_grid(i), patch)
             end do
          end do
@@ -48,14 +50,15 @@ contains
 
    !> The patch by which the displacement of a node of the crack's faces is found: that around it or, where its material has moved
    !> by more than a small part of a cell, the particles that were in the cells around it at the beginning.
-   pure subroutine patch_of_face(grid, p, node, patch)
+   pure subroutine patch_of_face(grid, p, blocks, node, patch)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp), parameter :: small = 0.1_dp      !! part of a cell
       real(dp) :: cell
-      call patch_around(grid, p, node, patch)
+      call patch_around(grid, p, blocks, node, patch)
       if (p%total_frame) return
       cell = grid%smallest_leaf_at(node)
       if (patch%n > 0) then

@@ -6,14 +6,15 @@
 !> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
 !> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
 !> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the
-!> mean position and the volume-weighted H.
+!> mean position, and the volume-weighted H and history of the laws.
 !>
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
 !> find each other wherever they have moved.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset, outside
-   use hampm_particles, only: particles_t
+   use hampm_particles, only: particles_t, take_particles
    use hampm_place_table, only: place_table_t
    use hampm_tensors, only: identity
    implicit none
@@ -48,9 +49,9 @@ contains
       offset = (2*corner_offset(c) - 1)*spacing_of(p, i)/4
    end function child_offset
 
-   !> Split the marked particles. The children of a particle stand together where it stood. The workspace has to be fitted and the
-   !> particles sorted afterwards.
-   subroutine split(p, marked, velocity_gradient, twist, first_child)
+   !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
+   !> afterwards. Fails where the memory does not suffice.
+   subroutine split(p, marked, velocity_gradient, twist, first_child, failure)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                     !! (n)
       real(dp), intent(in) :: velocity_gradient(:, :, :)   !! L of the marked ones, in space; in the total frame in the
@@ -58,6 +59,7 @@ contains
       real(dp), intent(in) :: twist(:, :)                  !! t of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/m]; (ndim, marked)
       integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, (n)
+      type(failure_t), intent(inout) :: failure
       integer, allocatable :: origin(:)
       integer :: i, c, k, marks
       allocate (first_child(p%n), origin(p%n + (corners - 1)*count(marked)))
@@ -69,7 +71,8 @@ contains
             origin(k) = i
          end do
       end do
-      call take(p, origin)
+      call take_particles(p, origin, failure)
+      if (failure%failed()) return
       marks = 0
       do i = 1, size(marked)
          if (.not. marked(i)) cycle
@@ -107,13 +110,14 @@ contains
    end subroutine become_child
 
    !> Recombine the families of siblings of which all are marked, and near each other, where that makes a particle as fine as the
-   !> leaf in which it then stands. The workspace has to be fitted and the particles sorted afterwards.
-   subroutine recombine(p, marked, forest, families, new_number)
+   !> leaf in which it then stands. The particles have to be sorted afterwards. Fails where the memory does not suffice.
+   subroutine recombine(p, marked, forest, families, new_number, failure)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                   !! (n)
       type(forest_t), intent(in) :: forest
       integer, intent(out) :: families                   !! how many were recombined
       integer, allocatable, intent(out) :: new_number(:) !! new place of each particle, or of the one that it is part of; (n)
+      type(failure_t), intent(inout) :: failure
       integer, allocatable :: member(:, :), origin(:)
       integer :: i, k, f
       call find_families(p, marked, forest, member, families)
@@ -130,7 +134,7 @@ contains
       do f = 1, families
          new_number(member(2:, f)) = new_number(member(1, f))
       end do
-      call take(p, origin)
+      call take_particles(p, origin, failure)
    end subroutine recombine
 
    !> The families that recombine, in the order of their first members.
@@ -222,29 +226,11 @@ contains
          p%displacement(k, :) = mean_of(p%displacement, siblings)
          p%velocity(k, :) = momentum/mass
          p%gradient(k, :, :) = gradient/volume
+         if (allocated(p%history)) p%history(k, :) = matmul(p%volume(siblings), p%history(siblings, :))/volume
          p%mass(k) = mass
          p%volume(k) = volume
          p%level(k) = p%level(k) - 1
          p%path(k) = p%path(k)/corners
       end associate
    end subroutine merge_into_first
-
-   !> Make particle k what particle origin(k) was.
-   subroutine take(p, origin)
-      type(particles_t), intent(inout) :: p
-      integer, intent(in) :: origin(:)
-      p%mass = p%mass(origin)
-      p%volume = p%volume(origin)
-      p%reference = p%reference(origin, :)
-      p%displacement = p%displacement(origin, :)
-      p%velocity = p%velocity(origin, :)
-      p%gradient = p%gradient(origin, :, :)
-      p%material = p%material(origin)
-      p%body = p%body(origin)
-      p%id = p%id(origin)
-      p%cell = p%cell(origin)
-      p%level = p%level(origin)
-      p%path = p%path(origin)
-      p%n = size(origin)
-   end subroutine take
 end module hampm_splitting

@@ -20,15 +20,17 @@
 !> A node that has no partner, as beside cells of another size where the cut is not `matched`, is free.
 module hampm_contact
    use hampm_kinds, only: dp, ndim, long
+   use hampm_archive, only: archive_t
    use hampm_cuts, only: cut_t, is_within
    use hampm_grid, only: grid_t, element_of_slot
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_nodal_fields, only: nodal_fields_t, at_start, new
+   use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    use hampm_nodal_motion, only: expand
    use hampm_place_table, only: place_table_t
+   use hampm_text, only: to_text
    implicit none
    private
-   public :: contact_t, fit_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart
+   public :: contact_t, fit_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart, keep_contact
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
 
@@ -42,7 +44,7 @@ module hampm_contact
       integer(long), allocatable :: along(:)     !! place along that, in integer coordinates of the forest, (n)
       real(dp), allocatable :: gap(:)            !! g [m], (n)
       logical, allocatable :: touches(:)         !! whether it was pressed together in the last step, (n)
-      real(dp), allocatable :: shared(:, :)      !! what sharing has changed of the velocities `at_start` [m/s], (sides, n)
+      real(dp), allocatable :: shared(:, :)      !! what sharing has changed of the velocities v^n [m/s], (sides, n)
    end type contact_t
 
 contains
@@ -145,14 +147,14 @@ contains
       end do
    end subroutine lump_at_pairs
 
-   !> Let the sides of pressed pairs have one normal velocity, `at_start` or `mapped`.
+   !> Let the sides of pressed pairs have one normal velocity, `v_n` or `v_mapped`.
    subroutine share_velocity(c, grid, f, which)
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: which
       integer :: k
-      if (which == at_start) then
+      if (which == v_n) then
          do k = 1, c%n
             associate (v => f%velocity(c%normal(k), c%node(:, k), which))
                c%shared(:, k) = shared_values(c, k, f%mass_matrix, v) - v
@@ -232,12 +234,12 @@ contains
             associate (m => f%mass_matrix%lumped(i), p => f%momentum(d, i))
                mapping_power = mapping_power + sum(f%force(d, i)*c%shared(:, k))
                if (.not. all(m > 0)) cycle
-               w = f%velocity(d, i, new)
+               w = f%velocity(d, i, v_next)
                gap = c%gap(k) + dt*(w(1) - w(2))
                if (gap < 0) then
                   change = (sum(m*w) - [m(2), -m(1)]*(c%gap(k)/dt))/sum(m) - w
                   c%touches(k) = .true.
-                  f%velocity(d, i, new) = w + change
+                  f%velocity(d, i, v_next) = w + change
                   f%acceleration(d, i) = f%acceleration(d, i) + change/dt
                   damping_power = damping_power + damping_rate*sum(p*change)
                   mapping_power = mapping_power - sum(p*change)/dt - damping_rate*sum(p*change)
@@ -248,6 +250,20 @@ contains
       end do
       if (.not. any(c%touches)) return
       call expand(grid, f%mass_matrix%all, f%acceleration)
-      call expand(grid, f%mass_matrix%all, f%velocity(:, :, new))
+      call expand(grid, f%mass_matrix%all, f%velocity(:, :, v_next))
    end subroutine keep_apart
+
+   !> Keep the gaps of faces that may touch.
+   subroutine keep_contact(contact, archive)
+      type(contact_t), intent(inout) :: contact
+      class(archive_t), intent(inout) :: archive
+      integer :: n
+      n = contact%n
+      call archive%section('contact')
+      call archive%keep('pairs', n)
+      if (n /= contact%n) call archive%refuse('it has '//to_text(n)//' pairs of nodes on faces, the grid has '//to_text(contact%n))
+      if (n == 0 .or. archive%failure%failed()) return
+      call archive%keep_reals('gap', size(contact%gap), contact%gap)
+      call archive%keep_logicals('touches', size(contact%touches), contact%touches)
+   end subroutine keep_contact
 end module hampm_contact

@@ -6,13 +6,16 @@
 !> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other.
 module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_archive, only: archive_t
    use hampm_basis, only: shape_functions
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
    use hampm_load_history, only: load_history_t
    use hampm_particles, only: particles_t
+   use hampm_text, only: to_text
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, add_load, book_work, point_displacement
+   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, add_load, book_work, point_displacement, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -31,9 +34,10 @@ contains
 
    !> A load shared equally by the material places `points`, each hosted by the nearest particle and the middle of a segment that
    !> reaches by `half` to both sides.
-   subroutine load_on_points(p, grid, points, half, load)
+   subroutine load_on_points(p, grid, blocks, points, half, load)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
       real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
       type(load_t), intent(inout) :: load
@@ -44,7 +48,7 @@ contains
       allocate (load%half(ndim, n), source=spread(half, 2, n))
       allocate (load%moved(ndim, n), source=0.0_dp)
       do k = 1, n
-         load%host(k) = nearest_particle(p, grid, points(:, k))
+         load%host(k) = nearest_particle(p, grid, blocks, points(:, k))
          load%offset(:, k) = points(:, k) - p%reference(load%host(k), :)
       end do
    end subroutine load_on_points
@@ -155,9 +159,10 @@ contains
    end function weights
 
    !> The particle nearest to a place: rings of cells around it are searched until one ring more cannot help.
-   integer function nearest_particle(p, grid, x) result(nearest)
+   integer function nearest_particle(p, grid, blocks, x) result(nearest)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: distance, best
       integer :: ring, home(ndim), offset(ndim), k, i, e, first, last
@@ -173,7 +178,7 @@ contains
                if (any(home + offset < 0 .or. home + offset >= forest%cells)) cycle
                call forest%leaves_of_root(home + offset, first, last)
                do e = grid%leaf_element(first), grid%leaf_element(last + 1) - 1
-                  do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+                  do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                      distance = sum((p%position(i) - x)**2)
                      if (distance < best) then
                         best = distance
@@ -197,4 +202,28 @@ contains
          rest = rest/(2*ring + 1)
       end do
    end function box_offset
+
+   !> Keep which particles carry the loads, and how far these have moved.
+   subroutine keep_loads(loads, archive)
+      type(load_t), intent(inout) :: loads(:)
+      class(archive_t), intent(inout) :: archive
+      integer :: l, n
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            n = size(load%host)
+            call archive%section('load_'//to_text(l))
+            call archive%keep('points', n)
+            if (archive%failure%failed()) return
+            if (archive%is_read) then
+               deallocate (load%share, load%host, load%offset, load%half, load%moved)
+               allocate (load%share(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
+            end if
+            call archive%keep_reals('share', n, load%share)
+            call archive%keep_integers('host', n, load%host)
+            call archive%keep_reals('offset', size(load%offset), load%offset)
+            call archive%keep_reals('half', size(load%half), load%half)
+            call archive%keep_reals('moved', size(load%moved), load%moved)
+         end associate
+      end do
+   end subroutine keep_loads
 end module hampm_loads

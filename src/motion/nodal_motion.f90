@@ -1,11 +1,12 @@
-!> The equations of motion of the nodes.
+!> The equations of motion of the nodes, with any mass matrix.
 module hampm_nodal_motion
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: region_t, nodes_per_block
-   use hampm_mass_solver, only: mass_solver_t, solve_mass
-   use hampm_nodal_fields, only: nodal_fields_t, at_start, new
+   use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
+   use hampm_mass_solver, only: mass_solver_t, solve_mass, by_lumped
+   use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
+   use hampm_nodal_kernels, only: divide_by_mass, advance_velocities
    implicit none
    private
    public :: find_velocity, accelerate, expand
@@ -14,17 +15,34 @@ contains
 
    !> Nodal velocities (8) from the mapped momentum [m/s]. The guess is the velocity that the nodes had last: it is the
    !> solution, but for the little by which the matrix has changed since and for what a partly lumped one filters.
-   subroutine find_velocity(grid, solver, f, which, latest, failure)
+   subroutine find_velocity(grid, solver, free, f, which, latest, failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
+      real(dp), intent(in), contiguous :: free(:, :)    !! 0 for fixed components of nodes, else 1; (ndim, n_points)
       type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: which                      !! which velocity to set: `at_start` or `mapped`
+      integer, intent(in) :: which                      !! which velocity to set: `v_n` or `v_mapped`
       integer, intent(in) :: latest                     !! the velocity that was found last
       type(failure_t), intent(inout) :: failure
       if (solver%iterates()) f%velocity(:, :, which) = f%velocity(:, :, latest)
-      call solve_mass(solver, grid, f%mass_matrix, f%momentum, f%velocity(:, :, which), failure)
+      call solve(grid, solver, free, f%mass_matrix, f%momentum, f%velocity(:, :, which), failure)
       call expand(grid, f%mass_matrix%all, f%velocity(:, :, which))
    end subroutine find_velocity
+
+   !> Solve M x = b at the nodes. On entry `x` holds a guess.
+   subroutine solve(grid, solver, free, matrix, b, x, failure)
+      type(grid_t), intent(in) :: grid
+      type(mass_solver_t), intent(inout) :: solver
+      real(dp), intent(in), contiguous :: free(:, :)
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: b(:, :)       !! (ndim, n_points)
+      real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      if (solver%by == by_lumped) then
+         call divide_by_mass(matrix%all%n_nodes, matrix%all%nodes, free, matrix%inverse_lumped, b, x)
+      else
+         call solve_mass(solver, grid, matrix, b, x, failure)
+      end if
+   end subroutine solve
 
    !> Nodal accelerations (5) with the damping force -alpha m v, and the velocities v + a dt that move the particles.
    !>
@@ -32,9 +50,10 @@ contains
    !>    mapping_power = dt sum F_i . a_i - sum f_i . (v_i + a_i dt),   F the total force, f the same without damping:
    !> with sum_p m dv**2/2 of the particles its first term is the kinetic energy that is lost between nodes and
    !> particles, and with the stress work and the work of the loads its second the energy that the scheme loses.
-   subroutine accelerate(grid, solver, damping_rate, dt, audit, f, damping_power, mapping_power, failure)
+   subroutine accelerate(grid, solver, free, damping_rate, dt, audit, f, damping_power, mapping_power, failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
+      real(dp), intent(in), contiguous :: free(:, :)    !! 0 for fixed components of nodes, else 1; (ndim, n_points)
       real(dp), intent(in) :: damping_rate              !! alpha [1/s]
       real(dp), intent(in) :: dt                        !! [s]
       logical, intent(in) :: audit                      !! whether the mapping power is wanted
@@ -44,16 +63,16 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: block, blocks, first
       if (solver%iterates()) call guess_acceleration(f)
-      call solve_mass(solver, grid, f%mass_matrix, f%force, f%acceleration, failure)
+      call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
       if (solver%iterates()) call remember_acceleration(f)
       call expand(grid, f%mass_matrix%all, f%acceleration)
       blocks = (f%mass_matrix%all%n_points - 1)/nodes_per_block + 1
       !$omp parallel do schedule(static) private(first)
       do block = 1, blocks
          first = (block - 1)*nodes_per_block + 1
-         call kick_nodes(min(nodes_per_block, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
-                         damping_rate, dt, audit .or. damping_rate > 0, f%momentum, f%force, f%velocity(1, 1, at_start), &
-                         f%acceleration, f%velocity(1, 1, new), f%partial_power(1, block))
+         call advance_velocities(min(nodes_per_block, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
+                                 damping_rate, dt, audit .or. damping_rate > 0, f%momentum, f%force, f%velocity(1, 1, v_n), &
+                                 f%acceleration, f%velocity(1, 1, v_next), f%partial_power(1, block))
       end do
       damping_power = damping_rate*sum(f%partial_power(1, :blocks))
       mapping_power = merge(sum(f%partial_power(2, :blocks)), 0.0_dp, audit)
@@ -80,30 +99,4 @@ contains
       f%past(:, :, 2) = f%past(:, :, 1)
       f%past(:, :, 1) = f%acceleration
    end subroutine remember_acceleration
-
-   !> Damp the accelerations of `n` points and find their new velocities and, where wanted, their share in the powers of
-   !> `accelerate`.
-   pure subroutine kick_nodes(n, nodes, damping_rate, dt, with_power, momentum, force, velocity, acceleration, new_velocity, power)
-      integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: damping_rate, dt, momentum(ndim, *), force(ndim, *), velocity(ndim, *)
-      logical, intent(in) :: with_power
-      real(dp), intent(inout) :: acceleration(ndim, *), new_velocity(ndim, *)
-      real(dp), intent(out) :: power(2)
-      real(dp) :: a(ndim), v(ndim)
-      integer :: k, i, d
-      power = 0
-      !GCC$ novector
-      do k = 1, n
-         i = nodes(k)
-         a = acceleration(:, i) - damping_rate*velocity(:, i)
-         v = velocity(:, i) + dt*a
-         acceleration(:, i) = a
-         new_velocity(:, i) = v
-         if (.not. with_power) cycle
-         do d = 1, ndim
-            power(1) = power(1) + momentum(d, i)*v(d)
-            power(2) = power(2) + dt*(force(d, i) - damping_rate*momentum(d, i))*a(d) - force(d, i)*v(d)
-         end do
-      end do
-   end subroutine kick_nodes
 end module hampm_nodal_motion

@@ -5,9 +5,10 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_nodal_fields, only: new, mapped, gather
-   use hampm_step, only: motion_t, refresh_grid
-   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_particles
+   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_nodal_fields, only: v_next, v_mapped, assemble
+   use hampm_particle_pass, only: pass_report_t, pass_over_all
+   use hampm_pass, only: pass_t
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -40,7 +41,7 @@ contains
       type(failure_t), intent(inout) :: failure
       call fit_to_points(m%grid%n_points, state)
       call refresh_grid(m)
-      state%velocity = m%fields%velocity(:, :, merge(mapped, new, m%scheme%remaps))
+      state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
       call solve(m, m%fields%momentum, state%velocity, failure)
       call gather_stress(m)
       call gather_loads(m, by_mass=.false.)
@@ -84,10 +85,10 @@ contains
    !> Internal forces of the particles as they are now; schemes that strain first have mapped those of the last step.
    subroutine gather_stress(m)
       type(motion_t), intent(inout) :: m
-      type(sweep_report_t) :: report
-      if (.not. m%scheme%map_at_start%map_force) call sweep_particles(sweep_t(map_force=.true.), 0.0_dp, m%materials, m%particles, &
-                                                                      m%fields, .false., report)
-      call gather(m%grid, m%fields, mass=.false., momentum=.false., force=.true.)
+      type(pass_report_t) :: report
+      if (.not. m%scheme%map_at_start%map_force) call pass_over_all(pass_t(map_force=.true.), 0.0_dp, m%materials, m%particles, &
+                                                                    m%blocks, m%fields, report)
+      call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
    end subroutine gather_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.

@@ -11,13 +11,13 @@
 !>   5. strain  usl: by v^(n+1); musl, and half of it usavg: by v^(n+1) as it is mapped anew from the particles;
 !>   6. G2P     displacements of the particles by v^(n+1).
 !>
-!> Here masses are lumped, and the faces of cracks do not touch. A hanging node has no equation of motion: what is summed there goes to
-!> its masters, and its values are means of theirs.
+!> Here masses are lumped, and the faces of cracks do not touch. A hanging node has no equation of motion: what is summed there goes
+!> to its masters, and its values are means of theirs.
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_loads, only: add_loads, book_work
-   use hampm_step, only: motion_t
+   use hampm_motion, only: motion_t
    use hampm_tensors, only: identity
    implicit none
    private
@@ -77,8 +77,8 @@ contains
       call condense(m, 1, mass)
    end subroutine map_mass
 
-   !> P2G: the momenta p_i = sum m_p v_p N_i, and the velocities v_i = p_i/m_i that follow (8), (10); 0 where a component is fixed, and
-   !> at nodes without mass [m/s].
+   !> P2G: the momenta p_i = sum m_p v_p N_i, and the velocities v_i = p_i/m_i that follow (8), (10); 0 where a component is fixed,
+   !> and at nodes without mass [m/s].
    subroutine map_velocity(m, mass, v)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: mass(:)

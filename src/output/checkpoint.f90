@@ -5,6 +5,7 @@
 !> program or of another version, is cut off or damaged, or does not fit the scene.
 module hampm_checkpoint
    use hampm_kinds, only: dp, long
+   use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t, exit_file
    use hampm_file_moves, only: partial_name, replace_file, remove_file, file_exists
    use hampm_hdf5_file, only: hdf5_file_t
@@ -14,13 +15,11 @@ module hampm_checkpoint
    private
    public :: checkpoint_t, checkpoint_name
 
-   integer, parameter :: format = 1             !! of the file: to be raised with each change of what is kept
+   integer, parameter :: format = 2             !! of the file: to be raised with each change of what is kept
    character(*), parameter :: kind = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.
-   type :: checkpoint_t
-      logical :: is_read = .false.               !! whether the file is read, else it is written
-      type(failure_t) :: failure                 !! the first thing that went wrong; nothing is done after it
+   type, extends(archive_t) :: checkpoint_t
       type(hdf5_file_t), private :: file
       character(:), allocatable, private :: path
       character(:), allocatable, private :: group  !! of the next items, '/group/'
@@ -29,13 +28,11 @@ module hampm_checkpoint
       procedure :: open => open_checkpoint
       procedure :: finish
       procedure :: section
-      generic :: keep => keep_real, keep_integer, keep_long, keep_logical, keep_text
+      procedure :: keep_text
       procedure :: keep_reals
       procedure :: keep_integers
       procedure :: keep_longs
-      procedure :: keep_logicals
       procedure :: refuse
-      procedure, private :: keep_real, keep_integer, keep_long, keep_logical, keep_text
    end type checkpoint_t
 
 contains
@@ -122,50 +119,6 @@ contains
       call self%failure%report(exit_file, self%path//': cannot be resumed: '//why)
    end subroutine refuse
 
-   !> Keep a real number.
-   subroutine keep_real(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      real(dp), intent(inout) :: value
-      real(dp) :: values(1)
-      values = value
-      call self%keep_reals(name, 1, values)
-      value = values(1)
-   end subroutine keep_real
-
-   !> Keep an integer.
-   subroutine keep_integer(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer, intent(inout) :: value
-      integer :: values(1)
-      values = value
-      call self%keep_integers(name, 1, values)
-      value = values(1)
-   end subroutine keep_integer
-
-   !> Keep a long integer.
-   subroutine keep_long(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer(long), intent(inout) :: value
-      integer(long) :: values(1)
-      values = value
-      call self%keep_longs(name, 1, values)
-      value = values(1)
-   end subroutine keep_long
-
-   !> Keep a logical value.
-   subroutine keep_logical(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      logical, intent(inout) :: value
-      logical :: values(1)
-      values = value
-      call self%keep_logicals(name, 1, values)
-      value = values(1)
-   end subroutine keep_logical
-
    !> Keep a text.
    subroutine keep_text(self, name, text)
       class(checkpoint_t), intent(inout) :: self
@@ -226,19 +179,6 @@ contains
       call self%file%get(self%group//name, found, self%failure)
       if (fits(self, name, n, size(found))) values = found
    end subroutine keep_longs
-
-   !> Keep the first `n` elements of an array of logical values of any shape.
-   subroutine keep_logicals(self, name, n, values)
-      class(checkpoint_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer, intent(in) :: n
-      logical, intent(inout) :: values(n)
-      integer, allocatable :: numbers(:)
-      allocate (numbers(n))
-      numbers = merge(1, 0, values)
-      call self%keep_integers(name, n, numbers)
-      values = numbers == 1
-   end subroutine keep_logicals
 
    !> Whether an array that was read has the length that is expected.
    logical function fits(self, name, expected, found)

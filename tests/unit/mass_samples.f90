@@ -5,9 +5,9 @@ module hampm_mass_samples
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_mass_solver, only: solve_mass
-   use hampm_particles, only: sort_into_cells
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_samples, only: start
-   use hampm_step, only: motion_t, refresh_grid
+   use hampm_sorting, only: sort_into_cells
    implicit none
    private
    public :: choice_of, map_mass, displace, dense_matrix, solution
@@ -51,7 +51,7 @@ contains
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = range*(2*r(:, i) - 1) + shift
       end do
-      call sort_into_cells(m%particles, m%grid, failure)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       call check(.not. failure%failed(), 'the displaced particles are in the grid')
    end subroutine displace
 
@@ -77,8 +77,8 @@ contains
          end do
          return
       end if
-      do k = 1, m%particles%n_occupied
-         associate (e => m%particles%occupied(k))
+      do k = 1, m%blocks%n_occupied
+         associate (e => m%blocks%occupied(k))
             associate (nodes => m%grid%element_nodes(:, e))
                a(nodes, nodes) = a(nodes, nodes) + m%fields%mass_matrix%cell(:, :, e)
             end associate

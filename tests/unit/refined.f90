@@ -2,7 +2,7 @@
 module hampm_refined
    use hampm_kinds, only: dp, ndim
    use hampm_forest, only: forest_t
-   use hampm_step, only: motion_t
+   use hampm_motion, only: motion_t
    implicit none
    private
    public :: refine_box, misplaced, is_balanced, spans_lattice
@@ -37,11 +37,11 @@ contains
       logical :: is_inside
       counted = 0
       misplaced = 0
-      associate (p => m%particles, grid => m%grid)
+      associate (p => m%particles, blocks => m%blocks, grid => m%grid)
          do leaf = 1, grid%forest%leaf_count()
             lower = grid%forest%position(grid%forest%place_of(leaf))
             do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
-               do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   counted(i) = counted(i) + 1
                   is_inside = all(p%place_in_grid(i) >= lower - 1.0e-12_dp .and. &
                                   p%place_in_grid(i) <= lower + grid%forest%size_of(leaf) + 1.0e-12_dp)

@@ -10,8 +10,10 @@ module hampm_samples
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t
    use hampm_material, only: material_t
-   use hampm_particles, only: new_particles, sort_into_cells
-   use hampm_step, only: motion_t, start_motion, advance
+   use hampm_motion, only: motion_t, start_motion
+   use hampm_particles, only: new_particles
+   use hampm_sorting, only: sort_into_cells
+   use hampm_step, only: advance
    implicit none
    private
    public :: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual, thickness
@@ -42,7 +44,7 @@ contains
          n = n + product(rectangles(k)%points)
       end do
       call build_grid(forest, m%grid, failure, cuts)
-      call new_particles(n, m%grid%n_elements, m%particles, failure)
+      call new_particles(n, m%particles, failure)
       m%materials = [material]
       first = 1
       do k = 1, size(rectangles)
@@ -51,7 +53,7 @@ contains
             first = first + product(r%points)
          end associate
       end do
-      call sort_into_cells(m%particles, m%grid, failure)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       call check_failure(failure)
    end subroutine place_bodies
 

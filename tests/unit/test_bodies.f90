@@ -33,7 +33,7 @@ contains
       integer :: n(ndim), total, d, i
       n = points_along(lower, upper, cell, points_per_cell)
       total = product(n)
-      call new_particles(total, 1, p, failure)
+      call new_particles(total, p, failure)
       call fill_rectangle(p, 1, n, lower, upper, thickness, density, [1.0_dp, 2.0_dp], 3, 4)
       mass = density*thickness*product(upper - lower)
       call check_close(sum(p%mass)/mass, 1.0_dp, total*epsilon(mass), 'mass = density area thickness')

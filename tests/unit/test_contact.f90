@@ -1,5 +1,6 @@
 !> Contact of the faces of a cut: pressed together they are as one body, pulled they part, and they slide freely.
 program test_contact
+   use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constrain_box
    use hampm_contact, only: contact_t, fit_contact
    use hampm_cuts, only: cut_t, cut_of
@@ -8,16 +9,14 @@ program test_contact
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish
-   use hampm_kinds, only: dp, ndim
    use hampm_loads, only: load_on_particles, load_on_points
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t, fit_to_grid, sort_particles
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
-   use hampm_particles, only: fit_workspace
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual, thickness
-   use hampm_step, only: motion_t, fit_to_grid, sort_particles
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp, line = 0.7_dp   !! of blocks: the cells, and the place of the cut [m]
@@ -197,7 +196,7 @@ contains
       m%damping_rate = 2
       allocate (m%loads(1))
       m%loads(1)%force = [0.0_dp, -1.0e-3_dp]
-      call load_on_points(m%particles, m%grid, reshape([(0.3_dp + (i - 0.5_dp)/side, 1.2_dp, i=1, side)], [ndim, side]), &
+      call load_on_points(m%particles, m%grid, m%blocks, reshape([(0.3_dp + (i - 0.5_dp)/side, 1.2_dp, i=1, side)], [ndim, side]), &
                           [0.0_dp, 0.0_dp], m%loads(1))
       call start(m, 'musl')
    end subroutine build_pressed
@@ -280,7 +279,6 @@ contains
       cuts = m%grid%cuts
       cuts%matched = matched
       call build_grid(forest, m%grid, failure, cuts)
-      call fit_workspace(m%particles, m%particles%n, m%grid%n_elements, failure)
       call sort_particles(m, failure)
       call fit_to_grid(m, failure)
       call check(.not. failure%failed(), 'the grid is refined on one side')
@@ -398,7 +396,7 @@ contains
       do k = 1, m%contact%n
          if (any(m%fields%mass_matrix%lumped(m%contact%node(:, k)) < 0.9_dp*most)) cycle
          do side = 1, 2
-            call patch_around(m%grid, m%particles, m%contact%node(side, k), patch)
+            call patch_around(m%grid, m%particles, m%blocks, m%contact%node(side, k), patch)
             u(:, side) = fitted_displacement(patch, m%particles)
          end do
          gap_error = max(gap_error, abs(u(2, 1) - u(2, 2) - m%contact%gap(k)))

@@ -17,9 +17,9 @@ program test_crack_closure
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
    use hampm_material, only: new_material
-   use hampm_samples, only: rectangle_t, place_bodies, start, thickness
-   use hampm_step, only: motion_t, refresh_grid
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
+   use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    implicit none
 
    real(dp), parameter :: cell = 0.25_dp, young = 50.0_dp, poisson = 0.3_dp
@@ -79,7 +79,7 @@ contains
          do node = 1, grid%n_nodes
             if (all(grid%node_position(:, node) > [-2.1_dp, -0.1_dp]*cell .and. &
                     grid%node_position(:, node) < [2.1_dp, 2.1_dp]*cell)) then
-               call patch_around(grid, p, node, patch)
+               call patch_around(grid, p, m%blocks, node, patch)
                u = fitted_displacement(patch, p)
                error = max(error, maxval(abs(u - nodal(:, node))))
                call check(all(ieee_is_finite(u)), 'the fitted displacement is finite')
@@ -88,7 +88,7 @@ contains
          end do
          if (points > 1) call check_close(error, 0.0_dp, 1.0e-11_dp, 'the fit returns the nodal values of a finite element field')
          p%displacement = spread([0.3_dp, -0.2_dp], 1, p%n)
-         call patch_around(grid, p, grid%node_at([0.0_dp, cell]), patch)
+         call patch_around(grid, p, m%blocks, grid%node_at([0.0_dp, cell]), patch)
          u = fitted_displacement(patch, p)
          call check_close(maxval(abs(u - [0.3_dp, -0.2_dp])), 0.0_dp, 1.0e-14_dp, 'the fit returns a uniform displacement')
          do i = 1, size(masses)
@@ -116,10 +116,10 @@ contains
             p%gradient(i, :, :) = h
          end do
          stress = m%materials(1)%kirchhoff_stress(h)
-         call patch_around(grid, p, grid%node_at([0.0_dp, cell]), patch)
+         call patch_around(grid, p, m%blocks, grid%node_at([0.0_dp, cell]), patch)
          call check_close(norm2(internal_force(patch, p, m%materials)), 0.0_dp, 1.0e-16_dp*young, &
                           'a uniform stress puts no force on inner nodes')
-         call patch_around(grid, p, grid%node_at([0.0_dp, 0.0_dp]), patch)
+         call patch_around(grid, p, m%blocks, grid%node_at([0.0_dp, 0.0_dp]), patch)
          call check_close(norm2(internal_force(patch, p, m%materials) - stress(:, 2)*cell*thickness), 0.0_dp, 1.0e-16_dp*young, &
                           'the force on a node of the edge is its traction times its area')
       end associate
@@ -146,10 +146,10 @@ contains
          end do
          do turn = 1, -1, -2
             p%displacement(:, 2) = turn*side*d
-            opening = crack_opening(crack, crack%behind, m%grid, p)
+            opening = crack_opening(crack, crack%behind, m%grid, p, m%blocks)
             call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
             p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
-            g_force = nodal_force_closure(crack, m%grid, p, m%materials, thickness)
+            g_force = nodal_force_closure(crack, m%grid, p, m%blocks, m%materials, thickness)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
@@ -196,11 +196,11 @@ contains
          p%reference = p%reference - p%displacement
          call find_crack(m%grid, line, crack, failure)
          call check(.not. failure%failed(), 'the tip has its nodes')
-         opening = crack_opening(crack, crack%behind, m%grid, p)
+         opening = crack_opening(crack, crack%behind, m%grid, p, m%blocks)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'opening and sliding are those of the faces')
-         opening = crack_opening(crack, crack%mouth, m%grid, p)
+         opening = crack_opening(crack, crack%mouth, m%grid, p, m%blocks)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'so are those at the mouth')
-         g = nodal_force_closure(crack, m%grid, p, m%materials, thickness)
+         g = nodal_force_closure(crack, m%grid, p, m%blocks, m%materials, thickness)
          call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'nodal force closure of both modes')
          call start(m, 'musl')
          call refresh_grid(m)

@@ -2,18 +2,19 @@
 !> if there were no patch.
 program test_crossing_levels
    use hampm_kinds, only: dp, ndim
+   use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constrain_box
    use hampm_energy, only: strain_energy, linear_momentum
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
-   use hampm_material, only: new_material
    use hampm_matching, only: match_particles
-   use hampm_particles, only: smallest_occupied_cell
+   use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_refined, only: refine_box, misplaced
    use hampm_refinement, only: follow_particles
    use hampm_samples, only: rectangle_t, place_bodies, start, total_energy, energy_residual
-   use hampm_step, only: motion_t, advance
+   use hampm_step, only: advance
    use hampm_text, only: to_text
    implicit none
 
@@ -131,7 +132,7 @@ contains
          if (failure%failed()) exit
          seen%misplaced = seen%misplaced + misplaced(m)
          seen%most_particles = max(seen%most_particles, m%particles%n)
-         seen%last_step = smallest_occupied_cell(m%grid, m%particles)/cell
+         seen%last_step = smallest_occupied_cell(m%grid, m%blocks)/cell
          seen%finest_step = max(seen%finest_step, m%grid%finest_cell/(cell*seen%last_step))
          seen%off_the_line = max(seen%off_the_line, norm2(centre_of_mass(m) - centre - step*dt*velocity))
          seen%momentum_change = max(seen%momentum_change, &

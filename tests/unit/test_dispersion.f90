@@ -25,8 +25,8 @@ program test_dispersion
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
-   use hampm_step, only: motion_t
    implicit none
 
    real(dp), parameter :: pi = acos(-1.0_dp)

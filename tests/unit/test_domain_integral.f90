@@ -9,11 +9,11 @@ program test_domain_integral
    use hampm_harness, only: check, check_close, finish
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
+   use hampm_motion, only: motion_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
-   use hampm_particles, only: sort_into_cells
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
-   use hampm_step, only: motion_t
+   use hampm_sorting, only: sort_into_cells
    use hampm_tensors, only: identity
    implicit none
 
@@ -136,7 +136,7 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp) :: found(1 + modes, size(radius))
       call domain_integrals(tip_domain_t(tip, direction, half, thickness, m%materials(1), radius), m%grid, m%particles, &
-                            m%materials, state, found(1, :), found(2:, :))
+                            m%blocks, m%materials, state, found(1, :), found(2:, :))
    end function integrals
 
    !> Given fields of known factors: they are found, the better the more cells there are in a disc.
@@ -333,7 +333,7 @@ contains
                end do
             end do
          end do
-         call sort_into_cells(p, m%grid, failure)
+         call sort_into_cells(m%sorting, p, m%grid, m%blocks, failure)
       end associate
       call check(.not. failure%failed(), 'the waves stay in the grid')
       m%mapped = .false.
@@ -357,7 +357,7 @@ contains
             p%displacement(i, :) = matmul(rotation - identity, p%reference(i, :) - tip)
          end do
          p%total_frame = total_frame
-         call sort_into_cells(p, m%grid, failure)
+         call sort_into_cells(m%sorting, p, m%grid, m%blocks, failure)
       end associate
       call check(.not. failure%failed(), 'the turned body is in the grid')
       found = integrals(m, directions(:, 1), .false., radius, rest(m))
@@ -393,7 +393,7 @@ contains
             p%displacement(i, :) = x + tip - p%reference(i, :)
             p%velocity(i, :) = drift + spin*[-x(2), x(1)]
          end do
-         call sort_into_cells(p, m%grid, failure)
+         call sort_into_cells(m%sorting, p, m%grid, m%blocks, failure)
          scale = 0.5_dp*rubber%density*maxval(sum(p%velocity**2, 2))*maxval(radius)
       end associate
       call check(.not. failure%failed(), 'the turned body is in the grid')

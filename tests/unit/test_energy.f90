@@ -6,8 +6,8 @@ program test_energy
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, place_bodies, thickness
-   use hampm_step, only: motion_t
    use hampm_threads, only: use_threads
    implicit none
 

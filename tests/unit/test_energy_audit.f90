@@ -8,8 +8,8 @@ program test_energy_audit
    use hampm_load_history, only: load_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual
-   use hampm_step, only: motion_t
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp
@@ -51,7 +51,7 @@ contains
       allocate (m%loads(2))
       m%loads(1)%force = [0.0_dp, 2.0e-4_dp]
       m%loads(1)%history = load_history_t(kind='sine', frequency=0.4_dp)
-      call load_on_points(m%particles, m%grid, reshape([0.71_dp, 0.4_dp, 0.71_dp, 0.5_dp, 0.71_dp, 0.6_dp], [ndim, 3]), &
+      call load_on_points(m%particles, m%grid, m%blocks, reshape([0.71_dp, 0.4_dp, 0.71_dp, 0.5_dp, 0.71_dp, 0.6_dp], [ndim, 3]), &
                           [0.0_dp, 0.0_dp], m%loads(1))
       m%loads(2)%force = [2.0e-3_dp, 0.0_dp]
       call load_on_particles(m%particles, [0.0_dp, 0.0_dp], [1.0_dp, 1.0_dp], m%loads(2))

@@ -13,8 +13,8 @@ program test_energy_drift
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy
-   use hampm_step, only: motion_t
    implicit none
 
    real(dp), parameter :: pi = acos(-1.0_dp)

@@ -9,8 +9,9 @@ program test_fast_bodies
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, place_bodies, start
-   use hampm_step, only: motion_t, advance
+   use hampm_step, only: advance
    implicit none
 
    character(7), parameter :: solvers(3) = ['cg     ', 'umfpack', 'banded ']

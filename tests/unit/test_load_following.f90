@@ -7,9 +7,9 @@ program test_load_following
    use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t, sort_anew
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_splitting, only: start_families, spacing_of
-   use hampm_step, only: motion_t, sort_anew
    use hampm_tensors, only: identity
    use hampm_text, only: to_text
    implicit none
@@ -47,8 +47,8 @@ contains
       allocate (m%loads(3))
       edge(1, :) = upper(1)
       edge(2, :) = [(lower(2) + (i - 0.5_dp)/4*(upper(2) - lower(2)), i=1, 4)]
-      call load_on_points(m%particles, m%grid, edge, [0.0_dp, (upper(2) - lower(2))/8], m%loads(traction))
-      call load_on_points(m%particles, m%grid, reshape(place_of_force, [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(at_point))
+      call load_on_points(m%particles, m%grid, m%blocks, edge, [0.0_dp, (upper(2) - lower(2))/8], m%loads(traction))
+      call load_on_points(m%particles, m%grid, m%blocks, reshape(place_of_force, [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(at_point))
       call load_on_particles(m%particles, lower, upper, m%loads(body))
       call start_families(m%particles)
       call start(m, 'musl')

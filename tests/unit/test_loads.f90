@@ -7,9 +7,9 @@ program test_loads
    use hampm_load_history, only: load_history_t
    use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work, follow_sort
    use hampm_material, only: new_material
-   use hampm_particles, only: sort_into_cells
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, place_bodies
-   use hampm_step, only: motion_t
+   use hampm_sorting, only: sort_into_cells
    use hampm_tensors, only: identity
    implicit none
 
@@ -62,8 +62,8 @@ contains
          m%particles%displacement(i, :) = b + matmul(a, m%particles%reference(i, :))
          m%particles%gradient(i, :, :) = a
       end do
-      call sort_into_cells(m%particles, m%grid, failure)
-      call follow_sort(m%loads, m%particles%new_place)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call follow_sort(m%loads, m%sorting%new_place)
       call check(.not. failure%failed(), 'the deformed body is in the grid')
    end subroutine deform
 
@@ -90,7 +90,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = force
       m%loads(1)%history = load_history_t(kind='ramp', rise_time=2.0_dp)
-      call load_on_points(m%particles, m%grid, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       centre = [upper(1), (lower(2) + upper(2))/2]
       call check_resultant(m, 2.0_dp, centre, force, 'traction on the edge')
       call check_resultant(m, 0.5_dp, centre, 0.25_dp*force, 'traction while it rises')
@@ -123,7 +123,7 @@ contains
       allocate (m%loads(2))
       m%loads(1)%force = force
       m%loads(2)%force = -3*force
-      call load_on_points(m%particles, m%grid, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
       m%particles%displacement = spread(translation/2, 1, m%particles%n)
       call book_work(m%loads, 0.0_dp, m%particles, first)
@@ -143,7 +143,7 @@ contains
       call place([0.0_dp, 0.0_dp], m)
       call random_number(x)
       x = 1.6_dp*x - 0.2_dp
-      call load_on_points(m%particles, m%grid, x, [0.0_dp, 0.0_dp], load)
+      call load_on_points(m%particles, m%grid, m%blocks, x, [0.0_dp, 0.0_dp], load)
       wrong = 0
       do i = 1, places
          distance = minval([(norm2(m%particles%position(n) - x(:, i)), n=1, m%particles%n)])

@@ -42,11 +42,12 @@ program test_mass_positions
    use hampm_mass_matrix, only: eigenvalue_floor
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_nodal_fields, only: at_start, find_active_nodes
+   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_nodal_fields, only: v_n, find_active_nodes
    use hampm_nodal_motion, only: find_velocity
-   use hampm_particles, only: sort_into_cells
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
-   use hampm_step, only: motion_t, advance, refresh_grid
+   use hampm_sorting, only: sort_into_cells
+   use hampm_step, only: advance
    use hampm_text, only: to_text
    implicit none
 
@@ -213,8 +214,8 @@ contains
          p%velocity(:, 2) = drift(2)
          p%gradient = 0
       end associate
-      call sort_into_cells(m%particles, m%grid, failure)
-      call find_active_nodes(m%grid, m%particles, m%fields, failure)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine set_particles
 
    !> Nodal velocities from the particles', as at the start of a step; the guess is the velocity at the last position.
@@ -223,7 +224,7 @@ contains
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
       call refresh_grid(m)
-      call find_velocity(m%grid, m%solver, m%fields, at_start, at_start, failure)
+      call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, v_n, v_n, failure)
    end subroutine map
 
    !> Look at the nodal velocities and at what the particles would get back.
@@ -235,7 +236,7 @@ contains
       associate (p => m%particles, matrix => m%fields%mass_matrix)
          do i = 1, p%n
             associate (e => p%cell(i))
-               back(:, i) = matmul(m%fields%velocity(:, m%grid%element_nodes(:, e), at_start), &
+               back(:, i) = matmul(m%fields%velocity(:, m%grid%element_nodes(:, e), v_n), &
                                    shape_functions(inside_cell(m%grid%local_coordinate(e, p%position(i)))))
             end associate
          end do
@@ -243,7 +244,7 @@ contains
          r = (maxval(p%velocity(:, 1)) - minval(p%velocity(:, 1)))/2
          norm = norm2(sqrt(p%mass)*(p%velocity(:, 1) - c))
          associate (nodes => matrix%all%nodes(:matrix%all%n_nodes))
-            associate (v => m%fields%velocity(:, nodes, at_start), d => matrix%lumped(nodes))
+            associate (v => m%fields%velocity(:, nodes, v_n), d => matrix%lumped(nodes))
                call raise(seen%node, (v(1, :) - c)/r)
                call raise(seen%norm, [norm2(sqrt(d)*(v(1, :) - c))/norm])
                call raise(seen%momentum, (matmul(v, d) - linear_momentum(p))/sum(p%mass*abs(p%velocity(:, 1))))

@@ -10,8 +10,9 @@ program test_mass_solver
    use hampm_mass_samples, only: choice_of, map_mass, displace, dense_matrix, solution
    use hampm_mass_solver, only: solve_mass
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
-   use hampm_step, only: motion_t, advance
+   use hampm_step, only: advance
    use hampm_text, only: to_text
    implicit none
 
@@ -320,14 +321,14 @@ contains
       m%particles%velocity(:, 1) = m%particles%velocity(:, 1) + 0.03_dp
       call start(m, 'musl', choice_of('full', solver))
       changes = 0
-      allocate (occupied, source=m%particles%occupied(:m%particles%n_occupied))
+      allocate (occupied, source=m%blocks%occupied(:m%blocks%n_occupied))
       do while (m%steps < 600 .and. .not. failure%failed())
          call advance(m, 0.05_dp*cell, failure)
-         if (size(occupied) == m%particles%n_occupied) then
-            if (all(occupied == m%particles%occupied(:m%particles%n_occupied))) cycle
+         if (size(occupied) == m%blocks%n_occupied) then
+            if (all(occupied == m%blocks%occupied(:m%blocks%n_occupied))) cycle
          end if
          changes = changes + 1
-         occupied = m%particles%occupied(:m%particles%n_occupied)
+         occupied = m%blocks%occupied(:m%blocks%n_occupied)
       end do
       if (failure%failed()) call check(.false., failure%message)
       write (*, '(a,4(i0,a))') solver//', updated frame: ', m%solver%solutions, ' solutions, ', &

@@ -1,7 +1,7 @@
 !> The nodal equations: products by rows, and solution by conjugate gradients.
 program test_nodal_rows
-   use hampm_constraints, only: constraints_t
    use hampm_kinds, only: dp, ndim, corners, neighbours
+   use hampm_constraints, only: constraints_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
@@ -9,9 +9,9 @@ program test_nodal_rows
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, solve_mass
    use hampm_material, only: material_t
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_rows, only: pattern_t, runs_t, pattern_of_grid, find_runs, sum_rows, multiply_rows
    use hampm_samples, only: rectangle_t, place_bodies, start
-   use hampm_step, only: motion_t, refresh_grid
    implicit none
    call repeat_random_numbers()
    call rows_of_cells()

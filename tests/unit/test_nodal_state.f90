@@ -11,10 +11,10 @@ program test_nodal_state
    use hampm_mass_samples, only: choice_of
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
+   use hampm_motion, only: motion_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
-   use hampm_step, only: motion_t
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp, depth = 0.4_dp, length = 1.0_dp
@@ -62,7 +62,7 @@ contains
       end do
       allocate (m%loads(1))
       m%loads(1)%force = force
-      call load_on_points(m%particles, m%grid, points, [0.0_dp, depth/(2*size(points, 2))], m%loads(1))
+      call load_on_points(m%particles, m%grid, m%blocks, points, [0.0_dp, depth/(2*size(points, 2))], m%loads(1))
    end subroutine push_end
 
    subroutine look(m, state)

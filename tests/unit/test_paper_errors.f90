@@ -27,10 +27,10 @@ program test_paper_errors
    use hampm_grid, only: grid_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
-   use hampm_material, only: new_material
    use hampm_matching, only: adopt_forest
+   use hampm_material, only: new_material
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_samples, only: rectangle_t, place_bodies, start
-   use hampm_step, only: motion_t, refresh_grid
    implicit none
 
    real(dp), parameter :: c = 0.35_dp            !! edge of a material point [m]

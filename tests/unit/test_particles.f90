@@ -3,16 +3,20 @@ program test_particles
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_set_flag, ieee_invalid
    use hampm_kinds, only: dp, ndim
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_particles, only: particles_t, new_particles, sort_into_cells
+   use hampm_particles, only: particles_t, new_particles, add_history
+   use hampm_sorting, only: sorting_t, sort_into_cells
    implicit none
 
    integer, parameter :: n = 700
    real(dp), parameter :: extent(ndim) = [1.2_dp, 0.8_dp]
    type(grid_t) :: grid
+   type(cell_blocks_t) :: blocks
+   type(sorting_t) :: sorted
    type(failure_t) :: failure
 
    call repeat_random_numbers()
@@ -27,7 +31,8 @@ contains
    subroutine scatter(p)
       type(particles_t), intent(out) :: p
       integer :: i
-      call new_particles(n, grid%n_elements, p, failure)
+      call new_particles(n, p, failure)
+      call add_history(p, 2)
       call random_number(p%reference)
       do i = 1, n
          p%reference(i, :) = 0.5_dp*extent*p%reference(i, :)
@@ -39,6 +44,7 @@ contains
          p%volume(i) = 2*i
          p%velocity(i, :) = [3*i, 4*i]
          p%gradient(i, :, :) = reshape([5*i, 6*i, 7*i, 8*i], [ndim, ndim])
+         p%history(i, :) = [9*i, 10*i]
       end do
    end subroutine scatter
 
@@ -48,7 +54,7 @@ contains
       call scatter(p)
       do round = 1, 3
          before = p
-         call sort_into_cells(p, grid, failure)
+         call sort_into_cells(sorted, p, grid, blocks, failure)
          call check(.not. failure%failed(), 'particles within the grid are sorted')
          call compare(before, p)
          call check_cells(p)
@@ -61,12 +67,13 @@ contains
       type(particles_t), intent(in) :: before, p
       real(dp) :: difference
       integer :: i, wrong
-      associate (to => p%new_place)
+      associate (to => sorted%new_place)
          difference = max(maxval(abs(p%mass(to) - before%mass)), maxval(abs(p%volume(to) - before%volume)), &
                           maxval(abs(p%reference(to, :) - before%reference)), &
                           maxval(abs(p%displacement(to, :) - before%displacement)), &
                           maxval(abs(p%velocity(to, :) - before%velocity)), &
-                          maxval(abs(p%gradient(to, :, :) - before%gradient)))
+                          maxval(abs(p%gradient(to, :, :) - before%gradient)), &
+                          maxval(abs(p%history(to, :) - before%history)))
          call check_close(difference, 0.0_dp, 0.0_dp, 'every particle is there, once, with its numbers')
          call check(all(p%id(to) == before%id) .and. all(p%material(to) == before%material) .and. &
                     all(p%body(to) == before%body), 'and its indices')
@@ -86,20 +93,20 @@ contains
       n_occupied = 0
       do e = 1, grid%n_elements
          visits_before = sum(visits)
-         do i = p%first_in(e), p%last_in(e), p%stride_in(e)
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             visits(i) = visits(i) + 1
             if (p%cell(i) /= e .or. grid%forest%leaf_at(p%position(i)) /= e) wrong = wrong + 1
          end do
-         if (sum(visits) - visits_before /= p%count_in(e)) wrong = wrong + 1
-         if (p%count_in(e) == 0) then
-            if (any([p%first_in(e), p%last_in(e), p%stride_in(e)] /= [1, 0, 1])) wrong = wrong + 1
+         if (sum(visits) - visits_before /= blocks%count_in(e)) wrong = wrong + 1
+         if (blocks%count_in(e) == 0) then
+            if (any([blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)] /= [1, 0, 1])) wrong = wrong + 1
             cycle
          end if
          n_occupied = n_occupied + 1
-         if (p%occupied(n_occupied) /= e) wrong = wrong + 1
+         if (blocks%occupied(n_occupied) /= e) wrong = wrong + 1
       end do
       call check(wrong == 0, 'the particles of a cell stand in it and are counted, and the occupied cells are listed')
-      call check(n_occupied == p%n_occupied, 'no other cell is listed')
+      call check(n_occupied == blocks%n_occupied, 'no other cell is listed')
       call check(all(visits == 1), 'the cells share all particles')
    end subroutine check_cells
 
@@ -107,7 +114,7 @@ contains
       type(particles_t) :: p
       call scatter(p)
       p%displacement(42, :) = [1.5_dp, 0.25_dp] - p%reference(42, :)
-      call sort_into_cells(p, grid, failure)
+      call sort_into_cells(sorted, p, grid, blocks, failure)
       call check(failure%code == exit_computation, 'a particle that left the grid is a failure of the computation')
       call check(index(failure%message, 'particle 42 left the grid at (1.5, 0.25) m') > 0, 'that names particle and place')
       call check(index(failure%message, '&grid') > 0, 'and says what to do')
@@ -116,7 +123,7 @@ contains
       call scatter(p)
       p%displacement(7, 2) = ieee_value(1.0_dp, ieee_quiet_nan)
       call ieee_set_halting_mode(ieee_invalid, .false.)
-      call sort_into_cells(p, grid, failure)
+      call sort_into_cells(sorted, p, grid, blocks, failure)
       call ieee_set_flag(ieee_invalid, .false.)
       call check(failure%code == exit_computation, 'a position that is not a number is a failure of the computation')
       call check(index(failure%message, 'particle 7 is no longer a number') > 0, 'that names the particle')

@@ -9,16 +9,16 @@
 !> updated frame either, as long as particles stay in their quarters.
 program test_patch
    use hampm_kinds, only: dp, ndim
+   use hampm_energy, only: linear_momentum
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_energy, only: linear_momentum
-   use hampm_material, only: material_t, new_material
    use hampm_matching, only: adopt_forest
-   use hampm_nodal_fields, only: gather
+   use hampm_material, only: material_t, new_material
+   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_nodal_fields, only: assemble
    use hampm_random_forests, only: random_integer, change_at_random
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
-   use hampm_step, only: motion_t, refresh_grid
    use hampm_text, only: to_text
    implicit none
 
@@ -127,8 +127,8 @@ contains
       real(dp) :: stress
       integer :: e, node
       call refresh_grid(m)
-      call gather(m%grid, m%fields, mass=.false., momentum=.false., force=.true.)
-      associate (all => m%fields%mass_matrix%all, p => m%particles, f => m%fields)
+      call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
+      associate (all => m%fields%mass_matrix%all, p => m%particles, blocks => m%blocks, f => m%fields)
          call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%force)
          stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient_of(1)))
          figures = 0
@@ -141,8 +141,8 @@ contains
          figures(momentum) = maxval(abs(sum(f%momentum(:, :m%grid%n_nodes), dim=2)/momentum_before - 1))
          figures(no_mass) = count(f%mass_matrix%lumped(all%nodes(:all%n_nodes)) <= 0)
          do e = 1, m%grid%n_elements
-            if (p%count_in(e) == 0) cycle
-            figures(volume) = max(figures(volume), abs(sum(p%volume(p%first_in(e):p%last_in(e):p%stride_in(e))) &
+            if (m%blocks%count_in(e) == 0) cycle
+            figures(volume) = max(figures(volume), abs(sum(p%volume(blocks%first_in(e):blocks%last_in(e):blocks%stride_in(e))) &
                                                        /(thickness*m%grid%element_size(e)**2) - 1))
          end do
       end associate
@@ -160,7 +160,7 @@ contains
          e = m%grid%element_at(x)
          if (e == outside) then
             is_inside = .false.
-         else if (m%particles%count_in(e) == 0) then
+         else if (m%blocks%count_in(e) == 0) then
             is_inside = .false.
          end if
       end do

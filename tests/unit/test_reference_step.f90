@@ -1,6 +1,6 @@
-!> Every way in which the program takes a step against the reference step: after 100 steps particles, work and loss are the same but for
-!> rounding, for all schemes, in both frames, with and without hanging nodes, with one and two threads, whether the energy is audited or
-!> not. Bodies of two laws that no cell fits are loaded, held and damped, and particles change cells.
+!> Every way in which the program takes a step against the reference step: after 100 steps particles, work and loss are the same but
+!> for rounding, for all schemes, in both frames, with and without hanging nodes, with one and two threads, whether the energy is
+!> audited or not. Bodies of two laws that no cell fits are loaded, held and damped, and particles change cells.
 program test_reference_step
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: fill_rectangle
@@ -13,18 +13,19 @@ program test_reference_step
    use hampm_load_history, only: load_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
-   use hampm_particles, only: new_particles, sort_into_cells
+   use hampm_motion, only: motion_t, update_particles
+   use hampm_particles, only: new_particles
    use hampm_reference_step, only: reference_step
    use hampm_refined, only: refine_box
    use hampm_samples, only: schemes, start, run_steps, thickness
-   use hampm_step, only: motion_t, settle
+   use hampm_sorting, only: sort_into_cells
    use hampm_threads, only: use_threads
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp, dt = 0.05_dp*cell
    real(dp), parameter :: rounding = 1.0e-12_dp          !! over the largest value
    character(*), parameter :: paths(3) = ['element operators', 'tiles            ', 'stages           ']
-   real(dp) :: largest(3, 2)                             !! difference by path, in the total and in the updated frame, over the largest value
+   real(dp) :: largest(3, 2)                             !! by path; in the total and in the updated frame
    integer :: steps, scheme, levels
 
    call repeat_random_numbers()
@@ -85,7 +86,7 @@ contains
       end associate
       path = 3
       if (m%grid%dependents%n == 0 .and. .not. m%audit) path = 2
-      if (m%response%is_active) path = 1
+      if (m%operators%is_active) path = 1
       associate (worst => largest(path, merge(1, 2, m%particles%total_frame)))
          worst = max(worst, maxval(error))
       end associate
@@ -110,7 +111,7 @@ contains
       forest = forest_t([0.0_dp, 0.0_dp], cell, [10, 10])
       call refine_box(forest, [0.3_dp, 0.4_dp], [0.5_dp, 0.7_dp], levels)
       call build_grid(forest, m%grid, failure)
-      call new_particles(2*product(points), m%grid%n_elements, m%particles, failure)
+      call new_particles(2*product(points), m%particles, failure)
       m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                      new_material('', 'neo_hookean', .true., 2.0_dp, 0.2_dp, 1.5_dp)]
       do k = 1, 2
@@ -121,14 +122,15 @@ contains
       call random_number(m%particles%velocity)
       m%particles%velocity = 0.02_dp*(m%particles%velocity - 0.2_dp)
       m%particles%total_frame = total_frame
-      call sort_into_cells(m%particles, m%grid, failure)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       allocate (m%loads(3))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
       m%loads(1)%history = load_history_t(kind='ramp', rise_time=80*dt)
-      call load_on_points(m%particles, m%grid, reshape([x(1), 0.25_dp, x(1), 0.45_dp], [ndim, 2]), [0.0_dp, 0.1_dp], m%loads(1))
+      call load_on_points(m%particles, m%grid, m%blocks, reshape([x(1), 0.25_dp, x(1), 0.45_dp], [ndim, 2]), [0.0_dp, 0.1_dp], &
+                          m%loads(1))
       m%loads(2)%force = [-3.0e-4_dp, 1.0e-4_dp]
       m%loads(2)%history = load_history_t(kind='sine', frequency=0.02_dp/dt)
-      call load_on_points(m%particles, m%grid, reshape([0.55_dp, y(3)], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(2))
+      call load_on_points(m%particles, m%grid, m%blocks, reshape([0.55_dp, y(3)], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(2))
       m%loads(3)%force = [0.0_dp, -1.0e-3_dp]
       call load_on_particles(m%particles, [0.3_dp, 0.5_dp], [0.6_dp, 0.8_dp], m%loads(3))
       call constrain_box(m%constraints, m%grid, [0.75_dp, 0.0_dp], [1.0_dp, 1.0_dp], [.true., .false.])

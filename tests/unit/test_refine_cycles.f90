@@ -9,12 +9,12 @@ program test_refine_cycles
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_nodal_fields, only: new
+   use hampm_motion, only: motion_t
+   use hampm_nodal_fields, only: v_next
    use hampm_refined, only: refine_box, misplaced, is_balanced, spans_lattice
    use hampm_refinement, only: follow_particles
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps, total_energy, energy_residual
    use hampm_splitting, only: start_families
-   use hampm_step, only: motion_t
    use hampm_text, only: to_text
    implicit none
 
@@ -50,7 +50,8 @@ contains
       call start_families(m%particles)
       if (is_loaded) then
          allocate (m%loads(2))
-         call load_on_points(m%particles, m%grid, reshape([upper(1), middle(2)], [ndim, 1]), [0.0_dp, 0.02_dp], m%loads(1))
+         call load_on_points(m%particles, m%grid, m%blocks, reshape([upper(1), middle(2)], [ndim, 1]), [0.0_dp, 0.02_dp], &
+                             m%loads(1))
          call load_on_particles(m%particles, lower, upper, m%loads(2))
          do i = 1, m%particles%n
             call random_number(h)
@@ -69,7 +70,7 @@ contains
       type(forest_t), intent(in) :: forest
       type(failure_t) :: failure
       call adopt_forest(m, forest, failure)
-      if (failure%failed()) call check(.false., 'the particles fit the new mesh: '//failure%message)
+      if (failure%failed()) call check(.false., 'the particles fit the v_next mesh: '//failure%message)
    end subroutine adopt
 
    !> Make the particles follow the motion.
@@ -297,7 +298,7 @@ contains
       call give_fields(fine)
       call run_steps(m, 1.0e-3_dp*cell, 1)
       call run_steps(fine, 1.0e-3_dp*cell, 1)
-      scale = [maxval(fine%fields%mass_matrix%lumped), maxval(abs(fine%fields%velocity(:, :, new))), &
+      scale = [maxval(fine%fields%mass_matrix%lumped), maxval(abs(fine%fields%velocity(:, :, v_next))), &
                maxval(abs(fine%fields%acceleration))]
       error = 0
       missing = 0
@@ -308,7 +309,7 @@ contains
             cycle
          end if
          error(1) = max(error(1), abs(m%fields%mass_matrix%lumped(a) - fine%fields%mass_matrix%lumped(b)))
-         error(2) = max(error(2), maxval(abs(m%fields%velocity(:, a, new) - fine%fields%velocity(:, b, new))))
+         error(2) = max(error(2), maxval(abs(m%fields%velocity(:, a, v_next) - fine%fields%velocity(:, b, v_next))))
          error(3) = max(error(3), maxval(abs(m%fields%acceleration(:, a) - fine%fields%acceleration(:, b))))
       end do
       call check(missing == 0 .and. m%grid%n_points == fine%grid%n_points, 'everything refined: the same nodes')

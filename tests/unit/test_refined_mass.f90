@@ -11,8 +11,8 @@ program test_refined_mass
    use hampm_mass_solver, only: solve_mass
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t, refresh_grid
    use hampm_samples, only: rectangle_t, place_bodies, start
-   use hampm_step, only: motion_t, refresh_grid
    implicit none
 
    character(7), parameter :: solvers(3) = ['cg     ', 'umfpack', 'banded ']

@@ -2,13 +2,14 @@
 program test_splitting
    use hampm_kinds, only: dp, ndim, corners
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum
+   use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: material_t, new_material
+   use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, place_bodies
    use hampm_splitting, only: start_families, split, recombine, spacing_of
-   use hampm_step, only: motion_t
    use hampm_tensors, only: identity
    implicit none
 
@@ -66,7 +67,8 @@ contains
       logical, intent(in) :: marked(:)
       integer, allocatable, intent(out), optional :: first_child(:)
       integer, allocatable :: first(:)
-      call split(p, marked, spread(rate, 3, count(marked)), spread([0.0_dp, 0.0_dp], 2, count(marked)), first)
+      type(failure_t) :: failure
+      call split(p, marked, spread(rate, 3, count(marked)), spread([0.0_dp, 0.0_dp], 2, count(marked)), first, failure)
       if (present(first_child)) call move_alloc(first, first_child)
    end subroutine split_marked
 
@@ -85,9 +87,10 @@ contains
       type(particles_t), intent(inout) :: p
       integer, allocatable :: new_number(:)
       integer :: found
+      type(failure_t) :: failure
       families = 0
       do
-         call recombine(p, spread(.true., 1, p%n), coarse, found, new_number)
+         call recombine(p, spread(.true., 1, p%n), coarse, found, new_number, failure)
          if (found == 0) return
          families = families + found
       end do
@@ -331,22 +334,23 @@ contains
       logical :: marked(4*product(points))
       integer :: families
       integer, allocatable :: new_number(:)
+      type(failure_t) :: failure
       call place(points, 0.2_dp, p)
       call split_all(p, 1)
       marked = .true.
       marked(1::4) = .false.                     ! the first child of each
       q = p
-      call recombine(q, marked, coarse, families, new_number)
+      call recombine(q, marked, coarse, families, new_number, failure)
       call check(families == 0 .and. same(p, q), 'families without one member stay as they are')
       marked(1) = .true.
-      call recombine(q, marked, coarse, families, new_number)
+      call recombine(q, marked, coarse, families, new_number, failure)
       call check(families == 1 .and. q%n == p%n - 3 .and. q%level(1) == 0 .and. all(q%level(2:) == 1), &
                  'and only the complete one recombines')
       call check(all(new_number(:4) == 1) .and. all([(new_number(families) == families - 3, families=5, p%n)]), &
                  'and where each particle is now is known')
       q = p
       call split_marked(q, [.true., spread(.false., 1, q%n - 1)])
-      call recombine(q, q%level == 1, coarse, families, new_number)
+      call recombine(q, q%level == 1, coarse, families, new_number, failure)
       call check(families == product(points) - 1, 'the family of a member that was split stays until that is whole')
       call check(recombine_all(q) == 2 .and. q%n == product(points), 'and then recombines too')
    end subroutine incomplete_families_stay

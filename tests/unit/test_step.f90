@@ -6,10 +6,12 @@ program test_step
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: material_t, new_material
+   use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
-   use hampm_step, only: motion_t, advance, stable_time_step
+   use hampm_step, only: advance
    use hampm_tensors, only: identity
+   use hampm_time_step, only: stable_time_step
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp

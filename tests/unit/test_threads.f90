@@ -5,9 +5,9 @@ program test_threads
    use hampm_harness, only: check, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
-   use hampm_step, only: motion_t
    use hampm_threads, only: use_threads, thread_count
    implicit none
 

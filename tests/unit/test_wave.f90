@@ -11,8 +11,8 @@ program test_wave
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
+   use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
-   use hampm_step, only: motion_t
    implicit none
 
    real(dp), parameter :: amplitude = 1.0e-6_dp   !! of the velocity [m/s]; the bar has length 1 and wave speed 1

@@ -1,4 +1,5 @@
-!> Time steps that fit the size of the cells: cells of group g (`hampm_step_groups`) take steps 2**g times as long as the finest.
+!> Subcycling, time steps that fit the size of the cells: cells of group g (`hampm_step_groups`) take steps 2**g times as long as
+!> the finest.
 !>
 !> A coarse step is 2**G finest ones, G being the largest group. For all of it the particles stand still in the grid: shape
 !> functions, nodal masses D and cell matrices M stay, and at its end all particles move at once. In it each cell has its turn every
@@ -14,31 +15,34 @@
 !>
 !> In cells that are alone with their own group this is the step of musl. With M lumped in 3. it would dissipate; forces that act at
 !> the beginning of an interval only, as here, make the whole symplectic, as long as particles stay where they are.
-module hampm_local_steps
+module hampm_subcycled
    use hampm_kinds, only: dp, ndim, corners, long
-   use hampm_basis, only: shape_functions, inside_cell
+   use hampm_cell_blocks, only: cell_blocks_t, smallest_occupied_cell, lanes, of_momentum, of_force
    use hampm_failure, only: failure_t
+   use hampm_integrator, only: integrator_t, steps_for
    use hampm_load_history, only: load_history_t
    use hampm_loads, only: add_load
-   use hampm_local_kernels, only: gather_at, push_some, divide_some, clear, sum_kick, sum_way
    use hampm_mass_matrix, only: nodes_per_block
-   use hampm_nodal_fields, only: nodal_fields_t, new, mapped, momentum_share, force_share, gather
-   use hampm_particles, only: particles_t, lanes, smallest_occupied_cell
-   use hampm_step, only: motion_t, take_step, settle, map_to_grid, report_jump, end_step
+   use hampm_motion, only: motion_t, update_particles, map_to_grid
+   use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
+   use hampm_nodal_kernels, only: assemble_sums
+   use hampm_particle_pass, only: pass_report_t, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
+   use hampm_particles, only: particles_t
+   use hampm_pass, only: pass_t
+   use hampm_step, only: take_step, report_jump, end_step
    use hampm_step_groups, only: limit_groups, plain, summing, waiting
-   use hampm_step_runs, only: run_t, find_runs, order_by_rate
-   use hampm_sweep, only: sweep_t, sweep_report_t, sweep_list, sweep_between, look_for_leavers, blocks_per_task
+   use hampm_subcycled_batches, only: batch_t, find_batches, order_by_rate
+   use hampm_subcycling_kernels, only: push_some, divide_some, clear, sum_kick, sum_way
    implicit none
    private
-   public :: local_steps_t, choose_coarse_step, advance_coarsely
+   public :: subcycled_t
 
    real(dp), parameter :: farthest = 0.5_dp      !! that particles may move in a coarse step, in smallest cells
 
    !> Which cells take which steps, with the workspace of a coarse step.
-   type :: local_steps_t
-      integer :: largest = 0                     !! G: a coarse step is 2**G finest ones
+   type, extends(integrator_t) :: subcycled_t
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
-      type(run_t), allocatable, private :: runs(:)
+      type(batch_t), allocatable, private :: batches(:)
       integer, allocatable, private :: points(:) !! those around which there are particles, by the rate of their velocities;
       integer, allocatable, private :: nodes(:)               !! and the nodes
       integer, allocatable, private :: dependents(:)          !! and the dependent points among them
@@ -54,51 +58,47 @@ module hampm_local_steps
       real(dp), allocatable, private :: matrix(:, :, :, :)    !! M of the cells that wait [kg], (lanes, corners, corners, n_blocks)
       real(dp), allocatable, private :: load(:, :, :)         !! of each load with a factor of 1 [N], (ndim, n_points, loads)
       real(dp), allocatable, private :: partial_power(:)      !! workspace, by blocks of nodes
-   end type local_steps_t
+   contains
+      procedure :: choose_steps
+      procedure :: advance
+   end type subcycled_t
 
 contains
 
-   !> Choose how many finest steps a coarse one takes, and how many coarse ones fill a time: those that do the least work. No
-   !> finest step is longer than `limit`.
-   subroutine choose_coarse_step(c, m, time, limit, steps)
-      type(local_steps_t), intent(inout) :: c
+   !> Choose how many finest steps a coarse one takes, and how many coarse ones fill a time: those that do the least work.
+   subroutine choose_steps(self, m, time, limit, steps, dt)
+      class(subcycled_t), intent(inout) :: self
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: time               !! [s]
-      real(dp), intent(in) :: limit              !! [s]
+      real(dp), intent(in) :: limit              !! longest that a finest step may be [s]
       integer(long), intent(out) :: steps        !! coarse ones
+      real(dp), intent(out) :: dt                !! finest step [s]
       real(dp) :: work, least
       integer(long) :: k
       integer :: g
-      c%largest = 0
+      self%largest = 0
       steps = steps_for(time, limit)
-      if (m%particles%groups%largest == 0) return
-      least = steps*turns(m%particles, 0)
-      do g = 1, m%particles%groups%largest
+      least = steps*turns(m%blocks, 0)
+      do g = 1, m%blocks%groups%largest
          if (.not. moves_little(m, 2**g*limit)) exit
          k = steps_for(time, 2**g*limit)
-         work = k*turns(m%particles, g)
+         work = k*turns(m%blocks, g)
          if (work >= least) cycle
          least = work
-         c%largest = g
+         self%largest = g
          steps = k
       end do
-   end subroutine choose_coarse_step
-
-   !> How many steps, none longer than `limit`, fill a time.
-   pure integer(long) function steps_for(time, limit)
-      real(dp), intent(in) :: time, limit        !! [s]
-      real(dp), parameter :: rounding = 1.0e-6_dp
-      steps_for = max(1_long, ceiling(time/limit - rounding, long))
-   end function steps_for
+      dt = time/(steps*2**self%largest)
+   end subroutine choose_steps
 
    !> How many turns the blocks have in all in a coarse step of 2**largest finest ones.
-   pure real(dp) function turns(p, largest)
-      type(particles_t), intent(in) :: p
+   pure real(dp) function turns(blocks, largest)
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: largest
       integer :: b
       turns = 0
-      do b = 1, p%n_blocks
-         turns = turns + 2.0_dp**(largest - min(largest, p%groups%by_size(p%block_cells(1, b))))
+      do b = 1, blocks%n
+         turns = turns + 2.0_dp**(largest - min(largest, blocks%groups%by_size(blocks%cells(1, b))))
       end do
    end function turns
 
@@ -107,52 +107,52 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: time               !! [s]
       little = m%particles%total_frame
-      if (.not. little) little = maxval(abs(m%particles%velocity))*time <= farthest*smallest_occupied_cell(m%grid, m%particles)
+      if (.not. little) little = maxval(abs(m%particles%velocity))*time <= farthest*smallest_occupied_cell(m%grid, m%blocks)
    end function moves_little
 
-   !> Advance by a coarse step, of 2**c%largest steps `dt`; particles may stay behind until `settle`. Fails where a particle leaves the grid or jumps.
-   subroutine advance_coarsely(c, m, dt, failure)
-      type(local_steps_t), intent(inout) :: c
+   !> Advance by a coarse step, of 2**largest steps `dt`.
+   subroutine advance(self, m, dt, failure)
+      class(subcycled_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      type(sweep_report_t) :: report
+      type(pass_report_t) :: report
       integer :: s, turn, ending
-      if (c%largest == 0) then
+      if (self%largest == 0) then
          call take_step(m, dt, failure)
          return
       end if
-      call start_coarse_step(c, m)
-      do s = 0, 2**c%largest - 1
-         turn = min(trailz(s), c%largest)
-         ending = min(trailz(s + 1), c%largest)
-         call push_nodes(c, m, dt, s, turn)
-         call clear_fired(c, m%fields, turn)
-         call kick_cells(c, m, dt, turn)
-         call find_velocities(c, m, dt, turn)
-         call sum_ways(c, m, turn)
-         call end_intervals(c, m, dt, ending, s == 2**c%largest - 1)
+      call start_coarse_step(self, m)
+      do s = 0, 2**self%largest - 1
+         turn = min(trailz(s), self%largest)
+         ending = min(trailz(s + 1), self%largest)
+         call push_nodes(self, m, dt, s, turn)
+         call clear_fired(self, m%fields, turn)
+         call kick_cells(self, m, dt, turn)
+         call find_velocities(self, m, dt, turn)
+         call sum_ways(self, m, turn)
+         call end_intervals(self, m, dt, ending, s == 2**self%largest - 1)
       end do
-      if (.not. m%particles%total_frame) call look_for_leavers(m%particles, m%fields, report)
+      if (.not. m%particles%total_frame) call look_for_leavers(m%particles, m%blocks, m%fields, report)
       if (report%jumped) call report_jump(m, failure)
-      if (.not. failure%failed()) call end_step(m, dt, 2**c%largest, report%left_cell, failure)
-   end subroutine advance_coarsely
+      if (.not. failure%failed()) call end_step(m, dt, 2**self%largest, report%left_cell, failure)
+   end subroutine advance
 
    !> Map what stays for the whole coarse step, and clear what is summed in it.
    subroutine start_coarse_step(c, m)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k
-      call settle(m)
+      call update_particles(m)
       if (.not. m%mapped) call map_to_grid(m)
       call fit_to_sort(c, m)
-      if (.not. m%particles%total_frame) call map_matrices(c, m%particles, m%fields)
-      call gather(m%grid, m%fields, mass=.true., momentum=.false., force=.false.)
+      if (.not. m%particles%total_frame) call map_matrices(c, m%particles, m%blocks)
+      call assemble(m%grid, m%blocks, m%fields, mass=.true., momentum=.false., force=.false.)
       call find_velocities(c, m, 0.0_dp, c%largest)
-      m%fields%velocity(:, :, new) = 0
+      m%fields%velocity(:, :, v_next) = 0
       m%fields%acceleration = 0
-      do k = 1, size(c%runs)
-         call scale_forces(c%runs(k), m%fields)
+      do k = 1, size(c%batches)
+         call scale_forces(c%batches(k), m%fields)
       end do
       if (.not. allocated(c%load)) allocate (c%load(ndim, m%grid%n_points, size(m%loads)))
       do k = 1, size(m%loads)
@@ -162,23 +162,23 @@ contains
       end do
    end subroutine start_coarse_step
 
-   !> After a sort, or where the length of the coarse step has changed: find runs, rates and room.
+   !> After a sort, or where the length of the coarse step has changed: find batches, rates and room.
    subroutine fit_to_sort(c, m)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k
-      if (c%sorts == m%particles%sorts .and. ubound(c%nodes_until, 1) == c%largest) return
-      c%sorts = m%particles%sorts
-      associate (p => m%particles, f => m%fields, all => m%fields%mass_matrix%all)
-         call limit_groups(m%grid, p%occupied(:p%n_occupied), c%largest, p%groups)
-         call find_runs(p, f, c%runs)
-         call order_by_rate(all%nodes(:all%n_points), p%groups%velocity_rate, c%largest, c%points, c%points_until)
-         call order_by_rate(all%nodes(:all%n_nodes), p%groups%velocity_rate, c%largest, c%nodes, c%nodes_until)
-         call order_by_rate(all%nodes(all%n_nodes + 1:all%n_points), p%groups%velocity_rate, c%largest, c%dependents, &
+      if (c%sorts == m%blocks%sorts .and. ubound(c%nodes_until, 1) == c%largest) return
+      c%sorts = m%blocks%sorts
+      associate (blocks => m%blocks, all => m%fields%mass_matrix%all)
+         call limit_groups(m%grid, blocks%occupied(:blocks%n_occupied), c%largest, blocks%groups)
+         call find_batches(blocks, c%batches)
+         call order_by_rate(all%nodes(:all%n_points), blocks%groups%velocity_rate, c%largest, c%points, c%points_until)
+         call order_by_rate(all%nodes(:all%n_nodes), blocks%groups%velocity_rate, c%largest, c%nodes, c%nodes_until)
+         call order_by_rate(all%nodes(all%n_nodes + 1:all%n_points), blocks%groups%velocity_rate, c%largest, c%dependents, &
                             c%dependents_until)
          if (allocated(c%load)) deallocate (c%load)
          if (allocated(c%matrix)) deallocate (c%matrix, c%corner, c%in_row, c%kick, c%way, c%move, c%partial_power)
-         associate (n => p%n_blocks)
+         associate (n => blocks%n)
             allocate (c%matrix(lanes, corners, corners, n), c%partial_power(size(c%nodes)/nodes_per_block + 1))
             allocate (c%kick(ndim, corners, lanes, n), c%way(ndim, corners, lanes, n), c%move(ndim, corners, lanes, n), &
                       source=0.0_dp)
@@ -186,73 +186,64 @@ contains
             allocate (c%in_row(n), source=.false.)
          end associate
       end associate
-      call map_matrices(c, m%particles, m%fields)
+      call map_matrices(c, m%particles, m%blocks)
    end subroutine fit_to_sort
 
    !> The mass matrices (6) of the cells that wait.
-   subroutine map_matrices(c, p, f)
-      type(local_steps_t), intent(inout) :: c
+   subroutine map_matrices(c, p, blocks)
+      type(subcycled_t), intent(inout) :: c
       type(particles_t), intent(in) :: p
-      type(nodal_fields_t), intent(in) :: f
-      integer :: k, b, l, i, j
-      real(dp) :: n(corners)
-      do k = 1, size(c%runs)
-         if (c%runs(k)%kind /= waiting) cycle
-         !$omp parallel do schedule(static) private(l, i, j, n)
-         do b = c%runs(k)%blocks(1), c%runs(k)%blocks(2)
-            c%matrix(:, :, :, b) = 0
-            do l = 1, lanes
-               if (p%block_cells(l, b) == 0) cycle
-               associate (e => p%block_cells(l, b))
-                  do i = p%first_in(e), p%last_in(e), p%stride_in(e)
-                     n = shape_functions(inside_cell((p%place_in_grid(i) - f%block_lower(l, :, b))*f%block_inverse_size(l, b)))
-                     do j = 1, corners
-                        c%matrix(l, :, j, b) = c%matrix(l, :, j, b) + (p%mass(i)*n(j))*n
-                     end do
-                  end do
-               end associate
-            end do
+      type(cell_blocks_t), intent(in) :: blocks
+      integer :: k, b
+      do k = 1, size(c%batches)
+         if (c%batches(k)%kind /= waiting) cycle
+         !$omp parallel do schedule(static)
+         do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
+            call cell_matrices(p, blocks, b, c%matrix(:, :, :, b))
          end do
       end do
    end subroutine map_matrices
 
-   !> Give the force of the cells of a run the weight of their interval.
-   subroutine scale_forces(run, f)
-      type(run_t), intent(in) :: run
+   !> Give the force of the cells of a batch the weight of their interval.
+   subroutine scale_forces(batch, f)
+      type(batch_t), intent(in) :: batch
       type(nodal_fields_t), intent(inout) :: f
       integer :: b
-      if (run%group == 0) return
-      do b = run%blocks(1), run%blocks(2)
-         f%share(:, :, force_share:force_share + ndim - 1, b) = 2**run%group*f%share(:, :, force_share:force_share + ndim - 1, b)
+      if (batch%group == 0) return
+      do b = batch%blocks(1), batch%blocks(2)
+         associate (forces => f%contribution(:, :, of_force:of_force + ndim - 1, b))
+            forces = 2**batch%group*forces
+         end associate
       end do
    end subroutine scale_forces
 
    !> Forget the forces that have acted, for an interval as a whole: the finest cells will have new ones.
    subroutine clear_fired(c, f, turn)
-      type(local_steps_t), intent(in) :: c
+      type(subcycled_t), intent(in) :: c
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: turn
       integer :: k
-      do k = 1, size(c%runs)
-         associate (run => c%runs(k))
-            if (run%group == 0 .or. run%group > turn) cycle
-            f%share(:, :, force_share:force_share + ndim - 1, run%blocks(1):run%blocks(2)) = 0
+      do k = 1, size(c%batches)
+         associate (batch => c%batches(k))
+            if (batch%group == 0 .or. batch%group > turn) cycle
+            f%contribution(:, :, of_force:of_force + ndim - 1, batch%blocks(1):batch%blocks(2)) = 0
          end associate
       end do
    end subroutine clear_fired
 
    !> Accelerations of the nodes by the forces that act now, times 2**n: what dt has to multiply.
    subroutine push_nodes(c, m, dt, s, turn)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       integer, intent(in) :: s                   !! finest steps since the beginning of the coarse one
       integer, intent(in) :: turn                !! the largest group whose turn it is
       real(dp) :: factor(size(m%loads), 0:turn)  ! by the interval for which the load acts
       integer :: block, first, k, n_force
-      associate (f => m%fields, rates => m%particles%groups, n => c%nodes_until(turn), &
+      associate (f => m%fields, rates => m%blocks%groups, n => c%nodes_until(turn), &
                  dependents => c%dependents(:c%dependents_until(turn)))
-         call gather_at(c%points_until(turn), c%points, f%slot, f%share(1, 1, force_share, 0), f%force)
+         call assemble_sums(c%points_until(turn), c%points, m%blocks%slot, f%contribution, .false., .false., .true., &
+                            f%mass_matrix%lumped, f%momentum, f%force)
          call m%grid%dependents%collect(dependents, ndim, f%force)
          do n_force = 0, turn
             factor(:, n_force) = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**n_force*dt), k=1, size(m%loads))]
@@ -262,15 +253,15 @@ contains
             first = (block - 1)*nodes_per_block + 1
             call push_some(min(nodes_per_block, n - first + 1), c%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
                            f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, size(m%loads), factor, c%load, &
-                           m%grid%n_points, f%force, f%velocity(1, 1, mapped), f%acceleration, f%velocity(1, 1, new))
+                           m%grid%n_points, f%force, f%velocity(1, 1, v_mapped), f%acceleration, f%velocity(1, 1, v_next))
          end do
          call m%grid%dependents%expand(dependents, ndim, f%acceleration)
       end associate
    end subroutine push_nodes
 
    !> The mean factor of a load in the interval around a time, by the rule of trapezoids. An impulse for an interval T acts in its
-   !> middle: one at t stands for the forces from t - T/2 to t + T/2, before and after which the velocities hold. A load that sets in
-   !> at t has half of it; with all of it the motion would be early by T/2.
+   !> middle: one at t stands for the forces from t - T/2 to t + T/2, before and after which the velocities hold. A load that sets
+   !> in at t has half of it; with all of it the motion would be early by T/2.
    pure real(dp) function mean_around(history, time, interval)
       type(load_history_t), intent(in) :: history
       real(dp), intent(in) :: time, interval     !! [s]
@@ -279,82 +270,83 @@ contains
 
    !> Kick the particles of the cells whose turn it is and map them anew, and sum up what those that wait would have got.
    subroutine kick_cells(c, m, dt, turn)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                        !! [s]
       integer, intent(in) :: turn
       integer :: k, b
-      do k = 1, size(c%runs)
-         associate (run => c%runs(k), f => m%fields)
-            if (run%kick_rate > turn) cycle
-            if (run%kind == waiting) then
-               do b = run%blocks(1), run%blocks(2)
-                  call sum_kick(dt, f%acceleration, f%block_nodes(1, 1, b), c%matrix(1, 1, 1, b), c%kick(1, 1, 1, b), &
-                                f%share(1, 1, momentum_share, b))
+      do k = 1, size(c%batches)
+         associate (batch => c%batches(k), f => m%fields)
+            if (batch%kick_rate > turn) cycle
+            if (batch%kind == waiting) then
+               do b = batch%blocks(1), batch%blocks(2)
+                  call sum_kick(dt, f%acceleration, m%blocks%nodes(1, 1, b), c%matrix(1, 1, 1, b), c%kick(1, 1, 1, b), &
+                                f%contribution(1, 1, of_momentum, b))
                end do
             else
-               call sweep_run(c, m, run, sweep_t(kick=.true., map_momentum=.true.), dt, by_corners=.false.)
+               call pass_batch(c, m, batch, pass_t(kick=.true., map_momentum=.true.), dt, by_corners=.false.)
             end if
          end associate
       end do
    end subroutine kick_cells
 
-   !> Sweep over a run, by nodal fields or by what has been summed at the corners.
-   subroutine sweep_run(c, m, run, sweep, dt, by_corners)
-      type(local_steps_t), intent(in) :: c
+   !> Pass over a batch, by nodal fields or by what has been summed at the corners.
+   subroutine pass_batch(c, m, batch, pass, dt, by_corners)
+      type(subcycled_t), intent(in) :: c
       type(motion_t), intent(inout) :: m
-      type(run_t), intent(in) :: run
-      type(sweep_t), intent(in) :: sweep
+      type(batch_t), intent(in) :: batch
+      type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
       logical, intent(in) :: by_corners
       integer :: first, b
       !$omp parallel do schedule(static)
-      do first = run%blocks(1), run%blocks(2), blocks_per_task
-         associate (blocks => [(b, b=first, min(first + blocks_per_task - 1, run%blocks(2)))])
+      do first = batch%blocks(1), batch%blocks(2), blocks_per_task
+         associate (listed => [(b, b=first, min(first + blocks_per_task - 1, batch%blocks(2)))])
             if (by_corners) then
-               call sweep_between(sweep, dt, m%materials, m%particles, m%fields, .false., blocks, c%corner, c%in_row, &
-                                  c%kick, c%move, c%way)
+               call pass_between(pass, dt, m%materials, m%particles, m%blocks, m%fields, listed, c%corner, c%in_row, c%kick, &
+                                 c%move, c%way)
             else
-               call sweep_list(sweep, dt, m%materials, m%particles, m%fields, .false., blocks)
+               call pass_over(pass, dt, m%materials, m%particles, m%blocks, m%fields, listed)
             end if
          end associate
       end do
-   end subroutine sweep_run
+   end subroutine pass_batch
 
    !> Find the velocities of the nodes whose turn it is from the momenta of the cells; the accelerations have then acted. Book what
    !> the damping has taken by them.
    subroutine find_velocities(c, m, dt, turn)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                        !! for which it has acted [s]
       integer, intent(in) :: turn
       integer :: block, first
       associate (f => m%fields, n => c%nodes_until(turn), dependents => c%dependents(:c%dependents_until(turn)))
-         call gather_at(c%points_until(turn), c%points, f%slot, f%share(1, 1, momentum_share, 0), f%momentum)
+         call assemble_sums(c%points_until(turn), c%points, m%blocks%slot, f%contribution, .false., .true., .false., &
+                            f%mass_matrix%lumped, f%momentum, f%force)
          call m%grid%dependents%collect(dependents, ndim, f%momentum)
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
             call divide_some(min(nodes_per_block, n - first + 1), c%nodes(first), turn, m%constraints%free, &
-                             f%mass_matrix%inverse_lumped, f%mass_matrix%lumped, m%particles%groups%force_rate, f%momentum, &
-                             f%velocity(1, 1, mapped), f%acceleration, c%partial_power(block))
+                             f%mass_matrix%inverse_lumped, f%mass_matrix%lumped, m%blocks%groups%force_rate, f%momentum, &
+                             f%velocity(1, 1, v_mapped), f%acceleration, c%partial_power(block))
          end do
          m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(c%partial_power(:(n - 1)/nodes_per_block + 1))
-         call m%grid%dependents%expand(dependents, ndim, f%velocity(:, :, mapped))
+         call m%grid%dependents%expand(dependents, ndim, f%velocity(:, :, v_mapped))
          call clear(size(dependents), dependents, f%acceleration)
       end associate
    end subroutine find_velocities
 
    !> Sum the velocities of their corners up in the cells in which these change between their turns.
    subroutine sum_ways(c, m, turn)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(in) :: m
       integer, intent(in) :: turn
       integer :: k, b
-      do k = 1, size(c%runs)
-         if (c%runs(k)%kind == plain .or. c%runs(k)%velocity_rate > turn) cycle
-         do b = c%runs(k)%blocks(1), c%runs(k)%blocks(2)
-            call sum_way(turn, m%particles%groups%velocity_rate, m%fields%velocity(1, 1, mapped), m%fields%block_nodes(1, 1, b), &
+      do k = 1, size(c%batches)
+         if (c%batches(k)%kind == plain .or. c%batches(k)%velocity_rate > turn) cycle
+         do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
+            call sum_way(turn, m%blocks%groups%velocity_rate, m%fields%velocity(1, 1, v_mapped), m%blocks%nodes(1, 1, b), &
                          c%way(1, 1, 1, b))
          end do
       end do
@@ -363,52 +355,52 @@ contains
    !> In cells whose interval ends: kick by what was summed, strain and map the force. With the coarse step all intervals end, and
    !> the particles move.
    subroutine end_intervals(c, m, dt, ending, is_last)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                        !! [s]
       integer, intent(in) :: ending                     !! the largest group whose intervals end
       logical, intent(in) :: is_last                    !! whether the coarse step does
       integer :: k
       if (is_last) call find_moves(c, m)
-      do k = 1, size(c%runs)
-         associate (run => c%runs(k))
-            if (run%group > ending) cycle
-            call sweep_run(c, m, run, last_sweep(run, is_last, m%particles%total_frame), dt, by_corners=run%kind >= summing)
-            if (run%kind == waiting) c%kick(:, :, :, run%blocks(1):run%blocks(2)) = 0
-            if (run%kind >= summing) c%way(:, :, :, run%blocks(1):run%blocks(2)) = 0
-            if (.not. is_last) call scale_forces(run, m%fields)
+      do k = 1, size(c%batches)
+         associate (batch => c%batches(k))
+            if (batch%group > ending) cycle
+            call pass_batch(c, m, batch, last_pass(batch, is_last, m%particles%total_frame), dt, by_corners=batch%kind >= summing)
+            if (batch%kind == waiting) c%kick(:, :, :, batch%blocks(1):batch%blocks(2)) = 0
+            if (batch%kind >= summing) c%way(:, :, :, batch%blocks(1):batch%blocks(2)) = 0
+            if (.not. is_last) call scale_forces(batch, m%fields)
          end associate
       end do
    end subroutine end_intervals
 
    !> Find what moves the particles: at dependent points, and at the corners of the cells that have fields there.
    subroutine find_moves(c, m)
-      type(local_steps_t), intent(inout) :: c
+      type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k, b, l
-      call m%grid%dependents%expand(c%dependents, ndim, m%fields%velocity(:, :, new))
-      do k = 1, size(c%runs)
-         if (c%runs(k)%kind == plain) cycle
-         do b = c%runs(k)%blocks(1), c%runs(k)%blocks(2)
+      call m%grid%dependents%expand(c%dependents, ndim, m%fields%velocity(:, :, v_next))
+      do k = 1, size(c%batches)
+         if (c%batches(k)%kind == plain) cycle
+         do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
             do l = 1, lanes
-               c%move(:, :, l, b) = m%fields%velocity(:, m%fields%block_nodes(:, l, b), new)
+               c%move(:, :, l, b) = m%fields%velocity(:, m%blocks%nodes(:, l, b), v_next)
             end do
          end do
       end do
    end subroutine find_moves
 
-   !> The sweep over the cells of a run whose interval ends, and with it the coarse step or not.
-   pure function last_sweep(run, is_last, total_frame) result(sweep)
-      type(run_t), intent(in) :: run
+   !> The pass over the cells of a batch whose interval ends, and with it the coarse step or not.
+   pure function last_pass(batch, is_last, total_frame) result(pass)
+      type(batch_t), intent(in) :: batch
       logical, intent(in) :: is_last, total_frame
-      type(sweep_t) :: sweep
-      sweep%strain_fraction = 1
-      if (run%kind == plain) sweep%strain_fraction = 2**run%group
-      sweep%strain_by = mapped
-      sweep%kick = run%kind == waiting
-      sweep%move = is_last
-      sweep%map_mass = is_last .and. .not. total_frame
-      sweep%map_momentum = sweep%kick .or. sweep%map_mass
-      sweep%map_force = .true.
-   end function last_sweep
-end module hampm_local_steps
+      type(pass_t) :: pass
+      pass%strain_fraction = 1
+      if (batch%kind == plain) pass%strain_fraction = 2**batch%group
+      pass%strain_by = v_mapped
+      pass%kick = batch%kind == waiting
+      pass%move = is_last
+      pass%map_mass = is_last .and. .not. total_frame
+      pass%map_momentum = pass%kick .or. pass%map_mass
+      pass%map_force = .true.
+   end function last_pass
+end module hampm_subcycled

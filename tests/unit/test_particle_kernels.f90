@@ -1,12 +1,11 @@
-!> What the sweeps do with a run of blocks, against the shape functions and their gradients, at random points of each cell.
-program test_block_kernels
+!> What the passes do with a batch of blocks, against the shape functions and their gradients, at random points of each cell.
+program test_particle_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients
-   use hampm_block_kernels, only: most_rows, clear, take_corners, add_field, add_gradient, add_gradient_product, add_mass, &
-                                  add_momentum, add_matrix, add_stress, divergence
+   use hampm_cell_blocks, only: of_mass, of_momentum, of_force, n_sums, lanes
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_nodal_fields, only: mass_share, momentum_share, force_share, shares
-   use hampm_particles, only: lanes
+   use hampm_particle_kernels, only: most_rows, clear, take_corners, add_field, add_gradient, add_gradient_product, add_mass, &
+                                     add_momentum, add_matrix, add_stress, divergence
    implicit none
 
    integer, parameter :: runs = 200, blocks = 3, rows = 3, cells = lanes*blocks, places = lanes*most_rows, used = cells*rows
@@ -23,7 +22,7 @@ program test_block_kernels
    do k = 1, 2
       call fields_at_particles(merge(1.0_dp, 0.37_dp, k == 1))
    end do
-   call shares_of_corners()
+   call contributions_to_corners()
    call divergence_of_stress()
    call clearing()
    call finish()
@@ -86,53 +85,55 @@ contains
    end subroutine fields_at_particles
 
    !> Masses, momenta and mass matrices.
-   subroutine shares_of_corners()
-      real(dp) :: mass(places), v(places, ndim), share(lanes, corners, shares, blocks), matrix(corners, corners, lanes)
-      real(dp) :: of_mass(corners, cells), of_momentum(corners, ndim, cells), of_matrix(corners, corners, cells), error(3)
+   subroutine contributions_to_corners()
+      real(dp) :: mass(places), v(places, ndim), sums(lanes, corners, n_sums, blocks), matrix(lanes, corners, corners)
+      real(dp) :: masses(corners, cells), momenta(corners, ndim, cells), matrices(corners, corners, cells), error(3)
       real(dp) :: shape(corners)
-      integer :: n, i, d, c
+      integer :: n, i, d, c, l
       error = 0
       do n = 1, runs
          call random_number(xi)
          call random_number(mass)
          call random_number(v)
-         share(:, :, mass_share, :) = 1
-         share(:, :, momentum_share:momentum_share + ndim - 1, :) = 2
-         matrix = 0
-         of_mass = 1
-         of_momentum = 2
-         of_matrix = 0
-         call add_mass(blocks, rows, places, xi, mass, share)
-         call add_momentum(blocks, rows, places, xi, mass, v, share)
-         call add_matrix(rows, places, xi, mass, [2, 0, 1, 4], matrix)
+         sums(:, :, of_mass, :) = 1
+         sums(:, :, of_momentum:of_momentum + ndim - 1, :) = 2
+         matrix = 3
+         masses = 1
+         momenta = 2
+         matrices = 3
+         call add_mass(blocks, rows, places, xi, mass, sums)
+         call add_momentum(blocks, rows, places, xi, mass, v, sums)
+         call add_matrix(rows, places, xi, mass, matrix)
          do i = 1, used
             c = cell_of(i)
             shape = shape_functions(local(i))
-            of_mass(:, c) = of_mass(:, c) + mass(i)*shape
+            masses(:, c) = masses(:, c) + mass(i)*shape
             do d = 1, ndim
-               of_momentum(:, d, c) = of_momentum(:, d, c) + mass(i)*v(i, d)*shape
+               momenta(:, d, c) = momenta(:, d, c) + mass(i)*v(i, d)*shape
             end do
             do d = 1, corners
-               of_matrix(:, d, c) = of_matrix(:, d, c) + mass(i)*shape(d)*shape
+               matrices(:, d, c) = matrices(:, d, c) + mass(i)*shape(d)*shape
             end do
          end do
          do c = 1, cells
-            associate (of_cell => share(lane_of(c), :, :, block_of(c)))
-               error(1) = max(error(1), maxval(abs(of_cell(:, mass_share) - of_mass(:, c))))
-               error(2) = max(error(2), maxval(abs(of_cell(:, momentum_share:momentum_share + ndim - 1) - of_momentum(:, :, c))))
+            associate (of_cell => sums(lane_of(c), :, :, block_of(c)))
+               error(1) = max(error(1), maxval(abs(of_cell(:, of_mass) - masses(:, c))))
+               error(2) = max(error(2), maxval(abs(of_cell(:, of_momentum:of_momentum + ndim - 1) - momenta(:, :, c))))
             end associate
          end do
-         error(3) = max(error(3), maxval(abs(matrix(:, :, [2, 1, 4]) - of_matrix(:, :, [1, 3, 4]))), maxval(abs(matrix(:, :, 3))))
+         do l = 1, lanes
+            error(3) = max(error(3), maxval(abs(matrix(l, :, :) - matrices(:, :, l))))
+         end do
       end do
       call check_close(error(1), 0.0_dp, rounding, 'add_mass adds the masses times the shape functions')
       call check_close(error(2), 0.0_dp, rounding, 'add_momentum adds the momenta times the shape functions')
       call check_close(error(3), 0.0_dp, rounding, 'add_matrix adds the masses times two shape functions')
-   end subroutine shares_of_corners
+   end subroutine contributions_to_corners
 
    !> Internal forces, the gradients being those in cells of a size.
    subroutine divergence_of_stress()
       real(dp) :: t(lanes, ndim*ndim, rows, blocks), total(lanes, ndim*ndim, blocks), moment(lanes, ndim*ndim, blocks)
-      real(dp) :: share(lanes, corners, shares, blocks), expected(ndim, corners, cells), inverse_size(lanes, blocks), error
+      real(dp) :: contribution(lanes, corners, n_sums, blocks), expected(ndim, corners, cells), inverse_size(lanes, blocks), error
       integer :: n, i, c, row
       error = 0
       do n = 1, runs
@@ -143,7 +144,7 @@ contains
          moment = 0
          expected = 0
          call add_stress(blocks, rows, places, xi, t, total, moment)
-         call divergence(blocks, inverse_size, total, moment, share)
+         call divergence(blocks, inverse_size, total, moment, contribution)
          do i = 1, used
             c = cell_of(i)
             row = mod((i - 1)/lanes, rows) + 1
@@ -152,7 +153,7 @@ contains
                                          transpose(shape_gradients(local(i), inverse_size(lane_of(c), block_of(c)))))
          end do
          do c = 1, cells
-            associate (force => share(lane_of(c), :, force_share:force_share + ndim - 1, block_of(c)))
+            associate (force => contribution(lane_of(c), :, of_force:of_force + ndim - 1, block_of(c)))
                error = max(error, maxval(abs(force - transpose(expected(:, :, c)))))
             end associate
          end do
@@ -167,4 +168,4 @@ contains
       call clear(blocks, 3, 5, spread(0.0_dp, 1, lanes), sums)
       call check(all(abs(sums(:, :3, :)) <= 0) .and. all(abs(sums(:, 4:, :) - 1) <= 0), 'clear touches what it is asked to')
    end subroutine clearing
-end program test_block_kernels
+end program test_particle_kernels

@@ -1,13 +1,13 @@
-!> How the shares of the cells of a block in momentum and internal force change with the motion of their corners, side by side in
-!> `lanes` as in `hampm_block_kernels`, and what the nodes sum up. See `hampm_cell_response`.
-module hampm_response_kernels
+!> The element operators of the cells of a block, side by side in `lanes` as in `hampm_particle_kernels`: how the contributions of a
+!> cell to momentum and internal force change with the motion of its corners. And what the nodes sum up. See
+!> `hampm_element_operators`.
+module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_block_kernels, only: divergence
-   use hampm_nodal_fields, only: force_share, shares
-   use hampm_particles, only: lanes
+   use hampm_cell_blocks, only: lanes, of_force, n_sums
+   use hampm_particle_kernels, only: divergence
    implicit none
    private
-   public :: n_masses, n_moments, answer_kick, answer_strain, add_to_sum
+   public :: n_masses, n_moments, apply_mass, apply_stiffness, add_to_sum
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
@@ -15,9 +15,9 @@ module hampm_response_kernels
 contains
 
    !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
-   pure subroutine answer_kick(a, masses, share)
+   pure subroutine apply_mass(a, masses, sums)
       real(dp), intent(in) :: a(lanes, corners, ndim), masses(lanes, n_masses)
-      real(dp), intent(inout) :: share(lanes, corners, ndim)
+      real(dp), intent(inout) :: sums(lanes, corners, ndim)
       real(dp) :: v1, v2, v3, v4
       integer :: l, d
       do d = 1, ndim
@@ -27,23 +27,24 @@ contains
             v2 = v1 + a(l, 2, d)
             v3 = v1 + a(l, 3, d)
             v4 = v3 + (a(l, 2, d) + a(l, 4, d))
-            share(l, 1, d) = share(l, 1, d) + (masses(l, 1)*v1 + masses(l, 2)*v2 + (masses(l, 3)*v3 + masses(l, 4)*v4))
-            share(l, 2, d) = share(l, 2, d) + (masses(l, 2)*v1 + masses(l, 5)*v2 + (masses(l, 6)*v3 + masses(l, 7)*v4))
-            share(l, 3, d) = share(l, 3, d) + (masses(l, 3)*v1 + masses(l, 6)*v2 + (masses(l, 8)*v3 + masses(l, 9)*v4))
-            share(l, 4, d) = share(l, 4, d) + (masses(l, 4)*v1 + masses(l, 7)*v2 + (masses(l, 9)*v3 + masses(l, 10)*v4))
+            sums(l, 1, d) = sums(l, 1, d) + (masses(l, 1)*v1 + masses(l, 2)*v2 + (masses(l, 3)*v3 + masses(l, 4)*v4))
+            sums(l, 2, d) = sums(l, 2, d) + (masses(l, 2)*v1 + masses(l, 5)*v2 + (masses(l, 6)*v3 + masses(l, 7)*v4))
+            sums(l, 3, d) = sums(l, 3, d) + (masses(l, 3)*v1 + masses(l, 6)*v2 + (masses(l, 8)*v3 + masses(l, 9)*v4))
+            sums(l, 4, d) = sums(l, 4, d) + (masses(l, 4)*v1 + masses(l, 7)*v2 + (masses(l, 9)*v3 + masses(l, 10)*v4))
          end do
       end do
-   end subroutine answer_kick
+   end subroutine apply_mass
 
-   !> Add to the internal forces (7) what a strain of linear elastic particles of one material does. L = grad of a field is linear in
-   !> the local coordinates, so that the sums of V times stress, and of the same times a local coordinate, need the moments of V only.
-   pure subroutine answer_strain(lambda, mu, inverse_size, a, moments, share)
+   !> Add to the internal forces (7) what a strain of linear elastic particles of one material does. L = grad of a field is linear
+   !> in the local coordinates, so that the sums of V times stress, and of the same times a local coordinate, need the moments of V
+   !> only.
+   pure subroutine apply_stiffness(lambda, mu, inverse_size, a, moments, sums)
       real(dp), intent(in) :: lambda, mu                !! [Pa]
       real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(inout) :: share(lanes, corners, ndim)
-      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), change(lanes, corners, shares)
+      real(dp), intent(inout) :: sums(lanes, corners, ndim)
+      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), change(lanes, corners, n_sums)
       real(dp) :: l11, l21, l12, l22
       integer :: l, c, d
       !$omp simd private(l11, l21, l12, l22)
@@ -76,11 +77,11 @@ contains
          do c = 1, corners
             !$omp simd
             do l = 1, lanes
-               share(l, c, d) = share(l, c, d) + change(l, c, force_share + d - 1)
+               sums(l, c, d) = sums(l, c, d) + change(l, c, of_force + d - 1)
             end do
          end do
       end do
-   end subroutine answer_strain
+   end subroutine apply_stiffness
 
    !> Add a factor times a nodal field to a sum at some points.
    pure subroutine add_to_sum(factor, n, points, field, total)
@@ -93,4 +94,4 @@ contains
          total(:, points(k)) = total(:, points(k)) + factor*field(:, points(k))
       end do
    end subroutine add_to_sum
-end module hampm_response_kernels
+end module hampm_element_kernels

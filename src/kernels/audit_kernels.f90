@@ -1,9 +1,9 @@
-!> What the energy audit sums over the particles of a block during a sweep (see `hampm_block_kernels` for the arrays).
-module hampm_audit
+!> What the energy audit sums over the particles of a block during a pass (see `hampm_particle_kernels` for the arrays).
+module hampm_audit_kernels
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_blocks, only: lanes
    use hampm_linear_elastic, only: linear_stress
    use hampm_material, only: material_t
-   use hampm_particles, only: lanes
    use hampm_tensors, only: product_of
    implicit none
    private
@@ -58,4 +58,4 @@ contains
          end do
       end do
    end function strain_work
-end module hampm_audit
+end module hampm_audit_kernels

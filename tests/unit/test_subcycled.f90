@@ -6,19 +6,20 @@
 !>    energy      of a vibrating body neither grows nor decays over many periods;
 !>    motion      is that of short common steps, the closer the shorter the steps: with second order;
 !>    audit       damping and work of the loads are booked such that the balance stays closed within the method's own ripple.
-program test_local_steps
+program test_subcycled
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
-   use hampm_local_steps, only: local_steps_t, choose_coarse_step, advance_coarsely
    use hampm_material, only: new_material
-   use hampm_particles, only: particles_t, sort_into_cells
+   use hampm_motion, only: motion_t
+   use hampm_particles, only: particles_t
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps, total_energy
-   use hampm_step, only: motion_t
+   use hampm_sorting, only: sort_into_cells
+   use hampm_subcycled, only: subcycled_t
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads
    implicit none
@@ -54,8 +55,8 @@ contains
       call place_bodies(forest, new_material('', law, .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([1.0_dp, 2.0_dp], [7.0_dp, 4.0_dp], points*[6, 2])], m)
       m%particles%total_frame = frame == 'total'
-      m%particles%by_group = .true.
-      call sort_into_cells(m%particles, m%grid, failure)
+      m%blocks%by_group = .true.
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       call check(.not. failure%failed(), 'the particles are sorted')
    end subroutine place
 
@@ -64,12 +65,12 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       integer, intent(in) :: largest, steps
-      type(local_steps_t) :: c
+      type(subcycled_t) :: c
       type(failure_t) :: failure
       integer :: k
       c%largest = largest
       do k = 1, steps
-         call advance_coarsely(c, m, dt, failure)
+         call c%advance(m, dt, failure)
          if (failure%failed()) exit
       end do
       if (failure%failed()) call check(.false., failure%message)
@@ -81,12 +82,12 @@ contains
       integer, allocatable :: least(:), most(:)
       real(dp) :: size_of_group
       call place(4, 'linear_elastic', m, 'updated')
-      associate (p => m%particles, g => m%particles%groups, grid => m%grid)
+      associate (g => m%blocks%groups, grid => m%grid)
          call check(g%largest >= 3, 'there are groups')
          allocate (least(grid%n_points), source=huge(1))
          allocate (most(grid%n_points), source=-1)
-         do k = 1, p%n_occupied
-            e = p%occupied(k)
+         do k = 1, m%blocks%n_occupied
+            e = m%blocks%occupied(k)
             size_of_group = cell*2.0_dp**(g%of_cell(e) - 4)
             call check(size_of_group < 1.01_dp*grid%element_size(e), 'no cell takes a step that its size does not allow')
             call check(size_of_group > 0.49_dp*grid%element_size(e), 'or less than half of that')
@@ -98,12 +99,12 @@ contains
          end do
          call check(all(most - least <= 1 .or. most < 0), 'cells that share a node differ by one group at most')
          call check(all(g%force_rate <= least .and. g%velocity_rate <= g%force_rate), 'nodes are as fast as the cells around them')
-         do b = 1, p%n_blocks
-            associate (cells => p%block_cells(:, b))
+         do b = 1, m%blocks%n
+            associate (cells => m%blocks%cells(:, b))
                do k = 2, count(cells > 0)
                   call check(g%by_size(cells(k)) == g%by_size(cells(1)), 'blocks are of one group')
                end do
-               if (b > 1) call check(g%by_size(cells(1)) >= g%by_size(p%block_cells(1, b - 1)), 'blocks stand in order')
+               if (b > 1) call check(g%by_size(cells(1)) >= g%by_size(m%blocks%cells(1, b - 1)), 'blocks stand in order')
             end associate
          end do
       end associate
@@ -141,7 +142,7 @@ contains
          call run_coarsely(apart, 0.4_dp, 1, 2)
       end do
       call run_steps(together, 0.4_dp, 35)
-      call check(together%response%is_active, 'cells answer by themselves')
+      call check(together%operators%is_active, 'cells answer by themselves')
       call check(maxval(abs(apart%particles%velocity - together%particles%velocity)) < &
                  1.0e-12_dp*maxval(abs(together%particles%velocity)), 'ordinary and coarse steps may take turns: velocities')
       call check(maxval(abs(apart%particles%gradient - together%particles%gradient)) < &
@@ -164,7 +165,7 @@ contains
                  same_numbers(alone%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
                  same_numbers([alone%damping_loss, alone%external_work], [together%damping_loss, together%external_work]), &
                  'the same bytes on one and two threads')
-      call check(alone%particles%sorts > 1, 'particles crossed')
+      call check(alone%blocks%sorts > 1, 'particles crossed')
    end subroutine test_threads
 
    !> Random velocities, a load and damping.
@@ -244,8 +245,8 @@ contains
    end function mean_energy
 
    !> Some bending, with coarse steps and with very short common ones: from a velocity, and from rest by a load that acts at once
-   !> and one that follows a table. Strains are compared: what moves particles in musl, the velocities v + a dt of the nodes, differs
-   !> with the length of the step from those that the particles have.
+   !> and one that follows a table. Strains are compared: what moves particles in musl, the velocities v + a dt of the nodes,
+   !> differs with the length of the step from those that the particles have.
    subroutine test_convergence()
       call check_convergence('velocity', 0.02_dp)
       call check_convergence('step', 0.02_dp)
@@ -293,8 +294,8 @@ contains
       call start(m, 'musl')
    end subroutine bend
 
-   !> A common step takes a force as an impulse in its middle: one that sets in at 0 as if it had done so half a step before. Half of
-   !> the first impulse puts that right.
+   !> A common step takes a force as an impulse in its middle: one that sets in at 0 as if it had done so half a step before. Half
+   !> of the first impulse puts that right.
    subroutine take_half_of_first(dt, m)
       real(dp), intent(in) :: dt                 !! [s]
       type(motion_t), intent(inout) :: m
@@ -330,21 +331,22 @@ contains
    !> Coarse steps fill a time, none being longer than the limit, and fast bodies take none.
    subroutine test_choice()
       type(motion_t) :: m
-      type(local_steps_t) :: c
+      type(subcycled_t) :: c
       integer(long) :: steps
+      real(dp) :: dt
       integer :: k
       call place(3, 'linear_elastic', m, 'updated')
       call start(m, 'musl')
       do k = 1, 40
-         call choose_coarse_step(c, m, real(k, dp), 1.0_dp, steps)
-         call check(steps*2**c%largest >= k .and. c%largest <= m%particles%groups%largest, 'the coarse steps fill the time')
+         call c%choose_steps(m, real(k, dp), 1.0_dp, steps, dt)
+         call check(steps*2**c%largest >= k .and. c%largest <= m%blocks%groups%largest, 'the coarse steps fill the time')
       end do
-      call choose_coarse_step(c, m, 1.0e9_dp, 1.0_dp, steps)
-      call check(c%largest == m%particles%groups%largest, 'a long time has the longest coarse steps')
-      call choose_coarse_step(c, m, 0.5_dp, 1.0_dp, steps)
+      call c%choose_steps(m, 1.0e9_dp, 1.0_dp, steps, dt)
+      call check(c%largest == m%blocks%groups%largest, 'a long time has the longest coarse steps')
+      call c%choose_steps(m, 0.5_dp, 1.0_dp, steps, dt)
       call check(c%largest == 0 .and. steps == 1, 'a short time is one step')
       m%particles%velocity = 1
-      call choose_coarse_step(c, m, 1.0e3_dp, 1.0_dp, steps)
+      call c%choose_steps(m, 1.0e3_dp, 1.0_dp, steps, dt)
       call check(c%largest == 0, 'fast particles take common steps')
    end subroutine test_choice
 
@@ -352,4 +354,4 @@ contains
       real(dp), intent(in) :: a(:), b(:)
       same_numbers = all(transfer(a, [0_long]) == transfer(b, [0_long]))
    end function same_numbers
-end program test_local_steps
+end program test_subcycled

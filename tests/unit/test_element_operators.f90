@@ -1,5 +1,5 @@
 !> Cells that answer by themselves move their particles as sweeps over these do.
-program test_cell_response
+program test_element_operators
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: fill_rectangle
    use hampm_constraints, only: constrain_box
@@ -11,10 +11,12 @@ program test_cell_response
    use hampm_loads, only: load_t, load_on_points
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_material, only: new_material
-   use hampm_particles, only: new_particles, sort_into_cells
+   use hampm_motion, only: motion_t, update_particles
+   use hampm_particles, only: new_particles
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
-   use hampm_step, only: motion_t, take_step, settle
+   use hampm_sorting, only: sort_into_cells
+   use hampm_step, only: take_step
    use hampm_threads, only: use_threads
    implicit none
 
@@ -39,8 +41,8 @@ program test_cell_response
 
 contains
 
-   !> Three bodies of different linear and nonlinear materials side by side, none of whose edges or particles fits to the cells, on a
-   !> mesh that may be refined: at random velocities, damped, held and loaded.
+   !> Three bodies of different linear and nonlinear materials side by side, none of whose edges or particles fits to the cells, on
+   !> a mesh that may be refined: at random velocities, damped, held and loaded.
    subroutine place(scheme, levels, m, mass)
       character(*), intent(in) :: scheme
       integer, intent(in) :: levels
@@ -54,7 +56,7 @@ contains
       forest = forest_t([0.0_dp, 0.0_dp], cell, [20, 9])
       call refine_box(forest, [0.5_dp, 0.3_dp], [0.9_dp, 0.6_dp], levels)
       call build_grid(forest, m%grid, failure)
-      call new_particles(3*product(points), m%grid%n_elements, m%particles, failure)
+      call new_particles(3*product(points), m%particles, failure)
       m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                      new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp), &
                      new_material('', 'neo_hookean', .true., 1.0_dp, 0.2_dp, 1.0_dp)]
@@ -65,11 +67,12 @@ contains
       call random_number(m%particles%velocity)
       m%particles%velocity = 0.01_dp*(m%particles%velocity - 0.5_dp)
       m%particles%total_frame = .true.
-      call sort_into_cells(m%particles, m%grid, failure)
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       allocate (m%loads(1))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
       m%loads(1)%history = load_history_t(kind='ramp', rise_time=100*dt)
-      call load_on_points(m%particles, m%grid, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], m%loads(1))
+      call load_on_points(m%particles, m%grid, m%blocks, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], &
+                          m%loads(1))
       call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 0.9_dp], [.true., .false.])
       m%damping_rate = 0.3_dp
       call start(m, scheme, mass)
@@ -84,7 +87,7 @@ contains
       integer :: k
       do k = 1, steps
          call take_step(m, dt, failure)
-         if (mod(k, interval) == 0) call settle(m)
+         if (mod(k, interval) == 0) call update_particles(m)
       end do
       call check(.not. failure%failed(), 'the steps are done')
    end subroutine run_and_look
@@ -114,7 +117,7 @@ contains
       swept%audit = .true.
       call run_and_look(m, steps, steps)
       call run_steps(swept, dt, steps)
-      call check(m%response%is_active .and. .not. swept%response%is_active, scheme//': one is swept, the other answers')
+      call check(m%operators%is_active .and. .not. swept%operators%is_active, scheme//': one is swept, the other answers')
       call check((m%grid%dependents%n > 0) .eqv. levels > 0, 'the mesh is refined')
       call check_same(m, swept, scheme//': cells answer as their particles do')
    end subroutine as_by_particles
@@ -150,14 +153,14 @@ contains
       call place('musl', 0, m)
       call run_steps(m, dt, 1)
       associate (p => m%particles)
-         do b = 1, p%n_blocks
-            expected = p%block_material(b) == 1 .or. p%block_material(b) == 2
+         do b = 1, m%blocks%n
+            expected = m%blocks%material(b) == 1 .or. m%blocks%material(b) == 2
             do k = 1, size(m%loads(1)%host)
-               if (any(p%block_cells(:, b) == p%cell(m%loads(1)%host(k)))) expected = .false.
+               if (any(m%blocks%cells(:, b) == p%cell(m%loads(1)%host(k)))) expected = .false.
             end do
-            call check(m%response%has_response(b) .eqv. expected, 'blocks of one linear material without loads have a response')
+            call check(m%operators%has_operator(b) .eqv. expected, 'blocks of one linear material without loads have a response')
          end do
-         call check(any(m%response%has_response) .and. .not. all(m%response%has_response), 'there are both kinds of blocks')
+         call check(any(m%operators%has_operator) .and. .not. all(m%operators%has_operator), 'there are both kinds of blocks')
       end associate
    end subroutine who_has_a_response
 
@@ -170,7 +173,7 @@ contains
       m%particles%total_frame = .true.
       call start(m, 'musl')
       call run_steps(m, dt, 1)
-      call check(.not. m%response%is_active, 'cells with hardly any mass at a corner are swept')
+      call check(.not. m%operators%is_active, 'cells with hardly any mass at a corner are swept')
    end subroutine hardly_any_mass
 
    subroutine same_bytes_with_two_threads()
@@ -193,4 +196,4 @@ contains
                    all(transfer(a%particles%displacement, [0]) == transfer(b%particles%displacement, [0])) .and. &
                    all(transfer(a%particles%gradient, [0]) == transfer(b%particles%gradient, [0]))
    end function same_bytes
-end program test_cell_response
+end program test_element_operators

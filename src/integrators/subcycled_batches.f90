@@ -1,36 +1,34 @@
-!> What has its turns together where time steps fit the size of the cells (`hampm_step_groups`): blocks of cells side by side, which
-!> a sweep takes at once, and points in the order of how often their velocities change.
-module hampm_step_runs
-   use hampm_nodal_fields, only: nodal_fields_t
-   use hampm_particles, only: particles_t, lanes
+!> What has its turns together with subcycling (`hampm_step_groups`): blocks of cells side by side, which
+!> a pass takes at once, and points in the order of how often their velocities change.
+module hampm_subcycled_batches
+   use hampm_cell_blocks, only: cell_blocks_t, lanes
    use hampm_step_groups, only: plain
    implicit none
    private
-   public :: run_t, find_runs, order_by_rate
+   public :: batch_t, find_batches, order_by_rate
 
    !> Blocks side by side whose cells have their turns together.
-   type :: run_t
+   type :: batch_t
       integer :: group = 0
       integer :: kind = plain                    !! the largest of the kinds of its cells, as which all are treated
       integer :: kick_rate = 0                   !! when the first of its cells get forces
       integer :: velocity_rate = 0               !! and when the velocity of the first of their corners changes
       integer :: blocks(2) = 0                   !! the first and the last
-   end type run_t
+   end type batch_t
 
 contains
 
-   !> Find the runs of the blocks.
-   pure subroutine find_runs(p, f, runs)
-      type(particles_t), intent(in) :: p
-      type(nodal_fields_t), intent(in) :: f
-      type(run_t), allocatable, intent(out) :: runs(:)
-      type(run_t), allocatable :: found(:)
-      type(run_t) :: next
+   !> Find the batches of the blocks.
+   pure subroutine find_batches(blocks, batches)
+      type(cell_blocks_t), intent(in) :: blocks
+      type(batch_t), allocatable, intent(out) :: batches(:)
+      type(batch_t), allocatable :: found(:)
+      type(batch_t) :: next
       integer :: b, n
-      allocate (found(p%n_blocks))
+      allocate (found(blocks%n))
       n = 0
-      do b = 1, p%n_blocks
-         next = run_of_block(p, f, b)
+      do b = 1, blocks%n
+         next = batch_of_block(blocks, b)
          if (n > 0) then
             if (found(n)%group == next%group .and. found(n)%kind == next%kind) then
                found(n)%blocks(2) = b
@@ -42,27 +40,26 @@ contains
          n = n + 1
          found(n) = next
       end do
-      runs = found(:n)
-   end subroutine find_runs
+      batches = found(:n)
+   end subroutine find_batches
 
-   !> A run of one block.
-   pure type(run_t) function run_of_block(p, f, b) result(run)
-      type(particles_t), intent(in) :: p
-      type(nodal_fields_t), intent(in) :: f
+   !> A batch of one block.
+   pure type(batch_t) function batch_of_block(blocks, b) result(batch)
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: b
       integer :: l, e
-      run%blocks = b
-      run%group = p%groups%of_cell(p%block_cells(1, b))
-      run%kick_rate = run%group
-      run%velocity_rate = run%group
+      batch%blocks = b
+      batch%group = blocks%groups%of_cell(blocks%cells(1, b))
+      batch%kick_rate = batch%group
+      batch%velocity_rate = batch%group
       do l = 1, lanes
-         e = p%block_cells(l, b)
+         e = blocks%cells(l, b)
          if (e == 0) exit
-         run%kind = max(run%kind, p%groups%kind(e))
-         run%kick_rate = min(run%kick_rate, p%groups%kick_rate(e))
-         run%velocity_rate = min(run%velocity_rate, minval(p%groups%velocity_rate(f%block_nodes(:, l, b))))
+         batch%kind = max(batch%kind, blocks%groups%kind(e))
+         batch%kick_rate = min(batch%kick_rate, blocks%groups%kick_rate(e))
+         batch%velocity_rate = min(batch%velocity_rate, minval(blocks%groups%velocity_rate(blocks%nodes(:, l, b))))
       end do
-   end function run_of_block
+   end function batch_of_block
 
    !> Order points by a rate, and count those up to each.
    pure subroutine order_by_rate(points, rate, largest, ordered, until)
@@ -88,4 +85,4 @@ contains
       until(:largest - 1) = until(1:)
       until(largest) = size(points)
    end subroutine order_by_rate
-end module hampm_step_runs
+end module hampm_subcycled_batches

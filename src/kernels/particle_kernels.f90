@@ -1,15 +1,14 @@
-!> What a sweep does with the particles of a run: blocks of `lanes` cells side by side, one block after the other, each in as many
+!> What a pass does with the particles of a batch: blocks of `lanes` cells side by side, one block after the other, each in as many
 !> rows of one particle of each cell. The loop over the lanes is the vector loop: it loads and stores with unit stride, and what
-!> is summed over the particles of a cell stays in registers. Each procedure does one thing with all blocks of a run; the
-!> sweep calls those that it needs.
+!> is summed over the particles of a cell stays in registers. Each procedure does one thing with all blocks of a batch; the
+!> pass calls those that it needs.
 !>
-!> The k-th place of a run is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
+!> The k-th place of a batch is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
 !> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells, by block.
-module hampm_block_kernels
+module hampm_particle_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: edge_margin
-   use hampm_nodal_fields, only: mass_share, momentum_share, force_share, shares
-   use hampm_particles, only: lanes
+   use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force, n_sums
    implicit none
    private
    public :: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
@@ -19,8 +18,8 @@ module hampm_block_kernels
 
 contains
 
-   !> Set sums of the blocks of a run to zero: the first `m` of every `ld` of each lane. (A constant gfortran 12 would store number by
-   !> number.)
+   !> Set sums of the blocks of a batch to zero: the first `m` of every `ld` of each lane. (A constant gfortran 12 would store
+   !> number by number.)
    pure subroutine clear(n, m, ld, zeros, sums)
       integer, intent(in) :: n, m, ld
       real(dp), intent(in) :: zeros(lanes)
@@ -36,7 +35,7 @@ contains
       end do
    end subroutine clear
 
-   !> The polynomials of a nodal vector field in the cells of a run, times a factor.
+   !> The polynomials of a nodal vector field in the cells of a batch, times a factor.
    pure subroutine take_corners(n, factor, field, nodes, in_row, a)
       integer, intent(in) :: n
       real(dp), intent(in) :: factor(lanes, n)
@@ -125,7 +124,8 @@ contains
    end subroutine locate_reference
 
    !> Local coordinates of the present positions, kept inside the cells, and by how much that has changed them: add the sums by
-   !> lane, in cells. At most `rows` times 4 `edge_margin` is rounding; more, or what is not a number, tells that a particle has left.
+   !> lane, in cells. At most `rows` times 4 `edge_margin` is rounding; more, or what is not a number, tells that a particle has
+   !> left.
    pure subroutine locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n), x(ld, ndim), u(ld, ndim)
@@ -221,20 +221,20 @@ contains
       end do
    end subroutine add_gradient_product
 
-   !> Add the shares of the corners in the masses (9). Here and in the momenta each is a product: as differences they would lose
-   !> all digits at nodes whose mass is small, and the velocity of these with them.
-   pure subroutine add_mass(n, rows, ld, xi, mass, share)
+   !> Add the contributions to the masses at the corners (9). Here and in the momenta each is a product: as differences they would
+   !> lose all digits at nodes whose mass is small, and the velocity of these with them.
+   pure subroutine add_mass(n, rows, ld, xi, mass, contribution)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
-      real(dp), intent(inout) :: share(lanes, corners, shares, n)
+      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
       real(dp), dimension(lanes) :: m1, m2, m3, m4
       real(dp) :: left, right
       integer :: b, s, l, k
       do b = 1, n
-         m1 = share(:, 1, mass_share, b)
-         m2 = share(:, 2, mass_share, b)
-         m3 = share(:, 3, mass_share, b)
-         m4 = share(:, 4, mass_share, b)
+         m1 = contribution(:, 1, of_mass, b)
+         m2 = contribution(:, 2, of_mass, b)
+         m3 = contribution(:, 3, of_mass, b)
+         m4 = contribution(:, 4, of_mass, b)
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
             !$omp simd private(left, right)
@@ -247,30 +247,30 @@ contains
                m4(l) = m4(l) + right*xi(k + l, 2)
             end do
          end do
-         share(:, 1, mass_share, b) = m1
-         share(:, 2, mass_share, b) = m2
-         share(:, 3, mass_share, b) = m3
-         share(:, 4, mass_share, b) = m4
+         contribution(:, 1, of_mass, b) = m1
+         contribution(:, 2, of_mass, b) = m2
+         contribution(:, 3, of_mass, b) = m3
+         contribution(:, 4, of_mass, b) = m4
       end do
    end subroutine add_mass
 
-   !> Add the shares of the corners in the momenta, the right-hand side of (8).
-   pure subroutine add_momentum(n, rows, ld, xi, mass, v, share)
+   !> Add the contributions to the momenta at the corners, the right-hand side of (8).
+   pure subroutine add_momentum(n, rows, ld, xi, mass, v, contribution)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld), v(ld, ndim)
-      real(dp), intent(inout) :: share(lanes, corners, shares, n)
+      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
       real(dp), dimension(lanes) :: p1, p2, p3, p4, q1, q2, q3, q4
       real(dp) :: left, right, m1, m2, m3, m4
       integer :: b, s, l, k
       do b = 1, n
-         p1 = share(:, 1, momentum_share, b)
-         p2 = share(:, 2, momentum_share, b)
-         p3 = share(:, 3, momentum_share, b)
-         p4 = share(:, 4, momentum_share, b)
-         q1 = share(:, 1, momentum_share + 1, b)
-         q2 = share(:, 2, momentum_share + 1, b)
-         q3 = share(:, 3, momentum_share + 1, b)
-         q4 = share(:, 4, momentum_share + 1, b)
+         p1 = contribution(:, 1, of_momentum, b)
+         p2 = contribution(:, 2, of_momentum, b)
+         p3 = contribution(:, 3, of_momentum, b)
+         p4 = contribution(:, 4, of_momentum, b)
+         q1 = contribution(:, 1, of_momentum + 1, b)
+         q2 = contribution(:, 2, of_momentum + 1, b)
+         q3 = contribution(:, 3, of_momentum + 1, b)
+         q4 = contribution(:, 4, of_momentum + 1, b)
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
             !$omp simd private(left, right, m1, m2, m3, m4)
@@ -291,25 +291,24 @@ contains
                q4(l) = q4(l) + m4*v(k + l, 2)
             end do
          end do
-         share(:, 1, momentum_share, b) = p1
-         share(:, 2, momentum_share, b) = p2
-         share(:, 3, momentum_share, b) = p3
-         share(:, 4, momentum_share, b) = p4
-         share(:, 1, momentum_share + 1, b) = q1
-         share(:, 2, momentum_share + 1, b) = q2
-         share(:, 3, momentum_share + 1, b) = q3
-         share(:, 4, momentum_share + 1, b) = q4
+         contribution(:, 1, of_momentum, b) = p1
+         contribution(:, 2, of_momentum, b) = p2
+         contribution(:, 3, of_momentum, b) = p3
+         contribution(:, 4, of_momentum, b) = p4
+         contribution(:, 1, of_momentum + 1, b) = q1
+         contribution(:, 2, of_momentum + 1, b) = q2
+         contribution(:, 3, of_momentum + 1, b) = q3
+         contribution(:, 4, of_momentum + 1, b) = q4
       end do
    end subroutine add_momentum
 
-   !> Add the mass matrices (6) of the particles to those of the cells, 0 being none.
-   pure subroutine add_matrix(rows, ld, xi, mass, cells, matrix)
-      integer, intent(in) :: rows, ld, cells(lanes)
+   !> Add the mass matrices (6) of the particles to those of the cells of a block.
+   pure subroutine add_matrix(rows, ld, xi, mass, matrix)
+      integer, intent(in) :: rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
-      real(dp), intent(inout) :: matrix(corners, corners, *)   !! by element
-      real(dp) :: shape(lanes, corners), sums(lanes, corners, corners)
+      real(dp), intent(inout) :: matrix(lanes, corners, corners)
+      real(dp) :: shape(lanes, corners)
       integer :: s, l, k, c, d
-      sums = 0
       do s = 1, rows
          k = lanes*(s - 1)
          !$omp simd
@@ -323,13 +322,10 @@ contains
             do d = 1, corners
                !$omp simd
                do l = 1, lanes
-                  sums(l, d, c) = sums(l, d, c) + (mass(k + l)*shape(l, c))*shape(l, d)
+                  matrix(l, d, c) = matrix(l, d, c) + (mass(k + l)*shape(l, c))*shape(l, d)
                end do
             end do
          end do
-      end do
-      do l = 1, lanes
-         if (cells(l) > 0) matrix(:, :, cells(l)) = matrix(:, :, cells(l)) + sums(l, :, :)
       end do
    end subroutine add_matrix
 
@@ -395,11 +391,11 @@ contains
       end do
    end subroutine add_stress
 
-   !> The shares of the corners in the internal forces from the sums of `add_stress`.
-   pure subroutine divergence(n, inverse_size, total, moment, share)
+   !> The contributions to the internal forces at the corners from the sums of `add_stress`.
+   pure subroutine divergence(n, inverse_size, total, moment, contribution)
       integer, intent(in) :: n
       real(dp), intent(in) :: inverse_size(lanes, n), total(lanes, ndim, ndim, n), moment(lanes, ndim, ndim, n)
-      real(dp), intent(inout) :: share(lanes, corners, shares, n)
+      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
       real(dp) :: x_lower, x_upper, y_lower, y_upper
       integer :: b, l, d
       do b = 1, n
@@ -410,12 +406,12 @@ contains
                x_lower = inverse_size(l, b)*total(l, d, 1, b) - x_upper
                y_upper = inverse_size(l, b)*moment(l, d, 2, b)
                y_lower = inverse_size(l, b)*total(l, d, 2, b) - y_upper
-               share(l, 1, force_share + d - 1, b) = x_lower + y_lower
-               share(l, 2, force_share + d - 1, b) = y_upper - x_lower
-               share(l, 3, force_share + d - 1, b) = x_upper - y_lower
-               share(l, 4, force_share + d - 1, b) = -x_upper - y_upper
+               contribution(l, 1, of_force + d - 1, b) = x_lower + y_lower
+               contribution(l, 2, of_force + d - 1, b) = y_upper - x_lower
+               contribution(l, 3, of_force + d - 1, b) = x_upper - y_lower
+               contribution(l, 4, of_force + d - 1, b) = -x_upper - y_upper
             end do
          end do
       end do
    end subroutine divergence
-end module hampm_block_kernels
+end module hampm_particle_kernels

@@ -1,29 +1,13 @@
-!> What local time steps (`hampm_local_steps`) do at some nodes, and at the corners of a block of cells.
-module hampm_local_kernels
+!> What subcycling (`hampm_subcycled`) does at some nodes, and at the corners of a block of cells.
+module hampm_subcycling_kernels
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_nodal_fields, only: around, stride
-   use hampm_particles, only: lanes
+   use hampm_cell_blocks, only: lanes
+   use hampm_nodal_kernels, only: over_mass, damped
    implicit none
    private
-   public :: gather_at, push_some, divide_some, clear, sum_kick, sum_way
+   public :: push_some, divide_some, clear, sum_kick, sum_way
 
 contains
-
-   !> Sum the shares of the cells in a vector at some points.
-   subroutine gather_at(n, points, slot, share, nodal)
-      integer, intent(in) :: n, points(n), slot(corners, *)
-      real(dp), intent(in) :: share(*)                  !! from the first component on
-      real(dp), intent(inout) :: nodal(ndim, *)         !! by point
-      integer :: a, d
-      !$omp parallel do schedule(static) private(d)
-      do a = 1, n
-         associate (k => slot(:, points(a)))
-            do d = 1, ndim
-               nodal(d, points(a)) = around(share(1 + stride*(d - 1)), k(1), k(2), k(3), k(4))
-            end do
-         end associate
-      end do
-   end subroutine gather_at
 
    !> As `push_nodes` for some nodes: their accelerations, and how far they carry particles.
    pure subroutine push_some(n, nodes, turn, dt, damping_rate, free, inverse, force_rate, velocity_rate, n_loads, factor, load, &
@@ -44,7 +28,7 @@ contains
             do l = 1, n_loads
                total = total + interval*(factor(l, force_rate(i))*load(:, i, l))
             end do
-            acceleration(:, i) = free(:, i)*(total*inverse(i)) - interval*damping_rate*velocity(:, i)
+            acceleration(:, i) = damped(over_mass(total, inverse(i), free(:, i)), interval*damping_rate, velocity(:, i))
             after = after + dt*acceleration(:, i)
          end if
          way(:, i) = way(:, i) + 2**velocity_rate(i)*after
@@ -84,7 +68,7 @@ contains
       power = 0
       do k = 1, n
          i = nodes(k)
-         w = free(:, i)*(momentum(:, i)*inverse(i))
+         w = over_mass(momentum(:, i), inverse(i), free(:, i))
          if (force_rate(i) <= turn) &
             power = power + 2**force_rate(i)*(0.5_dp*lumped(i))*dot_product(velocity(:, i), velocity(:, i) + w)
          velocity(:, i) = w
@@ -116,4 +100,4 @@ contains
          end do
       end do
    end subroutine sum_way
-end module hampm_local_kernels
+end module hampm_subcycling_kernels

@@ -1,0 +1,164 @@
+!> Something in which a run keeps, item by item, what it has to remember: one list of items serves for writing and for reading,
+!> where each item gets the value that it had. Types keep themselves in an archive, whatever it is; `hampm_checkpoint` is one, a
+!> file.
+module hampm_archive
+   use hampm_kinds, only: dp, long
+   use hampm_column_visitor, only: column_visitor_t
+   use hampm_failure, only: failure_t
+   implicit none
+   private
+   public :: archive_t
+
+   !> An archive that is being written or read. It visits the columns of a table to keep them.
+   type, abstract, extends(column_visitor_t) :: archive_t
+      logical :: is_read = .false.               !! whether it is read, else it is written
+      type(failure_t) :: failure                 !! the first thing that went wrong; nothing is done after it
+   contains
+      generic :: keep => keep_real, keep_integer, keep_long, keep_logical, keep_text
+      procedure, private :: keep_real, keep_integer, keep_long, keep_logical
+      procedure :: keep_logicals
+      procedure :: reals
+      procedure :: integers
+      procedure :: longs
+      procedure(keep_text), deferred :: keep_text
+      procedure(keep_reals), deferred :: keep_reals
+      procedure(keep_integers), deferred :: keep_integers
+      procedure(keep_longs), deferred :: keep_longs
+      procedure(section), deferred :: section
+      procedure(refuse), deferred :: refuse
+   end type archive_t
+
+   abstract interface
+      !> Keep a text.
+      subroutine keep_text(self, name, text)
+         import :: archive_t
+         class(archive_t), intent(inout) :: self
+         character(*), intent(in) :: name
+         character(:), allocatable, intent(inout) :: text
+      end subroutine keep_text
+
+      !> Keep the first `n` elements of an array of real numbers of any shape.
+      subroutine keep_reals(self, name, n, values)
+         import :: archive_t, dp
+         class(archive_t), intent(inout) :: self
+         character(*), intent(in) :: name
+         integer, intent(in) :: n
+         real(dp), intent(inout) :: values(n)
+      end subroutine keep_reals
+
+      !> Keep the first `n` elements of an array of integers of any shape.
+      subroutine keep_integers(self, name, n, values)
+         import :: archive_t
+         class(archive_t), intent(inout) :: self
+         character(*), intent(in) :: name
+         integer, intent(in) :: n
+         integer, intent(inout) :: values(n)
+      end subroutine keep_integers
+
+      !> Keep the first `n` elements of an array of long integers of any shape.
+      subroutine keep_longs(self, name, n, values)
+         import :: archive_t, long
+         class(archive_t), intent(inout) :: self
+         character(*), intent(in) :: name
+         integer, intent(in) :: n
+         integer(long), intent(inout) :: values(n)
+      end subroutine keep_longs
+
+      !> The items that follow belong together.
+      subroutine section(self, name)
+         import :: archive_t
+         class(archive_t), intent(inout) :: self
+         character(*), intent(in) :: name
+      end subroutine section
+
+      !> Fail because what was read cannot be right.
+      subroutine refuse(self, why)
+         import :: archive_t
+         class(archive_t), intent(inout) :: self
+         character(*), intent(in) :: why
+      end subroutine refuse
+   end interface
+
+contains
+
+   !> Keep a column of real numbers.
+   subroutine reals(self, n, width, values)
+      class(archive_t), intent(inout) :: self
+      integer, intent(in) :: n, width
+      real(dp), intent(inout) :: values(n, width)
+      call self%keep_reals(trim(self%name), n*width, values)
+   end subroutine reals
+
+   !> Keep a column of integers.
+   subroutine integers(self, n, values)
+      class(archive_t), intent(inout) :: self
+      integer, intent(in) :: n
+      integer, intent(inout) :: values(n)
+      call self%keep_integers(trim(self%name), n, values)
+   end subroutine integers
+
+   !> Keep a column of long integers.
+   subroutine longs(self, n, values)
+      class(archive_t), intent(inout) :: self
+      integer, intent(in) :: n
+      integer(long), intent(inout) :: values(n)
+      call self%keep_longs(trim(self%name), n, values)
+   end subroutine longs
+
+   !> Keep a real number.
+   subroutine keep_real(self, name, value)
+      class(archive_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(dp), intent(inout) :: value
+      real(dp) :: values(1)
+      values = value
+      call self%keep_reals(name, 1, values)
+      value = values(1)
+   end subroutine keep_real
+
+   !> Keep an integer.
+   subroutine keep_integer(self, name, value)
+      class(archive_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(inout) :: value
+      integer :: values(1)
+      values = value
+      call self%keep_integers(name, 1, values)
+      value = values(1)
+   end subroutine keep_integer
+
+   !> Keep a long integer.
+   subroutine keep_long(self, name, value)
+      class(archive_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer(long), intent(inout) :: value
+      integer(long) :: values(1)
+      values = value
+      call self%keep_longs(name, 1, values)
+      value = values(1)
+   end subroutine keep_long
+
+   !> Keep a logical value.
+   subroutine keep_logical(self, name, value)
+      class(archive_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      logical, intent(inout) :: value
+      logical :: values(1)
+      values = value
+      call self%keep_logicals(name, 1, values)
+      value = values(1)
+   end subroutine keep_logical
+
+   !> Keep the first `n` elements of an array of logical values of any shape.
+   subroutine keep_logicals(self, name, n, values)
+      class(archive_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: n
+      logical, intent(inout) :: values(n)
+      integer, allocatable :: numbers(:)
+      allocate (numbers(n))
+      numbers = merge(1, 0, values)
+      call self%keep_integers(name, n, numbers)
+      values = numbers == 1
+   end subroutine keep_logicals
+end module hampm_archive

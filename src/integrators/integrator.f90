@@ -1,0 +1,69 @@
+!> What all integrators have in common: each advances a motion in time by steps of its own kind.
+module hampm_integrator
+   use hampm_kinds, only: dp, long
+   use hampm_archive, only: archive_t
+   use hampm_failure, only: failure_t
+   use hampm_motion, only: motion_t
+   implicit none
+   private
+   public :: integrator_t, steps_for
+
+   !> A way to integrate the equations of motion.
+   type, abstract :: integrator_t
+      integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
+   contains
+      procedure(choose_steps), deferred :: choose_steps
+      procedure(advance), deferred :: advance
+      procedure :: has_to_choose
+      procedure :: keep
+   end type integrator_t
+
+   abstract interface
+      !> Choose into how many steps, of which length, a time is divided.
+      subroutine choose_steps(self, m, time, limit, steps, dt)
+         import :: integrator_t, motion_t, dp, long
+         class(integrator_t), intent(inout) :: self
+         type(motion_t), intent(in) :: m
+         real(dp), intent(in) :: time            !! [s]
+         real(dp), intent(in) :: limit           !! longest time step that is stable for the smallest cells [s]
+         integer(long), intent(out) :: steps
+         real(dp), intent(out) :: dt             !! time step of the smallest cells, not above the limit [s]
+      end subroutine choose_steps
+
+      !> Advance by a step; particles may stay behind until `update_particles`. Fails where a particle leaves the grid or jumps, or
+      !> where equations cannot be solved.
+      subroutine advance(self, m, dt, failure)
+         import :: integrator_t, motion_t, failure_t, dp
+         class(integrator_t), intent(inout) :: self
+         type(motion_t), intent(inout) :: m
+         real(dp), intent(in) :: dt              !! time step of the smallest cells [s]
+         type(failure_t), intent(inout) :: failure
+      end subroutine advance
+   end interface
+
+contains
+
+   !> Whether the steps that were chosen no longer fit the cells.
+   pure logical function has_to_choose(self, m)
+      class(integrator_t), intent(in) :: self
+      type(motion_t), intent(in) :: m
+      has_to_choose = m%blocks%groups%largest < self%largest
+   end function has_to_choose
+
+   !> Keep in an archive what the steps need of those before.
+   subroutine keep(self, m, archive)
+      class(integrator_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      class(archive_t), intent(inout) :: archive
+      call archive%keep('largest_group', self%largest)
+      if (self%largest < 0 .or. self%largest > m%blocks%groups%largest) &
+         call archive%refuse('its time steps are not those of its cells')
+   end subroutine keep
+
+   !> How many steps, none longer than `limit`, fill a time.
+   pure integer(long) function steps_for(time, limit)
+      real(dp), intent(in) :: time, limit        !! [s]
+      real(dp), parameter :: rounding = 1.0e-6_dp       ! part of a step by which one may be longer: no step more for that
+      steps_for = max(1_long, ceiling(time/limit - rounding, long))
+   end function steps_for
+end module hampm_integrator

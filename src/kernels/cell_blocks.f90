@@ -1,0 +1,305 @@
+!> How the particles of the cells stand in memory, so that the passes over them (`hampm_particle_pass`) are fast: the one owner of
+!> that.
+!>
+!> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a pass does the cells of a block side by side.
+!> With subcycling those of a block are of one group, and blocks stand in the order of the groups (`hampm_step_groups`). Where all
+!> cells of a block have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so
+!> on. In other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to `last_in(e)`
+!> at a stride of `stride_in(e)`, and nothing outside the kernels needs to know more.
+module hampm_cell_blocks
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_forest, only: deepest
+   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
+   use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
+   implicit none
+   private
+   public :: cell_blocks_t, fit_to_elements, form_blocks, place_blocks, find_materials, smallest_occupied_cell, lanes, &
+             of_mass, of_momentum, of_force, n_sums
+
+   integer, parameter :: lanes = 4               !! cells of a block
+
+   ! What a cell contributes to the nodal sums at its corners
+   integer, parameter :: of_mass = 1
+   integer, parameter :: of_momentum = 2                   !! the first component
+   integer, parameter :: of_force = of_momentum + ndim     !! the first component
+   integer, parameter :: n_sums = of_force + ndim - 1
+
+   !> The cells with particles, in blocks.
+   type :: cell_blocks_t
+      ! The particles of each element
+      integer, allocatable :: count_in(:)               !! their number, (n_elements)
+      integer, allocatable :: first_in(:), last_in(:)   !! where the first and the last stand, 1 and 0 in empty ones, (n_elements)
+      integer, allocatable :: stride_in(:)              !! distance from one to the next, (n_elements)
+      integer :: n_occupied = 0
+      integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
+      ! The blocks
+      integer :: n = 0                                  !! number of blocks
+      integer :: layout = 0                             !! how often their cells have changed
+      integer, allocatable :: cells(:, :)               !! elements of each block, 0 after the last, (lanes, n)
+      integer, allocatable :: first(:)                  !! its first particle, (n)
+      integer, allocatable :: rows(:)                   !! largest number of particles of its cells, (n)
+      logical, allocatable :: is_even(:)                !! whether these have equal numbers, (n)
+      integer, allocatable :: material(:)               !! the material of all its particles, 0 where there are several, (n)
+      ! Where they are in the grid
+      integer, allocatable :: nodes(:, :, :)            !! points at the corners of the cells, those of another cell where there is
+                                                        !! none; (corners, lanes, n)
+      logical, allocatable :: in_row(:)                 !! whether these points are two rows, lower and upper, each numbered on; (n)
+      real(dp), allocatable :: lower(:, :, :)           !! lower corners of the cells [m], (lanes, ndim, n)
+      real(dp), allocatable :: inverse_size(:, :)       !! 1 / edge length of the cells [1/m], (lanes, n)
+      integer, allocatable :: slot(:, :)                !! where among the contributions of all blocks those of the cells around a
+                                                        !! point to its mass stand, in the order of the cells; where there are
+                                                        !! fewer, 1, which is zero; (corners, n_points)
+      ! With subcycling
+      logical :: by_group = .false.                     !! whether the cells of a block are of one group
+      type(step_groups_t) :: groups
+      integer :: sorts = 0                              !! how often blocks have been formed
+   contains
+      procedure :: last
+   end type cell_blocks_t
+
+contains
+
+   !> Room for the elements of a grid. Fails where the memory does not suffice.
+   subroutine fit_to_elements(blocks, n_elements, failure)
+      type(cell_blocks_t), intent(inout) :: blocks
+      integer, intent(in) :: n_elements
+      type(failure_t), intent(inout) :: failure
+      integer :: status
+      if (allocated(blocks%count_in)) then
+         if (size(blocks%count_in) == n_elements) return
+         deallocate (blocks%count_in, blocks%first_in, blocks%last_in, blocks%stride_in, blocks%occupied, blocks%cells, &
+                     blocks%first, blocks%rows, blocks%is_even, blocks%material)
+      end if
+      blocks%n = 0
+      associate (most => (n_elements - 1)/lanes + 1 + deepest)  ! of each group the last block may not be full
+         allocate (blocks%count_in(n_elements), blocks%first_in(n_elements), blocks%last_in(n_elements), &
+                   blocks%stride_in(n_elements), blocks%occupied(n_elements), blocks%cells(lanes, most), blocks%first(most), &
+                   blocks%rows(most), blocks%is_even(most), blocks%material(most), stat=status)
+      end associate
+      if (status /= 0) call report_lack(failure)
+   end subroutine fit_to_elements
+
+   !> Fail because the memory does not suffice.
+   subroutine report_lack(failure)
+      type(failure_t), intent(inout) :: failure
+      call failure%report(exit_computation, 'grid: not enough memory for its cells')
+   end subroutine report_lack
+
+   !> Form the blocks of the cells with particles, and find where these will stand.
+   subroutine form_blocks(blocks, grid, cell_of)
+      type(cell_blocks_t), intent(inout) :: blocks
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: cell_of(:)          !! the element of each particle
+      integer, allocatable :: cells(:)
+      integer :: n
+      call count_cells(blocks, cell_of)
+      blocks%sorts = blocks%sorts + 1
+      if (blocks%by_group) then
+         call find_groups(grid, blocks%occupied(:blocks%n_occupied), blocks%groups)
+         call order_by_group(blocks%groups, blocks%occupied(:blocks%n_occupied), cells, n)
+         call fill_blocks(blocks, n, cells)
+      else
+         call fill_blocks(blocks, blocks%n_occupied, blocks%occupied)
+      end if
+   end subroutine form_blocks
+
+   !> Count the particles of each cell.
+   subroutine count_cells(blocks, cell_of)
+      type(cell_blocks_t), intent(inout) :: blocks
+      integer, intent(in) :: cell_of(:)
+      integer :: i, e
+      blocks%count_in = 0
+      do i = 1, size(cell_of)
+         blocks%count_in(cell_of(i)) = blocks%count_in(cell_of(i)) + 1
+      end do
+      blocks%n_occupied = 0
+      do e = 1, size(blocks%count_in)
+         if (blocks%count_in(e) == 0) cycle
+         blocks%n_occupied = blocks%n_occupied + 1
+         blocks%occupied(blocks%n_occupied) = e
+      end do
+   end subroutine count_cells
+
+   !> Order cells by group, the finest first, and in a group those that wait first. The last block of a group is filled up with 0.
+   pure subroutine order_by_group(groups, occupied, cells, n)
+      type(step_groups_t), intent(in) :: groups
+      integer, intent(in) :: occupied(:)
+      integer, allocatable, intent(out) :: cells(:)
+      integer, intent(out) :: n                         !! number of `cells`, with those that are 0
+      integer :: next(plain:waiting, 0:groups%largest)  ! where the next cell of a kind of a group stands
+      integer :: g, kind, k
+      next = 0
+      do k = 1, size(occupied)
+         associate (total => next(groups%kind(occupied(k)), groups%of_cell(occupied(k))))
+            total = total + 1
+         end associate
+      end do
+      n = 0
+      do g = 0, groups%largest
+         do kind = waiting, plain, -1
+            k = next(kind, g)
+            next(kind, g) = n + 1
+            n = n + k
+         end do
+         n = lanes*((n + lanes - 1)/lanes)
+      end do
+      allocate (cells(n), source=0)
+      do k = 1, size(occupied)
+         associate (place => next(groups%kind(occupied(k)), groups%of_cell(occupied(k))))
+            cells(place) = occupied(k)
+            place = place + 1
+         end associate
+      end do
+   end subroutine order_by_group
+
+   !> Fill blocks with listed cells, note whether that changes them, and find where the particles of these will stand.
+   subroutine fill_blocks(blocks, n, listed)
+      type(cell_blocks_t), intent(inout) :: blocks
+      integer, intent(in) :: n
+      integer, intent(in) :: listed(*)           !! 0 for none
+      integer :: b, l, e, place, cells(lanes), counts(lanes)
+      logical :: changed
+      changed = blocks%n /= (n - 1)/lanes + 1
+      blocks%n = (n - 1)/lanes + 1
+      blocks%first_in = 1
+      blocks%last_in = 0
+      blocks%stride_in = 1
+      place = 1
+      do b = 1, blocks%n
+         cells = 0
+         l = min(lanes*b, n)
+         cells(:l - lanes*(b - 1)) = listed(lanes*(b - 1) + 1:l)
+         if (.not. changed) changed = any(blocks%cells(:, b) /= cells)
+         blocks%cells(:, b) = cells
+         blocks%first(b) = place
+         do l = 1, lanes
+            counts(l) = 0
+            if (cells(l) > 0) counts(l) = blocks%count_in(cells(l))
+         end do
+         blocks%rows(b) = maxval(counts)
+         blocks%is_even(b) = all(counts == blocks%rows(b))
+         do l = 1, lanes
+            e = cells(l)
+            if (e == 0) exit
+            if (blocks%is_even(b)) then
+               blocks%stride_in(e) = lanes
+               blocks%first_in(e) = blocks%first(b) + l - 1
+            else
+               blocks%first_in(e) = place
+            end if
+            blocks%last_in(e) = blocks%first_in(e) + (blocks%count_in(e) - 1)*blocks%stride_in(e)
+            place = place + blocks%count_in(e)
+         end do
+      end do
+      if (changed) blocks%layout = blocks%layout + 1
+   end subroutine fill_blocks
+
+   !> Find the blocks of one material, once the particles stand in their order.
+   subroutine find_materials(blocks, material)
+      type(cell_blocks_t), intent(inout) :: blocks
+      integer, intent(in) :: material(:)         !! of each particle
+      integer :: b
+      do b = 1, blocks%n
+         associate (materials => material(blocks%first(b):blocks%last(b)))
+            blocks%material(b) = merge(materials(1), 0, all(materials == materials(1)))
+         end associate
+      end do
+   end subroutine find_materials
+
+   !> The last particle of a block.
+   pure integer function last(self, block)
+      class(cell_blocks_t), intent(in) :: self
+      integer, intent(in) :: block
+      if (block < self%n) then
+         last = self%first(block + 1) - 1
+      else
+         last = maxval(self%last_in(pack(self%cells(:, block), self%cells(:, block) > 0)))
+      end if
+   end function last
+
+   !> Find where the blocks are in the grid, and where the contributions of the cells around each point stand. Fails where the
+   !> memory does not suffice.
+   subroutine place_blocks(blocks, grid, failure)
+      type(cell_blocks_t), intent(inout) :: blocks
+      type(grid_t), intent(in) :: grid
+      type(failure_t), intent(inout) :: failure
+      integer :: b, l, e
+      call fit_to_grid(blocks, grid%n_points, failure)
+      if (failure%failed()) return
+      do b = 1, blocks%n
+         do l = 1, lanes
+            e = blocks%cells(l, b)
+            if (e == 0) e = blocks%cells(1, b)
+            blocks%nodes(:, l, b) = grid%element_nodes(:, e)
+            blocks%lower(l, :, b) = grid%element_lower(:, e)
+            blocks%inverse_size(l, b) = 1/grid%element_size(e)
+         end do
+         blocks%in_row(b) = are_in_row(blocks%nodes(:, :, b))
+      end do
+      call find_slots(blocks, grid)
+   end subroutine place_blocks
+
+   !> Room for where the blocks and the points around them are.
+   subroutine fit_to_grid(blocks, n_points, failure)
+      type(cell_blocks_t), intent(inout) :: blocks
+      integer, intent(in) :: n_points
+      type(failure_t), intent(inout) :: failure
+      integer :: n, status
+      status = 0
+      if (allocated(blocks%slot)) then
+         if (size(blocks%slot, 2) /= n_points) deallocate (blocks%slot)
+      end if
+      if (.not. allocated(blocks%slot)) allocate (blocks%slot(corners, n_points), stat=status)
+      if (allocated(blocks%nodes)) then
+         if (size(blocks%nodes, 3) < blocks%n) deallocate (blocks%nodes, blocks%in_row, blocks%lower, blocks%inverse_size)
+      end if
+      if (status == 0 .and. .not. allocated(blocks%nodes)) then
+         n = blocks%n + blocks%n/8
+         allocate (blocks%nodes(corners, lanes, n), blocks%in_row(n), blocks%lower(lanes, ndim, n), &
+                   blocks%inverse_size(lanes, n), stat=status)
+      end if
+      if (status /= 0) call report_lack(failure)
+   end subroutine fit_to_grid
+
+   !> Where around each point the contributions of its cells stand.
+   subroutine find_slots(blocks, grid)
+      type(cell_blocks_t), intent(inout) :: blocks
+      type(grid_t), intent(in) :: grid
+      integer, allocatable :: first_slot(:)
+      integer :: b, l, e, point, c, k
+      allocate (first_slot(grid%n_elements), source=0)
+      do b = 1, blocks%n
+         do l = 1, lanes
+            if (blocks%cells(l, b) > 0) first_slot(blocks%cells(l, b)) = lanes*corners*n_sums*b + l
+         end do
+      end do
+      do point = 1, grid%n_points
+         do c = 1, corners
+            k = grid%node_slot(c, point)
+            blocks%slot(c, point) = 1
+            if (k == 0) cycle
+            e = first_slot(element_of_slot(k))
+            if (e > 0) blocks%slot(c, point) = e + lanes*(corner_of_slot(k) - 1)
+         end do
+      end do
+   end subroutine find_slots
+
+   !> Whether the points of a block are those of cells side by side whose lower and upper points are each numbered on.
+   pure logical function are_in_row(nodes)
+      integer, intent(in) :: nodes(corners, lanes)
+      integer :: l
+      are_in_row = .true.
+      do l = 1, lanes
+         are_in_row = are_in_row .and. all(nodes(1:2, l) == nodes(1, 1) + [l - 1, l]) &
+                      .and. all(nodes(3:4, l) == nodes(3, 1) + [l - 1, l])
+      end do
+   end function are_in_row
+
+   !> Size of the smallest element that holds particles [m].
+   pure real(dp) function smallest_occupied_cell(grid, blocks) result(smallest)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      smallest = minval(grid%element_size(blocks%occupied(:blocks%n_occupied)))
+   end function smallest_occupied_cell
+end module hampm_cell_blocks

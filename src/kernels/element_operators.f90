@@ -1,0 +1,256 @@
+!> Passes without particles: element operators, by which the contributions of a cell change with the motion of its corners, where
+!> they do so linearly.
+!>
+!> In the total frame shape functions stay. What a particle gains in a pass is then linear in values at the nodes, and what it
+!> gains in many is so in their sums:
+!>
+!>    v_p <- v_p + sum_i A_i N_i,             A_i = sum of a_i dt;
+!>    u_p <- u_p + sum_i U_i N_i,             U_i = sum of (v_i + a_i dt) dt;
+!>    H_p <- H_p + sum_i S_i (x) grad N_i,    S_i = sum of the velocities that strain, times their part of dt.
+!>
+!> With a linear law the contributions of a cell to momentum and internal force change linearly too, by its mass matrix (6) and by
+!> moments of its volume: this is the finite element method with the particles as points of quadrature. A pass then adds to sums at
+!> the nodes and to contributions, and particles stay behind until `give_to_particles` gives them what they have gained, and maps
+!> them.
+!>
+!> Blocks of cells with another law or with several materials are passed particle by particle as ever, and so are those with
+!> particles that carry a load, whose way is asked for after each step, and those with a corner that has hardly any mass: there the
+!> sums would be large, and a particle the small difference of such.
+!>
+!> Once particles are up to date nothing is kept here that does not follow from them: the sums are zero, the contributions theirs.
+module hampm_element_operators
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_archive, only: archive_t
+   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, of_force
+   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, apply_stiffness, add_to_sum
+   use hampm_large_pages, only: prefer_large_pages
+   use hampm_mass_matrix, only: nodes_per_block
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: nodal_fields_t, v_next
+   use hampm_particle_kernels, only: take_corners
+   use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
+   use hampm_particles, only: particles_t
+   use hampm_pass, only: pass_t
+   implicit none
+   private
+   public :: element_operators_t, find_operators, add_up, pass_or_apply, pass_or_apply_everywhere, give_to_particles, keep_gains
+
+   !> Part of the mass of a cell that each of its corners needs to have: a particle then is no smaller than about this part of the
+   !> nodal sums that it is found from, so that it keeps ten of their sixteen digits.
+   real(dp), parameter :: least_part = 1.0e-6_dp
+
+   !> Which cells have an operator, and the numbers of these.
+   type :: element_operators_t
+      logical :: is_active = .false.                    !! whether any block has operators
+      logical :: is_behind = .false.                    !! whether particles have not yet got what the sums hold
+      ! What follows from the particles
+      logical, allocatable :: has_operator(:)           !! (blocks)
+      integer, allocatable :: blocks(:)                 !! those that have
+      real(dp), allocatable :: masses(:, :, :)          !! M of the cells [kg], (lanes, n_masses, blocks)
+      real(dp), allocatable :: moments(:, :, :)         !! moments of their volume [m3], (lanes, n_moments, blocks)
+      ! What the particles have not got yet, by point; zero where they are not behind. (ndim, n_points)
+      real(dp), allocatable :: kick(:, :)               !! A [m/s]
+      real(dp), allocatable :: move(:, :)               !! U [m]
+      real(dp), allocatable :: strain(:, :)             !! S [m]
+   end type element_operators_t
+
+contains
+
+   !> Find the operators of blocks whose particles have just been located. None are active where the memory does not suffice.
+   subroutine find_operators(materials, is_loaded, p, blocks, f, operators)
+      type(material_t), intent(in) :: materials(:)
+      logical, intent(in) :: is_loaded(:)               !! whether a particle of the element carries a load
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(in) :: f
+      type(element_operators_t), intent(out) :: operators
+      integer :: b, k, status
+      call choose_blocks(materials, is_loaded, blocks, f, operators%has_operator)
+      operators%blocks = pack([(b, b=1, blocks%n)], operators%has_operator)
+      if (size(operators%blocks) == 0) return
+      associate (points => size(f%acceleration, 2), n => blocks%n)
+         allocate (operators%masses(lanes, n_masses, n), operators%moments(lanes, n_moments, n), operators%kick(ndim, points), &
+                   operators%move(ndim, points), operators%strain(ndim, points), stat=status)
+      end associate
+      if (status /= 0) return
+      call prefer_large_pages(size(operators%masses), operators%masses)
+      call prefer_large_pages(size(operators%moments), operators%moments)
+      operators%is_active = .true.
+      !$omp parallel do schedule(static)
+      do k = 1, size(operators%blocks)
+         call sum_block(p, blocks, operators%blocks(k), operators%masses(:, :, operators%blocks(k)), &
+                        operators%moments(:, :, operators%blocks(k)))
+      end do
+      call clear_sums(operators)
+   end subroutine find_operators
+
+   !> Which blocks have a linear law, one material, no particle that carries a load, and mass at all corners.
+   pure subroutine choose_blocks(materials, is_loaded, blocks, f, chosen)
+      type(material_t), intent(in) :: materials(:)
+      logical, intent(in) :: is_loaded(:)
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(in) :: f
+      logical, allocatable, intent(out) :: chosen(:)
+      integer :: b, l
+      allocate (chosen(blocks%n), source=.false.)
+      do b = 1, blocks%n
+         if (blocks%material(b) == 0) cycle
+         chosen(b) = materials(blocks%material(b))%linear
+         do l = 1, count(blocks%cells(:, b) > 0)
+            associate (mass => f%contribution(l, :, of_mass, b))
+               if (is_loaded(blocks%cells(l, b)) .or. minval(mass) < least_part*sum(mass)) chosen(b) = .false.
+            end associate
+         end do
+      end do
+   end subroutine choose_blocks
+
+   !> Sum mass matrices and moments of the cells of a block.
+   pure subroutine sum_block(p, blocks, b, masses, moments)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(dp), intent(out) :: masses(lanes, n_masses), moments(lanes, n_moments)
+      real(dp) :: matrix(lanes, corners, corners), xi(ndim)
+      integer :: l, i
+      call cell_matrices(p, blocks, b, matrix)
+      do l = 1, lanes
+         associate (m => matrix(l, :, :))
+            masses(l, :) = [m(:, 1), m(2:, 2), m(3:, 3), m(4:, 4)]
+         end associate
+      end do
+      moments = 0
+      do l = 1, count(blocks%cells(:, b) > 0)
+         associate (e => blocks%cells(l, b))
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               xi = p%local(i, :)
+               moments(l, :) = moments(l, :) + p%volume(i)*[1.0_dp, xi(1), xi(2), xi(1)**2, xi(1)*xi(2), xi(2)**2]
+            end do
+         end associate
+      end do
+   end subroutine sum_block
+
+   !> Add what a pass does at some points to the sums.
+   pure subroutine add_up(pass, dt, points, f, operators)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
+      integer, intent(in) :: points(:)
+      type(nodal_fields_t), intent(in) :: f
+      type(element_operators_t), intent(inout) :: operators
+      if (pass%kick) call add_to_sum(dt, size(points), points, f%acceleration, operators%kick)
+      if (pass%move) call add_to_sum(dt, size(points), points, f%velocity(1, 1, v_next), operators%move)
+      if (pass%strain_fraction > 0) call add_to_sum(pass%strain_fraction*dt, size(points), points, &
+                                                    f%velocity(1, 1, pass%strain_by), operators%strain)
+   end subroutine add_up
+
+   !> Do a pass over some blocks: by their operators, or particle by particle where they have none.
+   subroutine pass_or_apply(operators, pass, dt, materials, p, blocks, f, listed)
+      type(element_operators_t), intent(in) :: operators
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: listed(:)                  !! blocks
+      if (.not. operators%is_active) then
+         call pass_over(pass, dt, materials, p, blocks, f, listed)
+      else
+         call apply(operators, pass, dt, materials, blocks, f, listed)
+         if (.not. all(operators%has_operator(listed))) &
+            call pass_over(pass, dt, materials, p, blocks, f, pack(listed, .not. operators%has_operator(listed)))
+      end if
+   end subroutine pass_or_apply
+
+   !> What a pass adds to the contributions of those of some blocks that have operators.
+   pure subroutine apply(operators, pass, dt, materials, blocks, f, listed)
+      type(element_operators_t), intent(in) :: operators
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
+      type(material_t), intent(in) :: materials(:)
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: listed(:)                  !! blocks
+      real(dp) :: factor(lanes), a(lanes, corners, ndim)
+      integer :: j, b
+      do j = 1, size(listed)
+         b = listed(j)
+         if (.not. operators%has_operator(b)) cycle
+         if (pass%kick) then
+            factor = dt
+            call take_corners(1, factor, f%acceleration, blocks%nodes(1, 1, b), blocks%in_row(b), a)
+            call apply_mass(a, operators%masses(1, 1, b), f%contribution(1, 1, of_momentum, b))
+         end if
+         if (pass%strain_fraction > 0) then
+            factor = (pass%strain_fraction*dt)*blocks%inverse_size(:, b)
+            call take_corners(1, factor, f%velocity(1, 1, pass%strain_by), blocks%nodes(1, 1, b), blocks%in_row(b), a)
+            associate (m => materials(blocks%material(b)))
+               call apply_stiffness(m%lambda, m%mu, blocks%inverse_size(1, b), a, operators%moments(1, 1, b), &
+                                    f%contribution(1, 1, of_force, b))
+            end associate
+         end if
+      end do
+   end subroutine apply
+
+   !> Do a pass over all blocks, and sum up at all points.
+   subroutine pass_or_apply_everywhere(operators, pass, dt, materials, p, blocks, f)
+      type(element_operators_t), intent(inout) :: operators
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer :: k, b
+      associate (all => f%mass_matrix%all)
+         !$omp parallel do schedule(static)
+         do k = 1, all%n_points, nodes_per_block
+            call add_up(pass, dt, all%nodes(k:min(k + nodes_per_block - 1, all%n_points)), f, operators)
+         end do
+      end associate
+      !$omp parallel do schedule(static) private(b)
+      do k = 1, blocks%n, blocks_per_task
+         call pass_or_apply(operators, pass, dt, materials, p, blocks, f, [(b, b=k, min(k + blocks_per_task - 1, blocks%n))])
+      end do
+   end subroutine pass_or_apply_everywhere
+
+   !> Give the particles what they have gained since they were up to date, and map them.
+   subroutine give_to_particles(operators, materials, p, blocks, f)
+      type(element_operators_t), intent(inout) :: operators
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      type(pass_t) :: gain
+      integer :: k
+      if (.not. operators%is_behind) return
+      gain = pass_t(kick=.true., strain_fraction=1.0_dp, move=.true., map_momentum=.true., map_force=.true.)
+      !$omp parallel do schedule(static)
+      do k = 1, size(operators%blocks), blocks_per_task
+         call pass_between(gain, 1.0_dp, materials, p, blocks, f, &
+                           operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), blocks%nodes, blocks%in_row, &
+                           operators%kick, operators%move, operators%strain)
+      end do
+      call clear_sums(operators)
+   end subroutine give_to_particles
+
+   !> Begin new sums.
+   subroutine clear_sums(operators)
+      type(element_operators_t), intent(inout) :: operators
+      operators%kick = 0
+      operators%move = 0
+      operators%strain = 0
+      operators%is_behind = .false.
+   end subroutine clear_sums
+
+   !> Keep what particles of cells with operators have not got yet. When it is read, the operators have been found.
+   subroutine keep_gains(operators, archive)
+      type(element_operators_t), intent(inout) :: operators
+      class(archive_t), intent(inout) :: archive
+      call archive%section('operators')
+      call archive%keep('is_behind', operators%is_behind)
+      if (.not. operators%is_behind) return
+      call archive%keep_reals('kick', size(operators%kick), operators%kick)
+      call archive%keep_reals('move', size(operators%move), operators%move)
+      call archive%keep_reals('strain', size(operators%strain), operators%strain)
+   end subroutine keep_gains
+end module hampm_element_operators

@@ -1,0 +1,193 @@
+!> What the grid carries during one step: one value a node, and the contributions of the cells from which the nodal sums are
+!> assembled.
+module hampm_nodal_fields
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_archive, only: archive_t
+   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, n_sums
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_large_pages, only: prefer_large_pages
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble_rows => assemble, nodes_per_block
+   use hampm_nodal_kernels, only: assemble_sums
+   implicit none
+   private
+   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped, keep_fields
+
+   ! The velocities of a node during a step
+   integer, parameter :: v_n = 1                 !! v^n, mapped from the particles at the start of the step, (10)
+   integer, parameter :: v_next = 2              !! v^(n+1) = v^n + a dt, which moves the particles
+   integer, parameter :: v_mapped = 3            !! v^(n+1) as it is mapped anew from the velocities of the particles
+
+   !> Arrays by node go on over the hanging nodes (`hampm_grid`): nodal values there are means of those of their masters, and
+   !> sums are given to these.
+   type :: nodal_fields_t
+      type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells
+      real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)              !! (7), internal and of the loads, without damping [N], (ndim, n_points)
+      real(dp), allocatable :: external(:, :)           !! force of the loads at t^n, already condensed [N], (ndim, n_points)
+      real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_points)
+      real(dp), allocatable :: velocity(:, :, :)        !! `v_n`, `v_next` and `v_mapped` [m/s], (ndim, n_points, 3)
+      real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
+                                                        !! (ndim, n_points, 2)
+      ! By blocks of cells (`hampm_cell_blocks`)
+      integer :: layout = 0                             !! of the blocks that the following fits
+      real(dp), allocatable :: contribution(:, :, :, :) !! of cells to the sums at their corners: of mass [kg], momentum
+                                                        !! [kg m/s] and internal force [N]; (lanes, corners, n_sums, 0:blocks), of block 0 zero
+      logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
+      real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the audit [J], (2, blocks)
+      logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
+      real(dp), allocatable :: partial_power(:, :)      !! workspace of sums over nodes, (2, number of blocks of nodes)
+   end type nodal_fields_t
+
+contains
+
+   !> Nodal fields of a grid, all zero. Fails where the memory does not suffice.
+   subroutine new_nodal_fields(grid, f, failure)
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(out) :: f
+      type(failure_t), intent(inout) :: failure
+      integer :: status
+      associate (n => grid%n_points, m => grid%n_elements)
+         allocate (f%is_active(n), f%mass_matrix%lumped(n), f%mass_matrix%inverse_lumped(n), &
+                   f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
+                   f%force(ndim, n), f%external(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), &
+                   f%partial_power(2, n/nodes_per_block + 1), stat=status)
+      end associate
+      if (status /= 0) then
+         call failure%report(exit_computation, 'grid: not enough memory for its nodes')
+         return
+      end if
+      f%mass_matrix%lumped = 0
+      f%mass_matrix%inverse_lumped = 0
+      f%momentum = 0
+      f%force = 0
+      f%external = 0
+      f%acceleration = 0
+      f%velocity = 0
+   end subroutine new_nodal_fields
+
+   !> After a sort, if it has changed the cells of the blocks: place these in the grid, list the nodes of occupied cells, and clear
+   !> what cells and nodes without particles hold. Fails where the memory does not suffice.
+   subroutine find_active_nodes(grid, blocks, f, failure)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(inout) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      type(failure_t), intent(inout) :: failure
+      integer :: node, e
+      if (f%layout == blocks%layout) return
+      call place_blocks(blocks, grid, failure)
+      if (.not. failure%failed()) call fit_to_blocks(blocks%n, f, failure)
+      if (failure%failed()) return
+      f%layout = blocks%layout
+      do e = 1, grid%n_elements
+         if (blocks%count_in(e) > 0) cycle
+         if (allocated(f%mass_matrix%cell)) f%mass_matrix%cell(:, :, e) = 0
+         if (allocated(f%mass_matrix%cell_lumped)) f%mass_matrix%cell_lumped(:, e) = 0
+         if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
+      end do
+      do node = 1, grid%n_points
+         f%is_active(node) = touches_particles(grid, blocks, node)
+      end do
+      do node = grid%n_nodes + 1, grid%n_points
+         if (f%is_active(node)) call grid%dependents%mark_parents(node, f%is_active)
+      end do
+      associate (matrix => f%mass_matrix)
+         matrix%all%n_cells = blocks%n_occupied
+         matrix%all%cells(:blocks%n_occupied) = blocks%occupied(:blocks%n_occupied)
+         matrix%all%n_points = 0
+         do node = 1, grid%n_points
+            if (f%is_active(node)) then
+               matrix%all%n_points = matrix%all%n_points + 1
+               matrix%all%nodes(matrix%all%n_points) = node
+               if (node <= grid%n_nodes) matrix%all%n_nodes = matrix%all%n_points
+            else
+               matrix%lumped(node) = 0
+               f%velocity(:, node, :) = 0
+               f%acceleration(:, node) = 0
+               if (allocated(f%past)) f%past(:, node, :) = 0
+            end if
+         end do
+         call find_coupled_region(grid, matrix)
+      end associate
+   end subroutine find_active_nodes
+
+   !> Room for the contributions of a number of blocks.
+   subroutine fit_to_blocks(n_blocks, f, failure)
+      integer, intent(in) :: n_blocks
+      type(nodal_fields_t), intent(inout) :: f
+      type(failure_t), intent(inout) :: failure
+      integer :: n, status
+      if (allocated(f%left)) then
+         if (size(f%left) >= n_blocks) return
+         deallocate (f%contribution, f%left, f%audit)
+      end if
+      n = n_blocks + n_blocks/8
+      allocate (f%contribution(lanes, corners, n_sums, 0:n), f%left(n), f%audit(2, n), stat=status)
+      if (status /= 0) then
+         call failure%report(exit_computation, 'grid: not enough memory for its cells')
+         return
+      end if
+      call prefer_large_pages(size(f%contribution), f%contribution)
+      f%contribution = 0
+      f%left = .false.
+      f%audit = 0
+   end subroutine fit_to_blocks
+
+   !> Whether some element around a point is occupied.
+   pure logical function touches_particles(grid, blocks, point)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: point
+      integer :: c, e
+      touches_particles = .true.
+      do c = 1, corners
+         if (grid%node_slot(c, point) == 0) exit
+         e = element_of_slot(grid%node_slot(c, point))
+         if (blocks%count_in(e) > 0) return
+      end do
+      touches_particles = .false.
+   end function touches_particles
+
+   !> Assemble the sums at each active point from the contributions of the cells around it: those of mass and mass matrix, of
+   !> momentum, and of the internal force. Forces at hanging nodes are not yet given to their masters.
+   subroutine assemble(grid, blocks, f, mass, momentum, force)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: mass, momentum, force
+      associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
+         call assemble_sums(all%n_points, all%nodes, blocks%slot, f%contribution, mass, momentum, force, matrix%lumped, &
+                            f%momentum, f%force)
+         associate (points => all%nodes(all%n_nodes + 1:all%n_points))
+            if (mass) call grid%dependents%collect(points, 1, matrix%lumped)
+            if (momentum) call grid%dependents%collect(points, ndim, f%momentum)
+         end associate
+         if (mass) call invert_lumped(matrix)
+         if (mass) call assemble_rows(grid, matrix)
+      end associate
+   end subroutine assemble
+
+   !> Keep what the next step needs of the nodal values of the last one, and what it has left in the cells.
+   subroutine keep_fields(f, n_blocks, mapped, archive)
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: n_blocks            !! blocks of cells
+      logical, intent(inout) :: mapped           !! whether the cells hold the contributions for the next step
+      class(archive_t), intent(inout) :: archive
+      logical :: has_past
+      call archive%section('fields')
+      call archive%keep_reals('velocity', size(f%velocity), f%velocity)
+      call archive%keep_reals('acceleration', size(f%acceleration), f%acceleration)
+      has_past = allocated(f%past)
+      call archive%keep('have_past', has_past)
+      if (has_past .and. .not. allocated(f%past)) allocate (f%past(ndim, size(f%acceleration, 2), 2))
+      if (has_past) call archive%keep_reals('past', size(f%past), f%past)
+      call archive%keep('are_mapped', mapped)
+      if (.not. mapped) return
+      call archive%keep_reals('contribution', size(f%contribution(:, :, :, 1))*n_blocks, f%contribution(1, 1, 1, 1))
+      associate (matrix => f%mass_matrix)
+         if (.not. allocated(matrix%cell)) return
+         call archive%keep_reals('matrix', size(matrix%cell), matrix%cell)
+         call archive%keep_reals('lumped_matrix', size(matrix%cell_lumped), matrix%cell_lumped)
+      end associate
+   end subroutine keep_fields
+end module hampm_nodal_fields

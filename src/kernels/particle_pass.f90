@@ -1,0 +1,403 @@
+!> The passes over the particles, in each of which nodal values go to the particles (G2P) and sums over the particles to the nodes
+!> (P2G). A pass visits each block of cells, and in it the particles of its cells side by side. It does what its `pass_t` asks for,
+!> always in this order:
+!>
+!>   0. locate: find the local coordinates in the cells, which are kept for the passes that follow;
+!>   1. G2P     kick:   v <- v + a dt;
+!>   2.         strain: H <- H + dt L (I + H), L = grad of a nodal velocity;
+!>   3.         move:   u <- u + v^(n+1) dt, and look whether the particle has left its cell;
+!>   4. P2G     map:    mass and momentum, mass matrix, internal force to the grid, from the new u, v and H: the sums over the
+!>              particles of a cell are kept as its contribution, from which the nodal sums are assembled. They are void if any
+!>              particle has left its cell.
+!>
+!> In the total frame the shape functions are always those at the reference positions, H <- H + dt L, and no particle leaves
+!> its cell.
+!>
+!> The schemes USF, USL, USAVG and MUSL are short lists of such passes (`hampm_schemes`). Blocks do not share what they
+!> write: the result has the same bytes on any number of threads.
+!>
+!> Where the cells of a block have equal numbers of particles, these stand in the arrays as the kernels want them, and blocks
+!> that follow each other with as many rows are done together, as a batch. The particles of other blocks pass through a
+!> buffer, in which cells with fewer are filled up with nothing: places without mass and volume.
+module hampm_particle_pass
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_audit_kernels, only: kick_energy, strain_work
+   use hampm_basis, only: edge_margin
+   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, n_sums
+   use hampm_mass_matrix, only: prepare_cell
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: nodal_fields_t, v_next
+   use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
+                                     add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
+   use hampm_particles, only: particles_t
+   use hampm_pass, only: pass_t
+   implicit none
+   private
+   public :: pass_report_t, pass_over_all, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
+
+   integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
+   integer, parameter :: room = lanes*most_rows  !! places of the buffer
+
+   !> What a pass noticed and, for the energy audit, summed.
+   type :: pass_report_t
+      logical :: left_cell = .false.             !! some particle has left its cell
+      logical :: jumped = .false.                !! some particle moved past the next cell or is no longer a number
+      real(dp) :: velocity_change_energy = 0     !! sum of m |dv|**2 / 2 [J]
+      real(dp) :: stress_work = 0                !! sum of V times the integral of P : dH by Simpson's rule [J]
+   end type pass_report_t
+
+contains
+
+   !> Do a pass over all blocks.
+   subroutine pass_over_all(pass, dt, materials, p, blocks, f, report)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      type(pass_report_t), intent(out) :: report
+      integer :: first, b
+      !$omp parallel do schedule(static)
+      do first = 1, blocks%n, blocks_per_task
+         call pass_over(pass, dt, materials, p, blocks, f, [(b, b=first, min(first + blocks_per_task - 1, blocks%n))])
+      end do
+      if (pass%map_matrix) f%mass_matrix%assembled = .false.
+      if (pass%move .and. .not. p%total_frame) call look_for_leavers(p, blocks, f, report)
+      if (.not. pass%audit) return
+      do b = 1, blocks%n
+         report%velocity_change_energy = report%velocity_change_energy + f%audit(1, b)
+         report%stress_work = report%stress_work + f%audit(2, b)
+      end do
+   end subroutine pass_over_all
+
+   !> Do a pass over some blocks.
+   subroutine pass_over(pass, dt, materials, p, blocks, f, listed)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: listed(:)                  !! blocks
+      call pass_between(pass, dt, materials, p, blocks, f, listed, blocks%nodes, blocks%in_row, f%acceleration, &
+                        f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+   end subroutine pass_over
+
+   !> Report whether particles have left their cells.
+   subroutine look_for_leavers(p, blocks, f, report)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(in) :: f
+      type(pass_report_t), intent(inout) :: report
+      report%left_cell = any(f%left(:blocks%n))
+      if (report%left_cell) report%jumped = any_has_jumped(p, blocks, f)
+   end subroutine look_for_leavers
+
+   !> Do a pass over some blocks by given fields at given points at the corners of the cells.
+   subroutine pass_between(pass, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: listed(:)                  !! blocks
+      integer, intent(in) :: nodes(corners, lanes, *)   !! by block
+      logical, intent(in) :: in_row(*)                  !! as in `cell_blocks_t`, by block
+      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
+      real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
+      integer :: material_of(room)
+      real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
+      real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
+      real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
+      logical :: is_linear
+      integer :: j, b, n, i, s, rows
+      j = 1
+      do while (j <= size(listed))
+         b = listed(j)
+         n = length_of_batch()
+         call start_batch()
+         s = 1
+         do while (s <= blocks%rows(b))
+            rows = min(most_rows, blocks%rows(b) - s + 1)
+            if (blocks%is_even(b)) then
+               i = blocks%first(b) + lanes*(s - 1)
+               call pass_rows(p%n, p%mass(i), p%volume(i), p%reference(i, 1), p%local(i, 1), p%displacement(i, 1), &
+                              p%velocity(i, 1), p%gradient(i, 1, 1), p%material(i))
+            else
+               call load_rows()
+               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of)
+               call store_rows()
+            end if
+            s = s + rows
+         end do
+         call finish_batch()
+         j = j + n
+      end do
+   contains
+
+      !> How many of the listed blocks, from the present one on, can be done together.
+      pure integer function length_of_batch() result(length)
+         length = 1
+         if (.not. blocks%is_even(b)) return
+         do while (j + length <= size(listed) .and. (length + 1)*blocks%rows(b) <= most_rows)
+            associate (next => b + length)
+               if (listed(j + length) /= next) exit
+               if (.not. (blocks%is_even(next) .and. blocks%rows(next) == blocks%rows(b) .and. &
+                          blocks%material(next) == blocks%material(b))) exit
+            end associate
+            length = length + 1
+         end do
+      end function length_of_batch
+
+      !> Prepare the nodal fields of a batch and clear its sums.
+      subroutine start_batch()
+         integer :: k, l
+         step(:, :n) = dt
+         if (pass%kick) call take_corners(n, step, acceleration, nodes(1, 1, b), in_row(b), kick_by)
+         if (pass%move) call take_corners(n, step, new_velocity, nodes(1, 1, b), in_row(b), move_by)
+         if (pass%strain_fraction > 0) then
+            step(:, :n) = (pass%strain_fraction*dt)*blocks%inverse_size(:, b:b + n - 1)
+            call take_corners(n, step, strain_velocity, nodes(1, 1, b), in_row(b), strain_by)
+         end if
+         if (pass%map_mass) call clear(n, corners, corners*n_sums, f%contribution(1, 1, 1, 0), f%contribution(1, 1, of_mass, b))
+         if (pass%map_momentum) call clear(n, corners*ndim, corners*n_sums, f%contribution(1, 1, 1, 0), &
+                                           f%contribution(1, 1, of_momentum, b))
+         if (pass%map_force) then
+            call clear(n, ndim*ndim, ndim*ndim, f%contribution(1, 1, 1, 0), total)
+            call clear(n, ndim*ndim, ndim*ndim, f%contribution(1, 1, 1, 0), moment)
+         end if
+         if (pass%move) call clear(n, 1, 1, f%contribution(1, 1, 1, 0), beyond)
+         if (pass%map_matrix) then
+            do k = b, b + n - 1
+               do l = 1, lanes
+                  if (blocks%cells(l, k) > 0) f%mass_matrix%cell(:, :, blocks%cells(l, k)) = 0
+               end do
+            end do
+         end if
+         if (pass%audit) f%audit(:, b:b + n - 1) = 0
+         is_linear = blocks%material(b) > 0
+         if (is_linear) then
+            associate (m => materials(blocks%material(b)))
+               is_linear = m%linear
+               lambda = m%lambda
+               mu = m%mu
+            end associate
+         end if
+      end subroutine start_batch
+
+      !> Do some rows of particles of each block of a batch, whose arrays have the leading dimension `ld`.
+      subroutine pass_rows(ld, mass, volume, x, xi, u, v, h, material)
+         integer, intent(in) :: ld, material(ld)
+         real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
+         real(dp), intent(inout) :: xi(ld, ndim), u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
+         real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_rows)
+         integer :: k, first
+         if (pass%locate) then
+            if (p%total_frame) then
+               call locate_reference(n, rows, ld, blocks%lower(1, 1, b), blocks%inverse_size(1, b), x, xi)
+            else
+               outside(:, :n) = 0
+               call locate_present(n, rows, ld, blocks%lower(1, 1, b), blocks%inverse_size(1, b), x, u, xi, outside)
+            end if
+         end if
+         if (pass%kick) then
+            call add_field(n, rows, ld, xi, kick_by, v)
+            if (pass%audit) then
+               do k = 1, n
+                  first = lanes*rows*(k - 1) + 1
+                  f%audit(1, b + k - 1) = f%audit(1, b + k - 1) + kick_energy(rows, ld, xi(first, 1), kick_by(1, 1, 1, k), &
+                                                                              mass(first))
+               end do
+            end if
+         end if
+         if (pass%strain_fraction > 0) then
+            if (pass%audit) then
+               do k = 1, n
+                  first = lanes*rows*(k - 1) + 1
+                  f%audit(2, b + k - 1) = f%audit(2, b + k - 1) + strain_work(rows, ld, xi(first, 1), strain_by(1, 1, 1, k), &
+                                                     materials, material(first), volume(first), h(first, 1, 1), p%total_frame)
+               end do
+            end if
+            if (p%total_frame) then
+               call add_gradient(n, rows, ld, xi, strain_by, h)
+            else
+               call add_gradient_product(n, rows, ld, xi, strain_by, h)
+            end if
+         end if
+         if (pass%move) then
+            call add_field(n, rows, ld, xi, move_by, u)
+            if (.not. p%total_frame) call locate_present(n, rows, ld, blocks%lower(1, 1, b), blocks%inverse_size(1, b), x, u, xi, &
+                                                         beyond)
+         end if
+         if (pass%map_mass) call add_mass(n, rows, ld, xi, mass, f%contribution(1, 1, 1, b))
+         if (pass%map_momentum) call add_momentum(n, rows, ld, xi, mass, v, f%contribution(1, 1, 1, b))
+         if (pass%map_matrix) then
+            do k = 1, n
+               first = lanes*rows*(k - 1) + 1
+               call add_block_matrices(rows, ld, xi(first, 1), mass(first), b + k - 1)
+            end do
+         end if
+         if (pass%map_force) then
+            if (is_linear) then
+               call linear_forces(n*rows, ld, lambda, mu, volume, h, t)
+            else
+               call forces(n*rows, ld, materials, material, volume, h, p%total_frame, t)
+            end if
+            call add_stress(n, rows, ld, xi, t, total, moment)
+         end if
+      end subroutine pass_rows
+
+      !> Add the mass matrices of some rows of a block to those of its cells.
+      subroutine add_block_matrices(rows, ld, xi, mass, block)
+         integer, intent(in) :: rows, ld, block
+         real(dp), intent(in) :: xi(ld, ndim), mass(ld)
+         real(dp) :: matrix(lanes, corners, corners)
+         integer :: l
+         matrix = 0
+         call add_matrix(rows, ld, xi, mass, matrix)
+         do l = 1, lanes
+            associate (e => blocks%cells(l, block))
+               if (e > 0) f%mass_matrix%cell(:, :, e) = f%mass_matrix%cell(:, :, e) + matrix(l, :, :)
+            end associate
+         end do
+      end subroutine add_block_matrices
+
+      !> Copy some rows of a block whose cells have different numbers of particles into the buffer.
+      subroutine load_rows()
+         integer :: l, r, k, i, e
+         do l = 1, lanes
+            e = blocks%cells(l, b)
+            do r = 1, rows
+               k = lanes*(r - 1) + l
+               if (holds(e, s + r - 1)) then
+                  i = blocks%first_in(e) + s + r - 2
+                  mass_of(k) = p%mass(i)
+                  volume_of(k) = p%volume(i)
+                  x(k, :) = p%reference(i, :)
+                  xi(k, :) = p%local(i, :)
+                  u(k, :) = p%displacement(i, :)
+                  v(k, :) = p%velocity(i, :)
+                  h(k, :, :) = p%gradient(i, :, :)
+                  material_of(k) = p%material(i)
+               else
+                  mass_of(k) = 0
+                  volume_of(k) = 0
+                  x(k, :) = blocks%lower(l, :, b) + 0.5_dp/blocks%inverse_size(l, b)
+                  xi(k, :) = 0.5_dp
+                  u(k, :) = 0
+                  v(k, :) = 0
+                  h(k, :, :) = 0
+                  material_of(k) = 1
+               end if
+            end do
+         end do
+      end subroutine load_rows
+
+      !> Copy back what a pass can have changed.
+      subroutine store_rows()
+         integer :: l, r, k, i, e
+         do l = 1, lanes
+            e = blocks%cells(l, b)
+            do r = 1, rows
+               if (.not. holds(e, s + r - 1)) exit
+               k = lanes*(r - 1) + l
+               i = blocks%first_in(e) + s + r - 2
+               if (pass%locate .or. pass%move) p%local(i, :) = xi(k, :)
+               if (pass%move) p%displacement(i, :) = u(k, :)
+               if (pass%kick) p%velocity(i, :) = v(k, :)
+               if (pass%strain_fraction > 0) p%gradient(i, :, :) = h(k, :, :)
+            end do
+         end do
+      end subroutine store_rows
+
+      !> Whether there is a k-th particle in a cell, 0 being none.
+      pure logical function holds(e, k)
+         integer, intent(in) :: e, k
+         holds = .false.
+         if (e > 0) holds = k <= blocks%count_in(e)
+      end function holds
+
+      !> Complete the sums of a batch.
+      subroutine finish_batch()
+         integer :: k, l
+         if (pass%map_force) call divergence(n, blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, 1, b))
+         do k = 1, n
+            if (pass%move) f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*blocks%rows(b)*edge_margin)
+            if (.not. pass%map_matrix) cycle
+            do l = 1, lanes
+               associate (e => blocks%cells(l, b + k - 1), matrix => f%mass_matrix)
+                  if (e == 0) exit
+                  matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
+                  call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))
+               end associate
+            end do
+         end do
+      end subroutine finish_batch
+   end subroutine pass_between
+
+   !> The mass matrices (6) of the cells of a block, whose particles have been located, by lane [kg].
+   pure subroutine cell_matrices(p, blocks, b, matrix)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(dp), intent(out) :: matrix(lanes, corners, corners)
+      real(dp) :: xi(lanes, ndim), mass(lanes)
+      integer :: s, l, i
+      matrix = 0
+      do s = 1, blocks%rows(b)
+         mass = 0
+         xi = 0
+         do l = 1, count(blocks%cells(:, b) > 0)
+            associate (e => blocks%cells(l, b))
+               if (s > blocks%count_in(e)) cycle
+               i = blocks%first_in(e) + (s - 1)*blocks%stride_in(e)
+               mass(l) = p%mass(i)
+               xi(l, :) = p%local(i, :)
+            end associate
+         end do
+         call add_matrix(1, lanes, xi, mass, matrix)
+      end do
+   end subroutine cell_matrices
+
+   !> Volume times stress of particles of any materials, as `linear_forces`.
+   pure subroutine forces(rows, ld, materials, material, volume, h, total_frame, t)
+      integer, intent(in) :: rows, ld, material(ld)
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: volume(ld), h(ld, ndim, ndim)
+      logical, intent(in) :: total_frame
+      real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
+      real(dp) :: h_of(ndim, ndim)
+      integer :: s, l, k
+      do s = 1, rows
+         do l = 1, lanes
+            k = lanes*(s - 1) + l
+            h_of = h(k, :, :)
+            t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h_of, total_frame), [ndim*ndim])
+         end do
+      end do
+   end subroutine forces
+
+   !> Whether any particle of the blocks that one has left is no longer in its cell or one beside it.
+   pure logical function any_has_jumped(p, blocks, f) result(jumped)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(in) :: f
+      real(dp) :: xi(ndim)
+      integer :: b, l, i
+      jumped = .false.
+      do b = 1, blocks%n
+         if (.not. f%left(b)) cycle
+         do l = 1, lanes
+            associate (e => blocks%cells(l, b))
+               if (e == 0) cycle
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  xi = (p%position(i) - blocks%lower(l, :, b))*blocks%inverse_size(l, b)
+                  jumped = jumped .or. .not. all(xi >= -1 .and. xi < 2)
+               end do
+            end associate
+         end do
+      end do
+   end function any_has_jumped
+end module hampm_particle_pass

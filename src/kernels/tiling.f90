@@ -1,0 +1,214 @@
+!> The order in which the parts of a step are done so that they find their data in the cache.
+!>
+!> A step is a sequence of stages, by turns of nodes and of blocks (`hampm_particle_pass`): a node needs the blocks around it to
+!> have done the stage before, a block its nodes. Done one stage after the other, each moves all data through the memory. Instead
+!> `blocks_per_tile` blocks are done at a time, and then at once, stage by stage, whatever is ready. In the order of the grid most
+!> of that lies in the same or in the last tiles. The order of the parts changes no number.
+!>
+!> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
+!> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
+module hampm_tiling
+   use hampm_kinds, only: corners
+   use hampm_cell_blocks, only: cell_blocks_t
+   implicit none
+   private
+   public :: tiling_t, plan_tiles
+
+   integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
+
+   !> Items of one stage in the order in which they are done: those from start(t) to start(t + 1) - 1 in tile t.
+   type :: stage_t
+      integer, allocatable :: start(:), item(:)
+   end type stage_t
+
+   !> The tiles and regions of a grid, and what is done in each of them at each stage.
+   type :: tiling_t
+      integer :: n_tiles = 0
+      integer :: n_regions = 0
+      integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
+      type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
+      integer, private :: layout = 0             !! that of the blocks for which it was made
+      logical, private :: is_lasting = .false.   !! whether for more than one step
+   contains
+      procedure :: fits
+   end type tiling_t
+
+contains
+
+   !> Whether it was made for the present blocks, and need not be made better.
+   pure logical function fits(self, blocks)
+      class(tiling_t), intent(in) :: self
+      type(cell_blocks_t), intent(in) :: blocks
+      fits = self%layout == blocks%layout .and. self%is_lasting
+   end function fits
+
+   !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks. A plan takes longer than it saves in
+   !> one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
+   subroutine plan_tiles(blocks, active, n_passes, plan)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: active(:)           !! the nodes of occupied cells
+      integer, intent(in) :: n_passes
+      type(tiling_t), intent(inout) :: plan
+      plan%is_lasting = plan%layout == blocks%layout .or. blocks%n <= blocks_per_tile
+      plan%layout = blocks%layout
+      if (allocated(plan%stages)) deallocate (plan%stages)
+      allocate (plan%stages(2*n_passes))
+      if (plan%is_lasting) then
+         call plan_in_tiles(blocks, n_passes, plan)
+      else
+         call plan_whole(blocks, active, n_passes, plan)
+      end if
+   end subroutine plan_tiles
+
+   !> Plan steps in one tile.
+   subroutine plan_whole(blocks, active, n_passes, plan)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: active(:)
+      integer, intent(in) :: n_passes
+      type(tiling_t), intent(inout) :: plan
+      integer :: b, s
+      plan%n_tiles = 1
+      plan%n_regions = 1
+      plan%first_tile = [1, 2]
+      do s = 1, n_passes
+         plan%stages(2*s - 1)%item = active
+         plan%stages(2*s)%item = [(b, b=1, blocks%n)]
+      end do
+      do s = 1, size(plan%stages)
+         allocate (plan%stages(s)%start(0:3), source=1)
+         plan%stages(s)%start(2:) = size(plan%stages(s)%item) + 1
+      end do
+   end subroutine plan_whole
+
+   !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid: as many as the root of
+   !> all. With the number of regions growing like the root of the number of tiles, the part of the work that waits stays the same.
+   !> It is even, so that two threads have equal shares.
+   subroutine plan_in_tiles(blocks, n_passes, plan)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: n_passes
+      type(tiling_t), intent(inout) :: plan
+      integer, allocatable :: node_tile(:), block_tile(:), first_tile(:)
+      integer :: b, r, s
+      plan%n_tiles = (blocks%n - 1)/blocks_per_tile + 1
+      plan%n_regions = max(1, 2*nint(sqrt(real(plan%n_tiles))/4))
+      plan%first_tile = [((r - 1)*plan%n_tiles/plan%n_regions + 1, r=1, plan%n_regions + 1)]
+      first_tile = [((b - 1)/blocks_per_tile + 1, b=1, blocks%n)]
+      allocate (node_tile(size(blocks%slot, 2)))
+      call nodes_first(plan, blocks, first_tile, node_tile)
+      block_tile = first_tile
+      do s = 1, n_passes
+         if (s > 1) then
+            call nodes_after_blocks(plan, blocks, block_tile, node_tile)
+            block_tile = first_tile
+            call blocks_after_nodes(plan, blocks, node_tile, block_tile)
+         end if
+         call sort_items(plan, node_tile, plan%stages(2*s - 1))
+         call sort_items(plan, block_tile, plan%stages(2*s))
+      end do
+   end subroutine plan_in_tiles
+
+   !> When nodes are done in the first stage: with the first tile that needs them, before all where several regions do. -1 for
+   !> nodes without blocks.
+   subroutine nodes_first(plan, blocks, block_tile, node_tile)
+      type(tiling_t), intent(in) :: plan
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: block_tile(:)
+      integer, intent(out) :: node_tile(:)
+      integer :: b, k
+      node_tile = -1
+      do b = 1, blocks%n
+         associate (around => nodes_of(blocks, b))
+            do k = 1, size(around)
+               associate (t => node_tile(around(k)))
+                  if (t == -1) then
+                     t = block_tile(b)
+                  else if (t > 0) then
+                     if (region_of(plan, t) /= region_of(plan, block_tile(b))) t = 0
+                  end if
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine nodes_first
+
+   !> When nodes can be done after their blocks.
+   subroutine nodes_after_blocks(plan, blocks, block_tile, node_tile)
+      type(tiling_t), intent(in) :: plan
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: block_tile(:)
+      integer, intent(out) :: node_tile(:)
+      integer :: b, k
+      node_tile = -1
+      do b = 1, blocks%n
+         associate (around => nodes_of(blocks, b))
+            do k = 1, size(around)
+               node_tile(around(k)) = after_both(plan, node_tile(around(k)), block_tile(b))
+            end do
+         end associate
+      end do
+   end subroutine nodes_after_blocks
+
+   !> When blocks, which were ready before, can be done after their nodes.
+   subroutine blocks_after_nodes(plan, blocks, node_tile, block_tile)
+      type(tiling_t), intent(in) :: plan
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: node_tile(:)
+      integer, intent(inout) :: block_tile(:)
+      integer :: b, k
+      do b = 1, blocks%n
+         associate (around => nodes_of(blocks, b))
+            do k = 1, size(around)
+               block_tile(b) = after_both(plan, block_tile(b), node_tile(around(k)))
+            end do
+         end associate
+      end do
+   end subroutine blocks_after_nodes
+
+   !> The nodes around the cells of a block, each once for each cell.
+   pure function nodes_of(blocks, block) result(nodes)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: block
+      integer :: nodes(corners*count(blocks%cells(:, block) > 0))
+      nodes = reshape(blocks%nodes(:, :count(blocks%cells(:, block) > 0), block), [size(nodes)])
+   end function nodes_of
+
+   !> The tile in which something can be done after what is done in the tiles a and b; a may be -1, nothing.
+   pure integer function after_both(plan, a, b) result(tile)
+      type(tiling_t), intent(in) :: plan
+      integer, intent(in) :: a, b
+      tile = max(a, b)
+      if (a == -1 .or. tile > plan%n_tiles) return
+      if (region_of(plan, a) /= region_of(plan, b)) tile = plan%n_tiles + 1
+   end function after_both
+
+   !> The region of a tile.
+   pure integer function region_of(plan, tile)
+      type(tiling_t), intent(in) :: plan
+      integer, intent(in) :: tile
+      region_of = count(plan%first_tile <= tile)
+   end function region_of
+
+   !> Sort items by tile, those of -1 left out.
+   subroutine sort_items(plan, tile, stage)
+      type(tiling_t), intent(in) :: plan
+      integer, intent(in) :: tile(:)
+      type(stage_t), intent(out) :: stage
+      integer, allocatable :: next(:)
+      integer :: i, t
+      allocate (next(0:plan%n_tiles + 1), source=0)
+      do i = 1, size(tile)
+         if (tile(i) >= 0) next(tile(i)) = next(tile(i)) + 1
+      end do
+      allocate (stage%start(0:plan%n_tiles + 2), stage%item(sum(next)))
+      stage%start(0) = 1
+      do t = 0, plan%n_tiles + 1
+         stage%start(t + 1) = stage%start(t) + next(t)
+      end do
+      next = stage%start(:plan%n_tiles + 1)
+      do i = 1, size(tile)
+         if (tile(i) < 0) cycle
+         stage%item(next(tile(i))) = i
+         next(tile(i)) = next(tile(i)) + 1
+      end do
+   end subroutine sort_items
+end module hampm_tiling

@@ -1,0 +1,186 @@
+!> Everything that moves, and how it stands on the grid between two steps.
+module hampm_motion
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_constraints, only: constraints_t, fit_constraints
+   use hampm_contact, only: contact_t, fit_contact, lump_at_pairs
+   use hampm_cuts, only: crosses
+   use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_grid, only: grid_t
+   use hampm_loads, only: load_t, follow_sort
+   use hampm_mass_choice, only: mass_choice_t, choose_cells
+   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
+   use hampm_particle_pass, only: pass_report_t, pass_over_all
+   use hampm_particles, only: particles_t
+   use hampm_pass, only: pass_t, scheme_t
+   use hampm_schemes, only: new_scheme
+   use hampm_sorting, only: sorting_t, sort_into_cells
+   use hampm_tiling, only: tiling_t
+   use hampm_whereabouts, only: when, origin
+   implicit none
+   private
+   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, update_particles, map_to_grid, fit_operators, &
+             refresh_grid, pass_on
+
+   !> Everything that moves, and what moves it.
+   type :: motion_t
+      type(grid_t) :: grid
+      type(particles_t) :: particles
+      type(material_t), allocatable :: materials(:)
+      type(constraints_t) :: constraints
+      type(load_t), allocatable :: loads(:)
+      real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
+      logical :: audit = .false.                 !! whether to book the numerical loss
+      type(scheme_t) :: scheme
+      type(mass_choice_t) :: mass                !! which mass matrix
+      type(mass_solver_t) :: solver
+      type(nodal_fields_t) :: fields
+      type(contact_t) :: contact                 !! of the faces of cuts
+      ! How the machine does it
+      type(cell_blocks_t) :: blocks              !! in which order the particles stand
+      type(sorting_t) :: sorting                 !! how they got there
+      type(tiling_t) :: plan                     !! of steps in tiles
+      type(element_operators_t) :: operators     !! of cells that are passed without their particles
+      logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
+      logical :: weighed = .false.               !! whether the nodes have the masses that these give
+      logical :: sorted = .false.                !! whether particles moved to other cells in the last step
+      ! What has been so far
+      real(dp) :: time = 0                       !! [s]
+      integer(long) :: steps = 0                 !! steps done
+      real(dp) :: external_work = 0              !! work of the loads [J]
+      real(dp) :: damping_loss = 0               !! energy taken by the damping [J]
+      real(dp) :: numerical_loss = 0             !! energy lost by the method, booked with `audit` [J]
+   end type motion_t
+
+contains
+
+   !> Prepare for the first step with a scheme ('usf', 'usl', 'usavg' or 'musl') and, where it is not to be lumped, a mass
+   !> matrix.
+   subroutine start_motion(m, scheme, failure, mass)
+      type(motion_t), intent(inout) :: m
+      character(*), intent(in) :: scheme
+      type(failure_t), intent(inout) :: failure
+      type(mass_choice_t), intent(in), optional :: mass
+      if (present(mass)) m%mass = mass
+      m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
+      if (.not. allocated(m%loads)) allocate (m%loads(0))
+      call fit_to_grid(m, failure)
+   end subroutine start_motion
+
+   !> Make constraints, contact, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the
+   !> memory does not suffice.
+   subroutine fit_to_grid(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      m%mapped = .false.
+      m%plan = tiling_t()
+      m%operators = element_operators_t()
+      call fit_constraints(m%constraints, m%grid)
+      call fit_contact(m%contact, m%grid)
+      call new_nodal_fields(m%grid, m%fields, failure)
+      if (failure%failed()) return
+      call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
+      call lump_at_pairs(m%contact, m%grid, m%fields%mass_matrix)
+      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
+      if (failure%failed()) return
+      call find_active_nodes(m%grid, m%blocks, m%fields, failure)
+   end subroutine fit_to_grid
+
+   !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
+   subroutine update_particles(m)
+      type(motion_t), intent(inout) :: m
+      call give_to_particles(m%operators, m%materials, m%particles, m%blocks, m%fields)
+   end subroutine update_particles
+
+   !> Map the particles to the grid at the start of a step, where the last step has not done so.
+   subroutine map_to_grid(m)
+      type(motion_t), intent(inout) :: m
+      type(pass_report_t) :: report
+      type(pass_t) :: map
+      m%weighed = .false.
+      map = m%scheme%map_at_start
+      map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
+      call pass_over_all(map, 0.0_dp, m%materials, m%particles, m%blocks, m%fields, report)
+      call fit_operators(m)
+      m%mapped = .true.
+   end subroutine map_to_grid
+
+   !> Find the cells that are passed without their particles, and their operators, from particles and contributions that fit each
+   !> other.
+   subroutine fit_operators(m)
+      type(motion_t), intent(inout) :: m
+      logical, allocatable :: is_loaded(:)
+      integer :: k
+      m%operators = element_operators_t()
+      if (m%audit .or. .not. m%particles%total_frame) return
+      allocate (is_loaded(m%grid%n_elements), source=.false.)
+      do k = 1, size(m%loads)
+         is_loaded(m%particles%cell(m%loads(k)%host)) = .true.
+      end do
+      call find_operators(m%materials, is_loaded, m%particles, m%blocks, m%fields, m%operators)
+   end subroutine fit_operators
+
+   !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.
+   subroutine refresh_grid(m)
+      type(motion_t), intent(inout) :: m
+      if (.not. m%mapped) call map_to_grid(m)
+      call assemble(m%grid, m%blocks, m%fields, mass=.true., momentum=.true., force=.false.)
+   end subroutine refresh_grid
+
+   !> Sort the particles, after some have moved to other cells or their number has changed.
+   subroutine sort_anew(m, failure)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      m%mapped = .false.
+      call sort_particles(m, failure)
+      if (.not. failure%failed()) call find_active_nodes(m%grid, m%blocks, m%fields, failure)
+   end subroutine sort_anew
+
+   !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the grid or gone
+   !> through a cut: it would go on as part of the other side.
+   subroutine sort_particles(m, failure, left)
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: left(:)   !! the blocks that some particle has left, where that is known
+      type(failure_t) :: lost
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, lost, left)
+      call pass_on(m, m%steps, lost, failure)
+      if (failure%failed()) return
+      call follow_sort(m%loads, m%sorting%new_place)
+      if (size(m%grid%cuts) > 0 .and. .not. m%particles%total_frame) call look_for_crossing(m, failure)
+   end subroutine sort_particles
+
+   !> Fail where a particle is no longer on its side of a cut.
+   subroutine look_for_crossing(m, failure)
+      type(motion_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: advice
+      real(dp) :: start(ndim)
+      integer :: i, k
+      do i = 1, m%particles%n
+         start = m%particles%reference(i, :)
+         do k = 1, size(m%grid%cuts)
+            if (.not. crosses(m%grid%cuts(k), m%grid%forest, start, m%particles%position(i))) cycle
+            advice = 'a face, or the body as a whole, moves by more than a fraction of a cell: use &method frame = ''total'''
+            if (.not. m%contact%wanted) advice = advice//'; or the faces press on each other: use &crack contact = '// &
+                                                 '''frictionless'''
+            call failure%report(exit_computation, when(m%steps, m%time)//'the particle that started at '// &
+                                origin(m%grid, m%particles, i)//' has crossed the line of the crack, and would stick to the '// &
+                                'other face. Likely cause: '//advice)
+            return
+         end do
+      end do
+   end subroutine look_for_crossing
+
+   !> Fail as a part of a step did, if it did, and say when.
+   subroutine pass_on(m, step, part, failure)
+      type(motion_t), intent(in) :: m
+      integer(long), intent(in) :: step
+      type(failure_t), intent(in) :: part
+      type(failure_t), intent(inout) :: failure
+      if (part%failed()) call failure%report(part%code, when(step, m%time)//part%message)
+   end subroutine pass_on
+end module hampm_motion
