@@ -1,0 +1,269 @@
+"""How the sources of src/ hang together, computed from their text alone.
+
+    python tools/structure.py                              the report: lines, arguments, imports, longest files
+    python tools/structure.py --dot FILE                   the picture of imports between folders, for Graphviz
+    python tools/structure.py --chain run take_step ...    the shortest chain of calls from one procedure to the next of these
+    python tools/structure.py --velocity                   the files that one opens to follow a particle's velocity to G
+
+--velocity counts the files on the shortest chains of calls from the start of the program to each procedure that names the velocity,
+that is handed one, that names a column such as G_nodal_force_I, or whose own name then begins with `nodal_force`; and the files
+whose modules declare a velocity (the key of `&body`, a component of a type). With --executed it leaves out procedures that the last
+run of the coverage build did not enter: then it tells what a plain scene takes.
+
+    make build=coverage program; rm -f build/coverage/*.gcda
+    build/coverage/hampm input/dcb.nml --output results --force --set run.end_time=1e-4 --set output.snapshot_interval=0 \\
+        --set energy_release.estimators=nodal_force
+    python tools/structure.py --velocity --executed
+
+Calls are references by name, type-bound ones by the declared type; of a generic name all procedures count. What is called through a
+dummy procedure is not seen, but who hands the procedure on is.
+"""
+
+import argparse
+import re
+import sys
+from collections import Counter, deque
+from pathlib import Path
+
+from fortran import read
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = ROOT / "src"
+FEW, MANY = 8, 15  # arguments
+COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
+
+
+# --- imports ----------------------------------------------------------------------------------------------------------
+
+def reading_order(readme):
+    """Folders of src/ and files in src/ itself, in the order of the README's table under "Reading the code"."""
+    cells = re.findall(r"^\| *(`src/[^|]*)\|", readme.partition("## Reading the code")[2], re.MULTILINE)
+    return [name.removeprefix("src/").rstrip("/") for cell in cells for name in re.findall(r"`([^`]+)`", cell)]
+
+
+def rank(path, order):
+    """Where a source stands in the order, the first being 0; files of src/ itself that no row begins with stand beside the last one
+    that does."""
+    place = path.parts[0]
+    if len(path.parts) == 1 and place not in order:
+        return max(k for k, name in enumerate(order) if name.endswith(".f90"))
+    return order.index(place)
+
+
+def upward_imports(program, order):
+    """(module, module that it uses) where the used one stands above in the order."""
+    modules = program.modules
+    return [(name, used) for name, others in sorted(program.imports().items()) for used in sorted(others)
+            if rank(modules[name].path, order) > rank(modules[used].path, order)]
+
+
+def folder_of(path):
+    """The folder of a source, "src" for those that are in none."""
+    return path.parts[0] if len(path.parts) > 1 else "src"
+
+
+def folder_imports(program):
+    """How many uses of modules there are between folders, by (folder, used folder)."""
+    counts = Counter((folder_of(program.modules[name].path), folder_of(program.modules[used].path))
+                     for name, others in program.imports().items() for used in others)
+    return {pair: n for pair, n in counts.items() if pair[0] != pair[1]}
+
+
+def cycle(graph):
+    """Names that need each other in a circle, or nothing; `graph`: name: those that it needs."""
+    done, path = set(), []
+
+    def visit(name):
+        if name in path:
+            return path[path.index(name):]
+        if name not in done:
+            path.append(name)
+            for other in sorted(graph.get(name, ())):
+                if found := visit(other):
+                    return found
+            done.add(path.pop())
+        return []
+
+    return next((found for name in sorted(graph) if (found := visit(name))), [])
+
+
+def graph_of(pairs):
+    """(name, name that it needs) ... as a graph."""
+    graph = {}
+    for name, other in pairs:
+        graph.setdefault(name, set()).add(other)
+    return graph
+
+
+# --- calls ------------------------------------------------------------------------------------------------------------
+
+class Calls:
+    """Which procedures refer to which; `entered(scope)` tells which of them count."""
+
+    def __init__(self, program, entered=lambda scope: True):
+        self.program = program
+        self.of = {scope: [(callee, actual) for callee, actual in program.calls(scope) if entered(callee)]
+                   for scope in program.scopes if (scope.is_procedure() or scope.kind == "program") and entered(scope)}
+
+    def find(self, name):
+        """The procedure of a name such as `run` or `simulation.run`."""
+        found = [scope for scope in self.of if ("." + scope.title()).endswith("." + name)]
+        exact = [scope for scope in found if scope.title() == name]
+        if len(exact or found) != 1:
+            sys.exit(f"{name}: " + (", ".join(scope.title() for scope in found) or "no such procedure"))
+        return (exact or found)[0]
+
+    def shortest(self, start):
+        """Of every procedure that `start` leads to the one before it on a shortest chain."""
+        before, waiting = {start: None}, deque([start])
+        while waiting:
+            scope = waiting.popleft()
+            for callee, _ in self.of[scope]:
+                if callee not in before:
+                    before[callee] = scope
+                    waiting.append(callee)
+        return before
+
+    def chain(self, *points):
+        """The shortest chain of procedures through some; empty where there is none."""
+        whole = [points[0]]
+        for start, end in zip(points, points[1:]):
+            before = self.shortest(start)
+            if end not in before:
+                return []
+            whole += chain_to(end, before)[1:]
+        return whole
+
+
+def chain_to(scope, before):
+    """What leads to a procedure, from the first on."""
+    return (chain_to(before[scope], before) if before[scope] else []) + [scope]
+
+
+def handed(calls, word):
+    """Of every procedure the dummy arguments that are given something of the name `word`, or a part of it, or such a dummy."""
+    names = {scope: set() for scope in calls.of}
+    waiting = deque(calls.of)
+    while waiting:
+        scope = waiting.popleft()
+        known = names[scope] | {word}
+        for callee, actual in calls.of[scope]:
+            for k, text in enumerate(actual):
+                key, _, value = text.rpartition("=") if re.match(r"\w+\s*=[^=]", text) else ("", "", text)
+                value = re.sub(r"\s", "", value)
+                while value != (value := re.sub(r"\([^()]*\)", "", value)):
+                    pass
+                dummy = key.strip() or (callee.arguments[k] if k < len(callee.arguments) else "")
+                if dummy and value.split("%")[-1] in known and dummy not in names[callee]:
+                    names[callee].add(dummy)
+                    waiting.append(callee)
+    return names
+
+
+def followed(calls, word="velocity"):
+    """Of every file on the way of a quantity from the namelist to a column of G: why it is there."""
+    mention = re.compile(rf"\b{word}\b")
+    given = handed(calls, word)
+    columns = {scope: found for scope in calls.of if (found := [name for name in map(COLUMN.match, scope.strings) if name])}
+    estimators = tuple({name[1] for found in columns.values() for name in found})
+    ends = {}
+    for scope in calls.of:
+        if scope in columns:
+            ends[scope] = "names a column of G"
+        elif scope.name.startswith(estimators):
+            ends[scope] = "finds it"
+        elif word in scope.strings or any(map(mention.search, scope.statements)):
+            ends[scope] = f"names the {word}"
+        elif given[scope]:
+            ends[scope] = "is handed one"
+    start = next(scope for scope in calls.of if scope.kind == "program")
+    before = calls.shortest(start)
+    why = {}
+    for scope, reason in sorted(ends.items(), key=lambda item: (item[1], item[0].title())):
+        if scope in before:
+            why.setdefault(scope.path, f"{scope.name} {reason}")
+    for scope in ends:
+        for link in chain_to(scope, before) if scope in before else []:
+            why.setdefault(link.path, "on the way there")
+    for scope in calls.program.scopes:
+        if scope.kind == "type" and word in scope.holds:
+            why.setdefault(scope.path, f"{scope.name} has one")
+        elif scope.kind == "module" and word in scope.strings:
+            why.setdefault(scope.path, "lists the key")
+    return why
+
+
+def entered():
+    """Whether a procedure was entered by what the coverage build ran, as a function."""
+    from coverage import lines_run
+    ran = {path: {line for line, count in counts.items() if count} for path, counts in lines_run().items()}
+    return lambda scope: any(scope.first <= line <= scope.last for line in ran.get(str(Path("src") / scope.path), ()))
+
+
+# --- report -----------------------------------------------------------------------------------------------------------
+
+def report(program, order):
+    """The report as lines of text."""
+    lengths = {scope.path: 0 for scope in program.scopes}
+    for path in lengths:
+        lengths[path] = len((SOURCES / path).read_text().splitlines())
+    folders = sorted({folder_of(path) for path in lengths}, key=lambda name: order.index(name) if name in order else -1)
+    yield "folder         files  lines  procedures"
+    for folder in [*folders, ""]:
+        paths = [path for path in lengths if folder in ("", folder_of(path))]
+        procedures = sum(scope.path in paths for scope in program.procedures)
+        yield f"{folder or 'all':14} {len(paths):5} {sum(map(lengths.get, paths)):6} {procedures:11}"
+    foreign = [scope for scope in program.scopes if scope.kind == "foreign"]
+    for limit in (FEW, MANY):
+        found = sorted((scope for scope in program.procedures if len(scope.arguments) > limit),
+                       key=lambda scope: (-len(scope.arguments), scope.title()))
+        libraries = sum(len(scope.arguments) > limit for scope in foreign)
+        yield f"\nmore than {limit} arguments: {len(found)} procedures, and {libraries} of libraries"
+        yield from (f"  {len(scope.arguments):3} {scope.title()}" for scope in found)
+    pairs = folder_imports(program)
+    yield "\nuses of modules of the folder of a column by the folder of a row"
+    yield " " * 12 + "".join(f"{name[:8]:>9}" for name in folders)
+    yield from (f"{name:12}" + "".join(f"{pairs.get((name, other), '.'):>9}" for other in folders) for name in folders)
+    yield "\nagainst the order of the README: " + (", ".join(map(" uses ".join, upward_imports(program, order))) or "none")
+    for what, graph in (("modules", program.imports()), ("folders", graph_of(pairs))):
+        yield f"cycle of {what}: " + (" > ".join(cycle(graph)) or "none")
+    yield "\nlongest files"
+    yield from (f"  {n:4} {path}" for path, n in sorted(lengths.items(), key=lambda item: -item[1])[:12])
+
+
+def dot(program):
+    """The picture of imports between folders, as Graphviz reads it."""
+    edges = [f'   "{a}" -> "{b}" [label={n}];' for (a, b), n in sorted(folder_imports(program).items())]
+    return "\n".join(["digraph imports {", *edges, "}", ""])
+
+
+def titles(scopes):
+    return [f"  {k:3} {scope.title():40} {scope.path}:{scope.first}" for k, scope in enumerate(scopes)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--dot", metavar="FILE", type=Path)
+    parser.add_argument("--chain", metavar="PROCEDURE", nargs="+")
+    parser.add_argument("--velocity", action="store_true")
+    parser.add_argument("--executed", action="store_true")
+    options = parser.parse_args()
+    program = read(SOURCES)
+    if options.dot:
+        options.dot.write_text(dot(program))
+    if options.chain or options.velocity:
+        calls = Calls(program, entered() if options.executed else lambda scope: True)
+    if options.chain:
+        chain = calls.chain(*map(calls.find, options.chain))
+        print(f"{' > '.join(options.chain)}: {len(chain) - 1} calls" if chain else "there is no such chain")
+        print(*titles(chain), sep="\n")
+    if options.velocity:
+        why = followed(calls)
+        print(f"from the velocity of a &body to G: {len(why)} files")
+        print(*(f"  {path!s:36} {text}" for path, text in sorted(why.items())), sep="\n")
+    if not (options.dot or options.chain or options.velocity):
+        print(*report(program, reading_order((ROOT / "README.md").read_text())), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
