@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench minimal masses adaptivity extremes tradeoff local_steps tip
+         bench against minimal masses adaptivity extremes tradeoff local_steps tip
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -97,6 +97,11 @@ bench:  ## measure time, memory and instructions of a step beside the least that
 	@$(MAKE) --no-print-directory $(O)/bench_step
 	@$(MAKE) --no-print-directory build=counted program build/counted/bench_step
 	$(PYTHON) bench/speed.py --program $(O)/bench_step --output results
+
+against: setup  ## hold results, instructions and time to those of an earlier version: make against before=REV [parts="results time"]
+	@tools/setup.sh valgrind
+	@test -n "$(before)" || { echo "beside which version? make against before=REV"; exit 1; }
+	$(PYTHON) bench/against.py $(parts) --before $(before)
 
 minimal: setup  ## measure the least that a plain step needs beside what the program takes
 	@$(MAKE) --no-print-directory $(O)/minimal_step
