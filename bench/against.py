@@ -5,8 +5,8 @@
                   what is zero but for rounding all digits may differ
     instructions  of bench_step per particle and step, by valgrind
     programs      instructions of whole short runs of some of the scenes
-    time          processor time of bench_step per particle and step: both programs in turn, each turn the other way round; the
-                  median of the ratios of all turns, and the range of the middle half of them
+    time          processor time of bench_step per particle and step: both programs at once on the same processor, which they share
+                  in slices of milliseconds; the median of the ratios of turns that go together, and the range of the middle half
 
 Run by `make against before=REV`, which clones the revision and builds both, or
 .venv/bin/python bench/against.py results time --before REV --cases tip audit. FOLDER in place of REV is a clone that is there. The
@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 from against_scenes import COUNTED, SCENES
 from instructions import can_count, instructions, run_counted
-from speed import CELLS, SIZES, Case, judged, processors, take_turns
+from speed import CELLS, SIZES, Case, judged, processors
 from tables import ROOT, write
 
 sys.path.insert(0, str(ROOT / "postprocess"))
@@ -99,7 +99,7 @@ def arguments_of(scene, folder, *more):
 def run(program, scene, folder):
     """Run a scene: exit code and history, None where there is none."""
     words = [str(word) for word in (program, *arguments_of(scene, folder))]
-    code = subprocess.run(words, capture_output=True, check=False, env={**os.environ, "OMP_WAIT_POLICY": "passive"}).returncode
+    code = subprocess.run(words, capture_output=True, check=False).returncode
     result = folder / "scene.h5"
     return code, History(result) if result.exists() else None
 
@@ -169,13 +169,28 @@ def count_runs(builds, wanted, _):
 
 # --- time -------------------------------------------------------------------------------------------------------------
 
+def start(program, case, turns):
+    """Start bench_step on a case, on as many processors as it has threads."""
+    process = subprocess.Popen([program, "time", str(turns), str(case)], stdout=subprocess.PIPE, text=True)
+    os.sched_setaffinity(process.pid, sorted(os.sched_getaffinity(0))[-case.threads:])
+    return process
+
+
+def times(process):
+    """Processor time of each of its turns [ns], when it has ended."""
+    text = process.communicate()[0]
+    if process.returncode:
+        sys.exit(f"{process.args} has failed")
+    return [float(line.split()[3]) for line in text.splitlines()]
+
+
 def time_case(builds, case, turns):
-    """The row of a case of bench_step."""
+    """The row of a case of bench_step. Both programs run at once on the same processors, so that what slows these down meets both;
+    three turns a process, as pages lie elsewhere in each."""
     spent = []
-    for turn in range(turns):
-        order = (0, 1) if turn % 2 == 0 else (1, 0)
-        found = {k: take_turns(builds[k] / NEEDS["time"], 1, [case])[case][0].processor for k in order}
-        spent.append((found[0], found[1]))
+    for turn in range(0, turns, 3):
+        both = [start(build / NEEDS["time"], case, min(3, turns - turn)) for build in builds]
+        spent += zip(*map(times, both))
     ratios = [after / before for before, after in spent]
     value = statistics.median(ratios)
     low, _, high = statistics.quantiles(ratios, n=4) if turns > 1 else (value, value, value)
@@ -186,7 +201,8 @@ def time_case(builds, case, turns):
 
 def time(builds, wanted, options):
     """Processor time of bench_step."""
-    return [time_case(builds, case, options.turns) for case in CASES if wanted(str(case))]
+    return [time_case(builds, case, options.turns if case.cells <= CELLS[-1] else min(options.turns, 9))
+            for case in CASES if wanted(str(case))]
 
 
 # --- builds -----------------------------------------------------------------------------------------------------------
@@ -207,7 +223,7 @@ def build(folder, parts, if_missing=False):
 
 def clone(revision, folder):
     """A clone of a revision of this repository."""
-    subprocess.run(["git", "clone", "--quiet", "--no-checkout", ROOT, folder], check=True)
+    subprocess.run(["git", "clone", "--quiet", "--shared", "--no-checkout", ROOT, folder], check=True)
     name = subprocess.run(["git", "-C", ROOT, "rev-parse", "--verify", f"{revision}^{{commit}}"], capture_output=True, text=True,
                           check=False)
     if name.returncode:
@@ -217,11 +233,12 @@ def clone(revision, folder):
 
 
 def main():
+    os.environ["OMP_WAIT_POLICY"] = "passive"    # processor time of threads that wait would be counted
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", nargs="*", help=f"{', '.join(PARTS)}; default: all")
     parser.add_argument("--before", metavar="REV", required=True, help="revision, or folder of a clone")
     parser.add_argument("--cases", metavar="PART", nargs="+", default=[""], help="only cases whose name holds one of these")
-    parser.add_argument("--turns", metavar="N", type=int, default=9, help="of the part time; default: 9")
+    parser.add_argument("--turns", metavar="N", type=int, default=15, help="of the part time; default: 15")
     parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results"), help="folder of the tables")
     options = parser.parse_args()
     parts = options.part or list(PARTS)
