@@ -1,110 +1,115 @@
-!> What the history records of a crack: its columns, and the values of one row, in the same order.
+!> What the history records of a crack: what is measured there, and the list of its columns.
 module hampm_crack_measurements
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_crack, only: crack_t
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_placement, only: body_at, domain_radii
    use hampm_crack_tip_field, only: modes
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
+   use hampm_history, only: history_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
-   use hampm_placement, only: length_text
-   use hampm_results, only: results_t
-   use hampm_row, only: row_t
    use hampm_scene, only: scene_t
-   use hampm_text, only: to_text
    implicit none
    private
-   public :: declare_crack_columns, measure_crack
+   public :: crack_values_t, new_crack_values, measure_crack, record_crack
+
+   !> What was measured last; that of estimators that are not chosen is 0.
+   type :: crack_values_t
+      real(dp) :: nodal_force(modes) = 0         !! energy release rates, nodal force closure [J/m2]
+      real(dp) :: stress_closure(modes) = 0      !! the same, stress closure [J/m2]
+      real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
+      real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
+      real(dp), allocatable :: radii(:)          !! of the domains [m]
+      real(dp), allocatable :: j(:)              !! J integral of each domain [J/m2]
+      real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
+      real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
+      real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies [N]
+   end type crack_values_t
 
 contains
 
-   !> Declare the columns in the results. On a symmetry plane there is only mode I.
-   subroutine declare_crack_columns(scene, results, failure)
+   !> Nothing measured yet.
+   subroutine new_crack_values(scene, values)
       type(scene_t), intent(in) :: scene
-      type(results_t), intent(inout) :: results
-      type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: radii(:)
-      logical :: both_modes
-      integer :: i
-      both_modes = scene%crack%kind == 'line'
-      associate (chosen => scene%energy_release)
-         if (chosen%nodal_force) call add_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure')
-         if (chosen%stress_closure) call add_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure')
-         if (chosen%domain_integral) then
-            call add_modes('G_domain_', 'J/m2', 'energy release rate, part of J')
-            call add_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral')
-            if (both_modes) call results%add_column('mode_mixity', 'rad', 'angle of (K_I, K_II)', failure)
-            call results%add_column('J', 'J/m2', 'J integral, mean over the domains', failure)
-            call results%add_column('J_spread', 'J/m2', 'largest less smallest J of the domains', failure)
-            allocate (radii, source=domain_radii(scene))
-            do i = 1, size(radii)
-               call results%add_column('J_'//to_text(i), 'J/m2', 'J integral, radius '//length_text(radii(i))//' m', failure)
-            end do
-         end if
-      end associate
-      call results%add_column('crack_opening', 'm', 'opening one cell behind the tip', failure)
-      if (both_modes) call results%add_column('crack_sliding', 'm', 'sliding one cell behind the tip', failure)
-      call results%add_column('mouth_opening', 'm', 'opening at the mouth; with two tips at a root node half way or next to it', &
-                              failure)
-      if (both_modes) call results%add_column('mouth_sliding', 'm', 'sliding there', failure)
-      call results%add_column('tip_cell', 'm', 'size of the cells at the tip', failure)
-      if (size(scene%constraints) > 0) then
-         call results%add_column('reaction_x', 'N', 'force of the constraints on the bodies', failure)
-         call results%add_column('reaction_y', 'N', 'force of the constraints on the bodies', failure)
-      end if
-   contains
-      !> Declare a column for each mode.
-      subroutine add_modes(name, unit, meaning)
-         character(*), intent(in) :: name, unit, meaning
-         call results%add_column(name//'I', unit, meaning//', mode I', failure)
-         if (both_modes) call results%add_column(name//'II', unit, meaning//', mode II', failure)
-      end subroutine add_modes
-   end subroutine declare_crack_columns
+      type(crack_values_t), intent(out) :: values
+      if (.not. scene%energy_release%domain_integral) return
+      allocate (values%radii, source=domain_radii(scene))
+      allocate (values%j(size(values%radii)), source=0.0_dp)
+   end subroutine new_crack_values
 
-   !> Append the values to a row, and find the first of the chosen energy release rates, of both modes together [J/m2]; not
-   !> allocated where none is chosen. Fails where the nodal equations cannot be solved.
-   subroutine measure_crack(scene, motion, crack, extrapolation, row, first_g, failure)
+   !> Measure, and find the first of the chosen energy release rates, of both modes together [J/m2]; not allocated where none is
+   !> chosen. Fails where the nodal equations cannot be solved.
+   subroutine measure_crack(scene, motion, crack, extrapolation, values, first_g, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(crack_t), intent(in) :: crack
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without held components
-      type(row_t), intent(inout) :: row
+      type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure
       type(nodal_state_t) :: state
-      real(dp) :: g(modes)
-      integer :: recorded
-      recorded = merge(1, modes, crack%line%is_half())
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release)
          if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
          if (failure%failed()) return
          if (chosen%nodal_force) then
-            g = nodal_force_closure(crack, grid, p, motion%blocks, motion%materials, scene%run%thickness)
-            call row%add(g(:recorded))
-            call keep_first(g, first_g)
+            values%nodal_force = nodal_force_closure(crack, grid, p, motion%blocks, motion%materials, scene%run%thickness)
+            call keep_first(values%nodal_force, first_g)
          end if
          if (chosen%stress_closure) then
             call refresh_grid(motion)
-            call stress_closure(crack, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, g, failure)
-            call row%add(g(:recorded))
-            call keep_first(g, first_g)
+            call stress_closure(crack, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
+                                values%stress_closure, failure)
+            call keep_first(values%stress_closure, first_g)
          end if
          if (chosen%domain_integral) then
-            call measure_domain(scene, motion, crack, state, recorded, row, g)
-            call keep_first(g, first_g)
+            call measure_domain(scene, motion, crack, state, values)
+            call keep_first(values%domain, first_g)
          end if
-         associate (behind => crack_opening(crack, crack%behind, grid, p, motion%blocks), &
-                    mouth => crack_opening(crack, crack%mouth, grid, p, motion%blocks))
-            call row%add(behind(:recorded))
-            call row%add(mouth(:recorded))
-         end associate
-         call row%add(crack%step)
-         if (size(scene%constraints) > 0) call row%add(state%reaction)
+         values%behind = crack_opening(crack, crack%behind, grid, p, motion%blocks)
+         values%mouth = crack_opening(crack, crack%mouth, grid, p, motion%blocks)
+         values%reaction = state%reaction
       end associate
    end subroutine measure_crack
+
+   !> Record what was measured. On a symmetry plane there is only mode I.
+   subroutine record_crack(scene, crack, values, history)
+      type(scene_t), intent(in) :: scene
+      type(crack_t), intent(in) :: crack
+      type(crack_values_t), intent(in) :: values
+      type(history_t), intent(inout) :: history
+      integer :: recorded                        ! modes
+      recorded = merge(1, modes, crack%line%is_half())
+      associate (chosen => scene%energy_release, v => values)
+         if (chosen%nodal_force) &
+            call history%record_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure', &
+                                      v%nodal_force(:recorded))
+         if (chosen%stress_closure) &
+            call history%record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', &
+                                      v%stress_closure(:recorded))
+         if (chosen%domain_integral) then
+            call history%record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain(:recorded))
+            call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity(:recorded))
+            if (recorded > 1) &
+               call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
+            call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
+            call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
+            call history%record_radii('J_', 'J/m2', 'J integral', v%radii, v%j)
+         end if
+         call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
+         if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
+         call history%record('mouth_opening', 'm', &
+                             'opening at the mouth; with two tips at a root node half way or next to it', v%mouth(1))
+         if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
+         call history%record('tip_cell', 'm', 'size of the cells at the tip', crack%step)
+         if (size(scene%constraints) > 0) then
+            call history%record('reaction_x', 'N', 'force of the constraints on the bodies', v%reaction(1))
+            call history%record('reaction_y', 'N', 'force of the constraints on the bodies', v%reaction(2))
+         end if
+      end associate
+   end subroutine record_crack
 
    !> Keep an energy release rate, of both modes together, where it is the first: the sign of mode II tells only which way the
    !> faces slide.
@@ -114,34 +119,24 @@ contains
       if (.not. allocated(first_g)) first_g = g(1) + abs(g(2))
    end subroutine keep_first
 
-   !> Append what the domain integrals give: means over the domains, and J of each.
-   subroutine measure_domain(scene, motion, crack, state, recorded, row, g)
+   !> Measure what the domain integrals give: J of each domain, and means over them.
+   subroutine measure_domain(scene, motion, crack, state, values)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
       type(crack_t), intent(in) :: crack
       type(nodal_state_t), intent(in) :: state
-      integer, intent(in) :: recorded            !! number of modes
-      type(row_t), intent(inout) :: row
-      real(dp), intent(out) :: g(modes)          !! [J/m2]
+      type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
-      real(dp), allocatable :: j(:), k(:, :)
-      real(dp) :: mean_k(modes)
+      real(dp) :: k(modes, size(values%j))
       domain%tip = crack%line%tip
       domain%direction = crack%line%axis(:, 1)
       domain%cell = crack%step
       domain%half = crack%line%is_half()
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(scene%bodies(body_at(scene, crack%line%tip))%material_index)
-      domain%radius = domain_radii(scene)
-      allocate (j(size(domain%radius)), k(modes, size(domain%radius)))
-      call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, j, k)
-      mean_k = sum(k, dim=2)/size(j)
-      g = shares_of_modes(sum(j)/size(j), mean_k)
-      call row%add(g(:recorded))
-      call row%add(mean_k(:recorded))
-      if (recorded > 1) call row%add(atan2(mean_k(2), mean_k(1)))
-      call row%add(sum(j)/size(j))
-      call row%add(maxval(j) - minval(j))
-      call row%add(j)
+      domain%radius = values%radii
+      call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, values%j, k)
+      values%intensity = sum(k, dim=2)/size(values%j)
+      values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
    end subroutine measure_domain
 end module hampm_crack_measurements

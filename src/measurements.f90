@@ -1,25 +1,25 @@
-!> What the history records: which columns a scene has, and one row of their values.
+!> What the history records: what is measured, and the list of its columns.
 module hampm_measurements
    use hampm_kinds, only: dp
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
    use hampm_crack, only: crack_t, crack_line_t
-   use hampm_crack_measurements, only: declare_crack_columns, measure_crack
+   use hampm_crack_measurements, only: crack_values_t, new_crack_values, measure_crack, record_crack
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum
    use hampm_failure, only: failure_t
+   use hampm_history, only: history_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
    use hampm_motion, only: motion_t
    use hampm_results, only: results_t
-   use hampm_row, only: row_t
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
+   public :: measurements_t, new_measurements, fit_extrapolation, measure, take_row, declare_columns, energy_residual
 
-   !> The latest row, with what is needed to take the next one.
+   !> What was measured last, with what is needed to measure again.
    type :: measurements_t
       real(dp) :: initial_energy = 0             !! kinetic energy of the bodies at the start [J]
       real(dp) :: largest_energy = 0             !! largest of kinetic + strain energy and external work so far [J]
@@ -32,12 +32,13 @@ module hampm_measurements
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without held components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
-      type(row_t) :: row                         !! values of the columns
+      type(crack_values_t) :: crack              !! what was measured at the crack, if there is one
+      type(history_t) :: history                 !! the columns and the latest row
    end type measurements_t
 
 contains
 
-   !> Ready for the first row.
+   !> Ready for the first measurement.
    subroutine new_measurements(scene, motion, crack, m)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
@@ -46,6 +47,7 @@ contains
       real(dp) :: force, length, depth, largest
       m%initial_energy = kinetic_energy(motion%particles)
       call moment_of_momentum(motion%particles, m%initial_moment, largest)
+      if (scene%crack%present) call new_crack_values(scene, m%crack)
       select case (scene%energy_release%reference)
       case ('value')
          m%g_ref = scene%energy_release%reference_value
@@ -83,66 +85,72 @@ contains
       end associate
    end subroutine dcb_dimensions
 
-   !> Declare the columns in the results, in the order of `measure`, with what belongs to them.
-   subroutine declare_columns(scene, m, results, failure)
+   !> Declare the columns in the results, as a first pass through their list finds them, and what belongs to them.
+   subroutine declare_columns(scene, motion, crack, m, results, failure)
       type(scene_t), intent(in) :: scene
-      type(measurements_t), intent(in) :: m
+      type(motion_t), intent(in) :: motion
+      type(crack_t), intent(in) :: crack
+      type(measurements_t), intent(inout) :: m
       type(results_t), intent(inout) :: results
       type(failure_t), intent(inout) :: failure
-      call results%add_column('time', 's', 'time', failure)
-      call results%add_column('step', '1', 'steps done', failure, integer_valued=.true.)
-      call results%add_column('dt', 's', 'time step', failure)
-      call results%add_column('particles', '1', 'number of particles', failure, integer_valued=.true.)
-      call results%add_column('cells', '1', 'number of cells', failure, integer_valued=.true.)
-      call results%add_column('finest_cell', 'm', 'size of the smallest occupied cell', failure)
-      call results%add_column('kinetic_energy', 'J', 'kinetic energy', failure)
-      call results%add_column('strain_energy', 'J', 'strain energy', failure)
-      call results%add_column('external_work', 'J', 'work of the loads', failure)
-      call results%add_column('damping_loss', 'J', 'energy taken by the damping', failure)
-      if (scene%energy_release%energy_balance) call results%add_column('numerical_loss', 'J', 'energy lost by the method', failure)
-      if (scene%crack%present) call declare_crack_columns(scene, results, failure)
-      if (scene%refine%indicator == 'zz') call results%add_column('error_estimate', '1', &
-                                                                  'estimated relative error in the energy norm', failure)
-      if (scene%refine%indicator == 'gradient') call results%add_column('largest_R', '1', &
-                                                                        'largest mean R of the cells in the region', failure)
+      integer :: i
+      call take_row(scene, motion, crack, 0.0_dp, m)
+      do i = 1, size(m%history%columns)
+         associate (column => m%history%columns(i))
+            call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
+         end associate
+      end do
       if (m%g_ref > 0) call results%add_attribute('/history', 'G_ref', m%g_ref, failure)
       if (m%g_beam_on_foundation > 0) call results%add_attribute('/history', 'G_beam_on_foundation', &
                                                                  m%g_beam_on_foundation, failure)
    end subroutine declare_columns
 
-   !> Take one row.
-   subroutine measure(scene, motion, crack, dt, m, failure)
+   !> Measure what rows, the guards and the progress line are made of. Fails where the nodal equations cannot be solved.
+   subroutine measure(scene, motion, crack, m, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(crack_t), intent(in) :: crack
-      real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: first_g
-      associate (p => motion%particles, grid => motion%grid, row => m%row)
-         m%kinetic_energy = kinetic_energy(p)
-         m%strain_energy = strain_energy(p, motion%materials)
-         m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
-         m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
-                                      m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
-         row%n = 0
-         call row%add(motion%time)
-         call row%add(real(motion%steps, dp))
-         call row%add(dt)
-         call row%add(real(p%n, dp))
-         call row%add(real(grid%forest%leaf_count(), dp))
-         call row%add(smallest_occupied_cell(grid, motion%blocks))
-         call row%add(m%kinetic_energy)
-         call row%add(m%strain_energy)
-         call row%add(motion%external_work)
-         call row%add(motion%damping_loss)
-         if (scene%energy_release%energy_balance) call row%add(motion%numerical_loss)
-         if (scene%crack%present) call measure_crack(scene, motion, crack, m%extrapolation, row, first_g, failure)
-         if (scene%refine%indicator == 'zz' .or. scene%refine%indicator == 'gradient') call row%add(m%indicator)
-      end associate
+      m%kinetic_energy = kinetic_energy(motion%particles)
+      m%strain_energy = strain_energy(motion%particles, motion%materials)
+      m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
+      m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
+                                   m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
+      if (scene%crack%present) call measure_crack(scene, motion, crack, m%extrapolation, m%crack, first_g, failure)
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
+
+   !> Take a row of what was measured last: this is the list of all columns.
+   subroutine take_row(scene, motion, crack, dt, m)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(in) :: motion
+      type(crack_t), intent(in) :: crack
+      real(dp), intent(in) :: dt                 !! length of the last step [s]
+      type(measurements_t), intent(inout) :: m
+      associate (history => m%history, p => motion%particles, grid => motion%grid)
+         call history%begin_row()
+         call history%record('time', 's', 'time', motion%time)
+         call history%record('step', '1', 'steps done', motion%steps)
+         call history%record('dt', 's', 'time step', dt)
+         call history%record('particles', '1', 'number of particles', p%n)
+         call history%record('cells', '1', 'number of cells', grid%forest%leaf_count())
+         call history%record('finest_cell', 'm', 'size of the smallest occupied cell', smallest_occupied_cell(grid, motion%blocks))
+         call history%record('kinetic_energy', 'J', 'kinetic energy', m%kinetic_energy)
+         call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
+         call history%record('external_work', 'J', 'work of the loads', motion%external_work)
+         call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
+         if (scene%energy_release%energy_balance) &
+            call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
+         if (scene%crack%present) call record_crack(scene, crack, m%crack, history)
+         if (scene%refine%indicator == 'zz') &
+            call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
+         if (scene%refine%indicator == 'gradient') &
+            call history%record('largest_R', '1', 'largest mean R of the cells in the region', m%indicator)
+      end associate
+   end subroutine take_row
 
    !> Kinetic energy of the motion as a whole, which is nobody else's where nothing holds the material [J].
    pure real(dp) function energy_of_flight(motion) result(energy)

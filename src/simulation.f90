@@ -13,7 +13,8 @@ module hampm_simulation
    use hampm_guards, only: check_state, check_step, check_tip
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t
-   use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, declare_columns, energy_residual
+   use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, take_row, &
+                                 declare_columns, energy_residual
    use hampm_motion, only: motion_t, update_particles
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
@@ -270,13 +271,14 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
-      call measure(s%scene, s%motion, s%crack, s%dt, s%measurements, failure)
+      call measure(s%scene, s%motion, s%crack, s%measurements, failure)
       if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)
       if (s%scene%crack%present .and. .not. failure%failed()) call check_tip(s%motion, s%crack, failure)
       if (failure%failed()) return
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
-         call s%results%append(s%measurements%row%values(:s%measurements%row%n), failure)
+         call take_row(s%scene, s%motion, s%crack, s%dt, s%measurements)
+         call s%results%append(s%measurements%history%row, failure)
          s%samples = s%samples + 1
       end if
       if (s%scene%output%snapshot_interval > 0) then
@@ -363,7 +365,7 @@ contains
       call s%results%add_attribute('/input', 'host', host_name(), failure)
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
-      call declare_columns(s%scene, s%measurements, s%results, failure)
+      call declare_columns(s%scene, s%motion, s%crack, s%measurements, s%results, failure)
    end subroutine open_results
 
    !> Tell the progress line where the run is; `last` ends it.

@@ -1,0 +1,124 @@
+!> The history of a run as it is recorded: which columns it has, and the latest row of their values.
+!>
+!> A column stands once in the code, where `record` is given its name, unit, meaning and value. The first pass through the calls
+!> finds the columns, whatever the values are then; each pass fills a row. So all passes make the same calls in the same order.
+module hampm_history
+   use hampm_kinds, only: dp, long
+   use hampm_placement, only: length_text
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: history_t, column_t
+
+   !> What a column is.
+   type :: column_t
+      character(:), allocatable :: name
+      character(:), allocatable :: unit          !! SI unit, '1' for a pure number
+      character(:), allocatable :: meaning       !! what a plot writes at the axis
+      logical :: integer_valued = .false.
+   end type column_t
+
+   !> The columns, and the row that is being filled.
+   type :: history_t
+      type(column_t), allocatable :: columns(:)  !! in the order of the calls; not allocated before the first pass
+      real(dp), allocatable :: row(:)            !! latest value of each column
+      integer, private :: filled = 0             !! how many values the row has so far
+   contains
+      procedure :: begin_row
+      generic :: record => record_real, record_integer, record_long
+      procedure :: record_modes
+      procedure :: record_radii
+      procedure, private :: record_real, record_integer, record_long
+   end type history_t
+
+contains
+
+   !> Begin a pass.
+   subroutine begin_row(self)
+      class(history_t), intent(inout) :: self
+      if (.not. allocated(self%columns)) allocate (self%columns(0), self%row(0))
+      self%filled = 0
+   end subroutine begin_row
+
+   !> A column of real numbers.
+   subroutine record_real(self, name, unit, meaning, value)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      real(dp), intent(in) :: value
+      if (is_new(self)) call add_column(self, name, unit, meaning, integer_valued=.false.)
+      call put(self, value)
+   end subroutine record_real
+
+   !> A column of integers.
+   subroutine record_integer(self, name, unit, meaning, value)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      integer, intent(in) :: value
+      call self%record(name, unit, meaning, int(value, long))
+   end subroutine record_integer
+
+   !> A column of 64-bit integers.
+   subroutine record_long(self, name, unit, meaning, value)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      integer(long), intent(in) :: value
+      if (is_new(self)) call add_column(self, name, unit, meaning, integer_valued=.true.)
+      call put(self, real(value, dp))
+   end subroutine record_long
+
+   !> A column for each mode: `name`I, `name`II.
+   subroutine record_modes(self, name, unit, meaning, values)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      real(dp), intent(in) :: values(:)          !! by mode
+      integer :: mode
+      do mode = 1, size(values)
+         if (is_new(self)) call add_column(self, name//repeat('I', mode), unit, meaning//', mode '//repeat('I', mode), &
+                                           integer_valued=.false.)
+         call put(self, values(mode))
+      end do
+   end subroutine record_modes
+
+   !> A column for each radius: `name`1, `name`2, ...
+   subroutine record_radii(self, name, unit, meaning, radii, values)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      real(dp), intent(in) :: radii(:)           !! [m]
+      real(dp), intent(in) :: values(:)          !! by radius
+      integer :: i
+      do i = 1, size(values)
+         if (is_new(self)) call add_column(self, name//to_text(i), unit, meaning//', radius '//length_text(radii(i))//' m', &
+                                           integer_valued=.false.)
+         call put(self, values(i))
+      end do
+   end subroutine record_radii
+
+   !> Whether the next value is that of a column that has not been met before. Names and meanings that are put together of parts
+   !> are so only then: this takes longer than many a value.
+   pure logical function is_new(self)
+      type(history_t), intent(in) :: self
+      is_new = self%filled == size(self%columns)
+   end function is_new
+
+   !> Add a column behind the others.
+   subroutine add_column(self, name, unit, meaning, integer_valued)
+      type(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      logical, intent(in) :: integer_valued
+      type(column_t) :: column
+      column%name = name
+      column%unit = unit
+      column%meaning = meaning
+      column%integer_valued = integer_valued
+      self%columns = [self%columns, column]
+      self%row = [self%row, 0.0_dp]
+   end subroutine add_column
+
+   !> Put the next value into the row.
+   pure subroutine put(self, value)
+      type(history_t), intent(inout) :: self
+      real(dp), intent(in) :: value
+      self%filled = self%filled + 1
+      self%row(self%filled) = value
+   end subroutine put
+end module hampm_history
