@@ -20,7 +20,7 @@ module hampm_simulation
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
-   use hampm_snapshots, only: block_t
+   use hampm_snapshots, only: piece_t
    use hampm_state, only: keep_motion, keep_refinement, keep_measurements
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
@@ -51,7 +51,7 @@ module hampm_simulation
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
-      character(:), allocatable :: warning       !! what the guards have warned of, a line each; not allocated where there is nothing
+      character(:), allocatable :: warning       !! what the guards have warned of, a line each; not allocated where there is none
    end type simulation_t
 
 contains
@@ -294,10 +294,10 @@ contains
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: after_failure
       type(failure_t), intent(inout) :: failure
-      type(block_t) :: blocks(2)                 ! an array of what functions return would leak in gfortran 12
-      call particle_view(s%motion, blocks(1))
-      call mesh_view(s%motion, s%refinement, after_failure, blocks(2))
-      call s%results%write_snapshot(s%motion%time, blocks, failure)
+      type(piece_t) :: pieces(2)                 ! an array of what functions return would leak in gfortran 12
+      call particle_view(s%motion, pieces(1))
+      call mesh_view(s%motion, s%refinement, after_failure, pieces(2))
+      call s%results%write_snapshot(s%motion%time, pieces, failure)
    end subroutine write_snapshot
 
    !> Write a last snapshot after a computation has gone wrong, whatever numbers it holds: how it went wrong can be seen there.

@@ -6,7 +6,7 @@ module hampm_views
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_n
    use hampm_refinement, only: refinement_t
-   use hampm_snapshots, only: block_t, vtk_quad
+   use hampm_snapshots, only: piece_t, vtk_quad
    implicit none
    private
    public :: particle_view, mesh_view
@@ -16,7 +16,7 @@ contains
    !> The particles at their present position.
    subroutine particle_view(motion, view)
       type(motion_t), intent(in) :: motion
-      type(block_t), intent(out) :: view
+      type(piece_t), intent(out) :: view
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:)
       integer :: i
@@ -48,7 +48,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(refinement_t), intent(in) :: refinement
       logical, intent(in) :: after_failure
-      type(block_t), intent(out) :: view
+      type(piece_t), intent(out) :: view
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
       real(dp), allocatable :: phi(:), r(:)
       integer :: e

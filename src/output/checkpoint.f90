@@ -16,7 +16,7 @@ module hampm_checkpoint
    public :: checkpoint_t, checkpoint_name
 
    integer, parameter :: format = 2             !! of the file: to be raised with each change of what is kept
-   character(*), parameter :: kind = 'hampm checkpoint'
+   character(*), parameter :: format_name = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.
    type, extends(archive_t) :: checkpoint_t
@@ -54,7 +54,7 @@ contains
       self%group = '/'
       self%is_read = .false.
       call self%file%create(partial_name(path), self%failure)
-      text = kind
+      text = format_name
       call self%keep('kind', text)
       number = format
       call self%keep('format', number)
@@ -80,7 +80,7 @@ contains
       found = ''
       number = 0
       if (self%file%holds('/kind')) call self%keep('kind', found)
-      if (found /= kind) then
+      if (found /= format_name) then
          call self%refuse('it is no checkpoint of hampm')
          return
       end if

@@ -1,4 +1,4 @@
-!> What HDF5 calls the program's kinds of data: types, spaces and texts for the other HDF5 modules.
+!> What HDF5 calls the program's types of data: types, spaces and texts for the other HDF5 modules.
 module hampm_hdf5_types
    use, intrinsic :: iso_c_binding, only: c_char, c_null_char
    use hdf5, only: hid_t, hsize_t, size_t, h5kind_to_type, h5_integer_kind, h5_real_kind, h5screate_f, &

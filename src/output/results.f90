@@ -14,7 +14,7 @@ module hampm_results
    use hampm_folders, only: is_folder
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values
-   use hampm_snapshots, only: snapshots_t, block_t
+   use hampm_snapshots, only: snapshots_t, piece_t
    implicit none
    private
    public :: results_t
@@ -40,7 +40,7 @@ module hampm_results
       integer, private :: waiting = 0                     !! number of samples not yet in the file
       logical, private :: broken = .false.                !! writing has failed: nothing more is tried or reported
       logical, private :: is_begun = .false.              !! whether there is a file under the partial name, by this run
-      logical, private :: is_placed = .false.             !! whether a file of this run is there
+      logical, private :: is_published = .false.          !! whether a file of this run is there
       integer(long), private :: kept = -1                 !! samples that are kept where a result is continued, else -1
       integer(long), private :: clock_last = 0            !! ticks at the last flush
    contains
@@ -70,7 +70,7 @@ contains
       self%is_begun = .not. fault%failed()
       if (.not. fault%failed()) call self%file%make_group('/history', fault)
       if (.not. fault%failed()) call self%file%make_group('/input', fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine create
 
    !> Continue the result of a scene, where it had certain `lengths`; it is declared as at its beginning. `exit_file` where there is
@@ -95,10 +95,10 @@ contains
       if (.not. fault%failed()) call copy_file(path, partial_name(path), fault)
       if (.not. fault%failed()) call self%file%open(partial_name(path), fault, writable=.true.)
       self%is_begun = .not. fault%failed()
-      self%is_placed = self%is_begun
+      self%is_published = self%is_begun
       self%kept = lengths(1)
       call self%snapshots%keep_only(lengths(2:))
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine resume
 
    !> No columns yet, and the clock runs. Fails where the name is that of a folder, or another run is writing this result; what a
@@ -145,7 +145,7 @@ contains
       if (self%kept >= 0 .and. .not. fault%failed()) call column%series%shorten(self%file, int(self%kept, hsize_t), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
       self%columns = [self%columns, column]
    end subroutine add_column
 
@@ -157,7 +157,7 @@ contains
       type(failure_t) :: fault
       if (self%broken) return
       call self%file%put_attribute(group, name, value, fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine add_attribute_text
 
    !> Attach a real number to the group or dataset `group`, or replace it.
@@ -169,7 +169,7 @@ contains
       type(failure_t) :: fault
       if (self%broken) return
       call self%file%put_attribute(group, name, value, fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine add_attribute_real
 
    !> Attach an integer to the group or dataset `group`, or replace it.
@@ -181,7 +181,7 @@ contains
       type(failure_t) :: fault
       if (self%broken) return
       call self%file%put_attribute(group, name, value, fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine add_attribute_integer
 
    !> Write a text as the dataset `path`, such as /input/namelist; the group exists. A result that is continued has it.
@@ -192,7 +192,7 @@ contains
       type(failure_t) :: fault
       if (self%broken) return
       if (self%kept < 0) call self%file%put(path, text, fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine add_text
 
    !> Take a sample of the history.
@@ -206,20 +206,20 @@ contains
       self%waiting = self%waiting + 1
       self%samples(self%waiting, :) = values
       if (self%waiting == capacity) call write_samples(self, fault)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
       call flush_if_due(self, failure)
    end subroutine append
 
    !> Write particles and mesh as they are at `time`.
-   subroutine write_snapshot(self, time, blocks, failure)
+   subroutine write_snapshot(self, time, pieces, failure)
       class(results_t), intent(inout) :: self
       real(dp), intent(in) :: time               !! [s]
-      type(block_t), intent(in) :: blocks(:)     !! the same blocks with the same fields every time
+      type(piece_t), intent(in) :: pieces(:)     !! the same pieces with the same fields every time
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
       if (self%broken) return
-      call self%snapshots%write(self%file, time, blocks, fault)
-      call settle(self, fault, failure)
+      call self%snapshots%write(self%file, time, pieces, fault)
+      call pass_on(self, fault, failure)
       call flush_if_due(self, failure)
    end subroutine write_snapshot
 
@@ -240,26 +240,26 @@ contains
       logical :: has_last
       if (self%broken .or. .not. self%file%is_open()) return
       has_last = .false.
-      if (self%is_placed) has_last = give_second_name(self%path, self%path//last_ending)
-      call place(self, fault)
+      if (self%is_published) has_last = give_second_name(self%path, self%path//last_ending)
+      call publish(self, fault)
       if (has_last) has_last = rename_file(self%path//last_ending, partial_name(self%path))
       if (has_last .and. .not. fault%failed()) call bring_up_to_date(self, has_last)
       if (.not. has_last .and. .not. fault%failed()) call copy_file(self%path, partial_name(self%path), fault)
       if (.not. fault%failed()) call reopen(self, fault)
       call system_clock(self%clock_last)
-      call settle(self, fault, failure)
+      call pass_on(self, fault, failure)
    end subroutine flush_results
 
    !> Write out all samples and put the file in the place of the last one.
-   subroutine place(self, fault)
+   subroutine publish(self, fault)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: fault
       call write_samples(self, fault)
       call self%file%close(fault)
       if (fault%failed()) return
       call replace_file(self%path, fault)
-      self%is_placed = .not. fault%failed()
-   end subroutine place
+      self%is_published = .not. fault%failed()
+   end subroutine publish
 
    !> Give the last file what it lacks of the present one; `done` is false where that is impossible, as a reader may have it open.
    subroutine bring_up_to_date(self, done)
@@ -310,8 +310,8 @@ contains
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
-      if (.not. self%broken .and. self%file%is_open()) call place(self, fault)
-      call settle(self, fault, failure)
+      if (.not. self%broken .and. self%file%is_open()) call publish(self, fault)
+      call pass_on(self, fault, failure)
       if (.not. self%broken .or. .not. self%is_begun) return
       call self%file%close(fault)
       call remove_file(partial_name(self%path))
@@ -337,11 +337,11 @@ contains
    end subroutine write_samples
 
    !> Pass a fault of the file on: the first one only, since all that follow have the same cause.
-   subroutine settle(self, fault, failure)
+   subroutine pass_on(self, fault, failure)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(in) :: fault
       type(failure_t), intent(inout) :: failure
       if (fault%failed() .and. .not. self%broken) call failure%report(fault%code, fault%message)
       self%broken = self%broken .or. fault%failed()
-   end subroutine settle
+   end subroutine pass_on
 end module hampm_results

@@ -1,8 +1,8 @@
-!> Snapshots of the run in the result file, as ParaView opens them: a VTKHDF time series of several blocks, each an
-!> unstructured grid whose numbers of points and cells may change from snapshot to snapshot.
+!> Snapshots of the run in the result file, as ParaView opens them: a VTKHDF time series of several pieces, which VTK calls blocks
+!> too, each an unstructured grid whose numbers of points and cells may change from snapshot to snapshot.
 !>
-!> Layout: /VTKHDF/<block> holds the data of all snapshots one after the other, /VTKHDF/<block>/Steps where each
-!> snapshot begins, and /VTKHDF/Assembly the tree of blocks. Nothing is made before the first snapshot.
+!> Layout: /VTKHDF/<piece> holds the data of all snapshots one after the other, /VTKHDF/<piece>/Steps where each
+!> snapshot begins, and /VTKHDF/Assembly the tree of pieces. Nothing is made before the first snapshot.
 module hampm_snapshots
    use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long, ndim
@@ -11,48 +11,48 @@ module hampm_snapshots
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values, byte_values
    implicit none
    private
-   public :: snapshots_t, block_t, field_t, vtk_vertex, vtk_polygon, vtk_quad
+   public :: snapshots_t, piece_t, field_t, vtk_vertex, vtk_polygon, vtk_quad
 
-   integer, parameter :: vtk_vertex = 1, vtk_polygon = 7, vtk_quad = 9 !! VTK's numbers of the kinds of cells
+   integer, parameter :: vtk_vertex = 1, vtk_polygon = 7, vtk_quad = 9 !! VTK's numbers of the types of cells
    integer, parameter :: vtk_dim = 3            !! components of a point or vector in VTK
    integer, parameter :: format_version(2) = [2, 2] !! of VTKHDF
    character(*), parameter :: root = '/VTKHDF'
 
-   !> A field on the points or cells of a block.
+   !> A field on the points or cells of a piece.
    type :: field_t
       character(:), allocatable :: name
       real(dp), allocatable :: values(:, :)      !! shape (k, n); k = ndim is a vector, completed with zeros
    end type field_t
 
    !> A set of points, of cells between them, and fields on both.
-   type :: block_t
+   type :: piece_t
       character(:), allocatable :: name          !! 'particles' or 'mesh': letters, digits and _ only
       real(dp), allocatable :: points(:, :)      !! positions [m], shape (ndim, points)
       integer, allocatable :: connectivity(:)    !! the points of all cells, counted from 0
       integer, allocatable :: offsets(:)         !! where each cell begins there, and where the last ends; (cells + 1)
-      integer, allocatable :: cell_types(:)      !! kind of each cell, VTK's number, shape (cells)
+      integer, allocatable :: cell_types(:)      !! type of each cell, VTK's number, shape (cells)
       type(field_t), allocatable :: point_fields(:), cell_fields(:)
    contains
       procedure :: set_vertices
       procedure :: add_point_field
       procedure :: add_cell_field
-   end type block_t
+   end type piece_t
 
-   ! The growing datasets of a block
+   ! The growing datasets of a piece
    integer, parameter :: points = 1, connectivity = 2, offsets = 3, types = 4
    integer, parameter :: point_number = 5, cell_number = 6, connectivity_number = 7
    integer, parameter :: times = 8, first_part = 9, first_point = 10, first_cell = 11, first_connectivity = 12
    integer, parameter :: fields = 12             !! those behind are of the fields, of the points first
 
-   !> The growing datasets of one block, in the order above.
-   type :: block_series_t
+   !> The growing datasets of one piece, in the order above.
+   type :: piece_series_t
       type(hdf5_series_t), allocatable :: of(:)
-   end type block_series_t
+   end type piece_series_t
 
-   !> The blocks of the snapshots and their datasets.
+   !> The pieces of the snapshots and their datasets.
    type :: snapshots_t
       private
-      type(block_series_t), allocatable :: blocks(:)
+      type(piece_series_t), allocatable :: pieces(:)
       integer(long), allocatable :: kept(:)      !! entries of each dataset that are kept where a file is continued
    contains
       procedure :: write => write_snapshot
@@ -65,9 +65,9 @@ module hampm_snapshots
 
 contains
 
-   !> Make the block a cloud of points, one cell each.
+   !> Make the piece a cloud of points, one cell each.
    subroutine set_vertices(self, name, points)
-      class(block_t), intent(inout) :: self
+      class(piece_t), intent(inout) :: self
       character(*), intent(in) :: name
       real(dp), intent(in) :: points(:, :)       !! positions [m], shape (ndim, n)
       integer :: i
@@ -80,7 +80,7 @@ contains
 
    !> Add a field on the points.
    subroutine add_point_field(self, name, values)
-      class(block_t), intent(inout) :: self
+      class(piece_t), intent(inout) :: self
       character(*), intent(in) :: name
       real(dp), intent(in) :: values(:, :)       !! shape (k, points)
       call add_field(self%point_fields, name, values)
@@ -88,7 +88,7 @@ contains
 
    !> Add a field on the cells.
    subroutine add_cell_field(self, name, values)
-      class(block_t), intent(inout) :: self
+      class(piece_t), intent(inout) :: self
       character(*), intent(in) :: name
       real(dp), intent(in) :: values(:, :)       !! shape (k, cells)
       call add_field(self%cell_fields, name, values)
@@ -113,29 +113,29 @@ contains
       call move_alloc(longer, fields)
    end subroutine add_field
 
-   !> Append a snapshot. The first one fixes the blocks and the names and components of their fields.
-   subroutine write_snapshot(self, file, time, blocks, failure)
+   !> Append a snapshot. The first one fixes the pieces and the names and components of their fields.
+   subroutine write_snapshot(self, file, time, pieces, failure)
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
       real(dp), intent(in) :: time               !! [s]
-      type(block_t), intent(in) :: blocks(:)
+      type(piece_t), intent(in) :: pieces(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
-      if (.not. allocated(self%blocks)) then
-         call create_blocks(self, file, blocks, failure)
+      if (.not. allocated(self%pieces)) then
+         call create_pieces(self, file, pieces, failure)
          if (.not. failure%failed()) call shorten(self, file, failure)
       end if
-      do i = 1, size(blocks)
+      do i = 1, size(pieces)
          if (failure%failed()) return
-         call append_step(self%blocks(i), file, time, blocks(i), failure)
-         call append_block(self%blocks(i), file, blocks(i), failure)
-         call note_steps(self%blocks(i), file, failure)
+         call append_step(self%pieces(i), file, time, pieces(i), failure)
+         call append_piece(self%pieces(i), file, pieces(i), failure)
+         call note_steps(self%pieces(i), file, failure)
       end do
    end subroutine write_snapshot
 
    !> Tell VTK how many snapshots there are.
    subroutine note_steps(series, file, failure)
-      type(block_series_t), intent(in) :: series
+      type(piece_series_t), intent(in) :: series
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
       associate (path => series%of(times)%path)
@@ -147,13 +147,13 @@ contains
    function lengths(self)
       class(snapshots_t), intent(in) :: self
       integer(long), allocatable :: lengths(:)
-      integer :: b
+      integer :: piece
       allocate (lengths(0))
       if (allocated(self%kept)) lengths = self%kept
-      if (.not. allocated(self%blocks)) return
+      if (.not. allocated(self%pieces)) return
       lengths = [integer(long) ::]
-      do b = 1, size(self%blocks)
-         lengths = [lengths, int(self%blocks(b)%of%length, long)]
+      do piece = 1, size(self%pieces)
+         lengths = [lengths, int(self%pieces(piece)%of%length, long)]
       end do
    end function lengths
 
@@ -170,15 +170,15 @@ contains
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
       integer(hsize_t) :: length
-      integer :: b, i, k
+      integer :: piece, i, k
       if (.not. allocated(self%kept)) return
       k = 0
-      do b = 1, size(self%blocks)
-         do i = 1, size(self%blocks(b)%of)
+      do piece = 1, size(self%pieces)
+         do i = 1, size(self%pieces(piece)%of)
             k = k + 1
             length = 0
             if (k <= size(self%kept)) length = self%kept(k)
-            call self%blocks(b)%of(i)%shorten(file, length, failure)
+            call self%pieces(piece)%of(i)%shorten(file, length, failure)
          end do
       end do
    end subroutine shorten
@@ -188,11 +188,11 @@ contains
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
-      integer :: b, i
-      if (.not. allocated(self%blocks)) return
-      do b = 1, size(self%blocks)
-         do i = 1, size(self%blocks(b)%of)
-            if (.not. failure%failed()) call self%blocks(b)%of(i)%reopen(file, failure)
+      integer :: piece, i
+      if (.not. allocated(self%pieces)) return
+      do piece = 1, size(self%pieces)
+         do i = 1, size(self%pieces(piece)%of)
+            if (.not. failure%failed()) call self%pieces(piece)%of(i)%reopen(file, failure)
          end do
       end do
    end subroutine reopen
@@ -201,7 +201,7 @@ contains
    logical function can_catch_up(self, file)
       class(snapshots_t), intent(in) :: self
       type(hdf5_file_t), intent(in) :: file
-      can_catch_up = .not. allocated(self%blocks)
+      can_catch_up = .not. allocated(self%pieces)
       if (.not. can_catch_up) can_catch_up = file%holds(root)
    end function can_catch_up
 
@@ -210,39 +210,39 @@ contains
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file, donor
       type(failure_t), intent(inout) :: failure
-      integer :: b, i
-      if (.not. allocated(self%blocks)) return
-      do b = 1, size(self%blocks)
-         do i = 1, size(self%blocks(b)%of)
-            if (.not. failure%failed()) call self%blocks(b)%of(i)%catch_up(file, donor, failure)
+      integer :: piece, i
+      if (.not. allocated(self%pieces)) return
+      do piece = 1, size(self%pieces)
+         do i = 1, size(self%pieces(piece)%of)
+            if (.not. failure%failed()) call self%pieces(piece)%of(i)%catch_up(file, donor, failure)
          end do
-         if (.not. failure%failed()) call note_steps(self%blocks(b), file, failure)
+         if (.not. failure%failed()) call note_steps(self%pieces(piece), file, failure)
       end do
    end subroutine catch_up
 
-   !> Make the groups and the empty datasets of all blocks, and the tree that names them.
-   subroutine create_blocks(self, file, blocks, failure)
+   !> Make the groups and the empty datasets of all pieces, and the tree that names them.
+   subroutine create_pieces(self, file, pieces, failure)
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
-      type(block_t), intent(in) :: blocks(:)
+      type(piece_t), intent(in) :: pieces(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
-      allocate (self%blocks(size(blocks)))
+      allocate (self%pieces(size(pieces)))
       call make_typed_group(file, root, 'PartitionedDataSetCollection', failure)
-      do i = 1, size(blocks)
-         call make_typed_group(file, block_path(blocks(i)), 'UnstructuredGrid', failure)
-         call file%put_attribute(block_path(blocks(i)), 'Index', i - 1, failure)
-         allocate (self%blocks(i)%of(fields + field_count(blocks(i)%point_fields) + field_count(blocks(i)%cell_fields)))
-         call create_geometry(self%blocks(i), file, blocks(i), failure)
-         call create_steps(self%blocks(i), file, blocks(i), failure)
-         associate (first_of_cells => fields + field_count(blocks(i)%point_fields) + 1)
-            call create_fields(self%blocks(i)%of(fields + 1:first_of_cells - 1), file, blocks(i), 'Point', &
-                               blocks(i)%point_fields, failure)
-            call create_fields(self%blocks(i)%of(first_of_cells:), file, blocks(i), 'Cell', blocks(i)%cell_fields, failure)
+      do i = 1, size(pieces)
+         call make_typed_group(file, piece_path(pieces(i)), 'UnstructuredGrid', failure)
+         call file%put_attribute(piece_path(pieces(i)), 'Index', i - 1, failure)
+         allocate (self%pieces(i)%of(fields + field_count(pieces(i)%point_fields) + field_count(pieces(i)%cell_fields)))
+         call create_geometry(self%pieces(i), file, pieces(i), failure)
+         call create_steps(self%pieces(i), file, pieces(i), failure)
+         associate (first_of_cells => fields + field_count(pieces(i)%point_fields) + 1)
+            call create_fields(self%pieces(i)%of(fields + 1:first_of_cells - 1), file, pieces(i), 'Point', &
+                               pieces(i)%point_fields, failure)
+            call create_fields(self%pieces(i)%of(first_of_cells:), file, pieces(i), 'Cell', pieces(i)%cell_fields, failure)
          end associate
       end do
-      call create_assembly(file, blocks, failure)
-   end subroutine create_blocks
+      call create_assembly(file, pieces, failure)
+   end subroutine create_pieces
 
    !> Number of the fields in a list.
    pure integer function field_count(list)
@@ -261,33 +261,33 @@ contains
       call file%put_attribute(path, 'Version', format_version, failure)
    end subroutine make_typed_group
 
-   !> Make the tree of blocks: a node a block, with a link to it.
-   subroutine create_assembly(file, blocks, failure)
+   !> Make the tree of pieces: a node a piece, with a link to it.
+   subroutine create_assembly(file, pieces, failure)
       type(hdf5_file_t), intent(in) :: file
-      type(block_t), intent(in) :: blocks(:)
+      type(piece_t), intent(in) :: pieces(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
       call file%make_group(root//'/Assembly', failure)
-      do i = 1, size(blocks)
-         associate (node => root//'/Assembly/'//blocks(i)%name)
+      do i = 1, size(pieces)
+         associate (node => root//'/Assembly/'//pieces(i)%name)
             call file%make_group(node, failure)
-            call file%make_link(block_path(blocks(i)), node//'/'//blocks(i)%name, failure)
+            call file%make_link(piece_path(pieces(i)), node//'/'//pieces(i)%name, failure)
          end associate
       end do
    end subroutine create_assembly
 
    !> Make the datasets of points and cells.
-   subroutine create_geometry(series, file, block, failure)
-      type(block_series_t), intent(inout) :: series
+   subroutine create_geometry(series, file, piece, failure)
+      type(piece_series_t), intent(inout) :: series
       type(hdf5_file_t), intent(in) :: file
-      type(block_t), intent(in) :: block
+      type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: path
       integer :: vertices, cells, corners
-      path = block_path(block)
-      vertices = chunk(size(block%points, 2))
-      cells = chunk(size(block%cell_types))
-      corners = chunk(size(block%connectivity))
+      path = piece_path(piece)
+      vertices = chunk(size(piece%points, 2))
+      cells = chunk(size(piece%cell_types))
+      corners = chunk(size(piece%connectivity))
       call series%of(points)%create(file, path//'/Points', real_values, vtk_dim, vertices, failure)
       call series%of(connectivity)%create(file, path//'/Connectivity', long_values, 1, corners, failure)
       call series%of(offsets)%create(file, path//'/Offsets', long_values, 1, cells, failure)
@@ -298,13 +298,13 @@ contains
    end subroutine create_geometry
 
    !> Make the datasets that say where each snapshot begins.
-   subroutine create_steps(series, file, block, failure)
-      type(block_series_t), intent(inout) :: series
+   subroutine create_steps(series, file, piece, failure)
+      type(piece_series_t), intent(inout) :: series
       type(hdf5_file_t), intent(in) :: file
-      type(block_t), intent(in) :: block
+      type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: path
-      path = steps_path(block)
+      path = steps_path(piece)
       call file%make_group(path, failure)
       call series%of(times)%create(file, path//'/Values', real_values, 1, chunk(1), failure)
       call series%of(first_part)%create(file, path//'/PartOffsets', long_values, 1, chunk(1), failure)
@@ -314,18 +314,18 @@ contains
    end subroutine create_steps
 
    !> Make the datasets of the fields on the points or cells. They begin where the points or cells begin.
-   subroutine create_fields(series, file, block, place, fields, failure)
+   subroutine create_fields(series, file, piece, carrier, fields, failure)
       type(hdf5_series_t), intent(inout) :: series(:)
       type(hdf5_file_t), intent(in) :: file
-      type(block_t), intent(in) :: block
-      character(*), intent(in) :: place          !! 'Point' or 'Cell'
+      type(piece_t), intent(in) :: piece
+      character(*), intent(in) :: carrier        !! 'Point' or 'Cell'
       type(field_t), allocatable, intent(in) :: fields(:)
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: data_path, first_path
       integer :: i, rows
       if (.not. allocated(fields)) return
-      data_path = block_path(block)//'/'//place//'Data'
-      first_path = steps_path(block)//'/'//place//'DataOffsets'
+      data_path = piece_path(piece)//'/'//carrier//'Data'
+      first_path = steps_path(piece)//'/'//carrier//'DataOffsets'
       call file%make_group(data_path, failure)
       call file%make_group(first_path, failure)
       do i = 1, size(fields)
@@ -333,44 +333,44 @@ contains
          if (rows == ndim) rows = vtk_dim
          call series(i)%create(file, data_path//'/'//fields(i)%name, real_values, rows, &
                                chunk(size(fields(i)%values, 2)), failure)
-         call file%make_link(steps_path(block)//'/'//place//'Offsets', first_path//'/'//fields(i)%name, failure)
+         call file%make_link(steps_path(piece)//'/'//carrier//'Offsets', first_path//'/'//fields(i)%name, failure)
       end do
    end subroutine create_fields
 
    !> Note when the snapshot is, where its data begin, and how many they are. Offsets hold one entry more than cells
    !> for each snapshot, which VTK accounts for itself.
-   subroutine append_step(series, file, time, block, failure)
-      type(block_series_t), intent(inout) :: series
+   subroutine append_step(series, file, time, piece, failure)
+      type(piece_series_t), intent(inout) :: series
       type(hdf5_file_t), intent(in) :: file
       real(dp), intent(in) :: time
-      type(block_t), intent(in) :: block
+      type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
       call series%of(first_part)%append(file, [series%of(first_part)%length], failure)
       call series%of(first_point)%append(file, [series%of(points)%length], failure)
       call series%of(first_cell)%append(file, [series%of(types)%length], failure)
       call series%of(first_connectivity)%append(file, [series%of(connectivity)%length], failure)
-      call series%of(point_number)%append(file, [size(block%points, 2)], failure)
-      call series%of(cell_number)%append(file, [size(block%cell_types)], failure)
-      call series%of(connectivity_number)%append(file, [size(block%connectivity)], failure)
+      call series%of(point_number)%append(file, [size(piece%points, 2)], failure)
+      call series%of(cell_number)%append(file, [size(piece%cell_types)], failure)
+      call series%of(connectivity_number)%append(file, [size(piece%connectivity)], failure)
       call series%of(times)%append(file, [time], failure)
    end subroutine append_step
 
-   !> Append the points, cells and fields of a block.
-   subroutine append_block(series, file, block, failure)
-      type(block_series_t), intent(inout) :: series
+   !> Append the points, cells and fields of a piece.
+   subroutine append_piece(series, file, piece, failure)
+      type(piece_series_t), intent(inout) :: series
       type(hdf5_file_t), intent(in) :: file
-      type(block_t), intent(in) :: block
+      type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
-      call series%of(points)%append(file, completed(block%points), failure)
-      call series%of(connectivity)%append(file, block%connectivity, failure)
-      call series%of(offsets)%append(file, block%offsets, failure)
-      call series%of(types)%append(file, block%cell_types, failure)
-      associate (first_of_cells => fields + field_count(block%point_fields) + 1)
-         if (allocated(block%point_fields)) call append_fields(series%of(fields + 1:first_of_cells - 1), file, &
-                                                               block%point_fields, failure)
-         if (allocated(block%cell_fields)) call append_fields(series%of(first_of_cells:), file, block%cell_fields, failure)
+      call series%of(points)%append(file, completed(piece%points), failure)
+      call series%of(connectivity)%append(file, piece%connectivity, failure)
+      call series%of(offsets)%append(file, piece%offsets, failure)
+      call series%of(types)%append(file, piece%cell_types, failure)
+      associate (first_of_cells => fields + field_count(piece%point_fields) + 1)
+         if (allocated(piece%point_fields)) call append_fields(series%of(fields + 1:first_of_cells - 1), file, &
+                                                               piece%point_fields, failure)
+         if (allocated(piece%cell_fields)) call append_fields(series%of(first_of_cells:), file, piece%cell_fields, failure)
       end associate
-   end subroutine append_block
+   end subroutine append_piece
 
    !> Append fields, in the order of the first snapshot.
    subroutine append_fields(series, file, fields, failure)
@@ -397,23 +397,23 @@ contains
       completed(ndim + 1:, :) = 0.0_dp
    end function completed
 
-   !> Entries of a dataset stored together, where a snapshot has n: neither many small pieces nor a mostly empty one.
+   !> Entries of a dataset stored together, where a snapshot has n: neither many small chunks nor a mostly empty one.
    pure integer function chunk(n)
       integer, intent(in) :: n
       chunk = max(64, min(n, 16384))
    end function chunk
 
-   !> Path of the group of a block.
-   pure function block_path(block) result(path)
-      type(block_t), intent(in) :: block
+   !> Path of the group of a piece.
+   pure function piece_path(piece) result(path)
+      type(piece_t), intent(in) :: piece
       character(:), allocatable :: path
-      path = root//'/'//block%name
-   end function block_path
+      path = root//'/'//piece%name
+   end function piece_path
 
-   !> Path of the group that says where each snapshot of a block begins.
-   pure function steps_path(block) result(path)
-      type(block_t), intent(in) :: block
+   !> Path of the group that says where each snapshot of a piece begins.
+   pure function steps_path(piece) result(path)
+      type(piece_t), intent(in) :: piece
       character(:), allocatable :: path
-      path = block_path(block)//'/Steps'
+      path = piece_path(piece)//'/Steps'
    end function steps_path
 end module hampm_snapshots

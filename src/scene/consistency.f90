@@ -54,14 +54,14 @@ contains
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_grid
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: b
-      b = settings%find('method', 1)
+      integer :: entry
+      entry = settings%find('method', 1)
       if (scene%method%mass /= 'partial') return
       select case (scene%method%full_region)
        case ('box')
-         if (has_grid) call check_full_box(scene, settings, b, mistakes)
+         if (has_grid) call check_full_box(scene, settings, entry, mistakes)
        case ('refined')
-         if (scene%refine%indicator == 'none') call settings%complain(mistakes, b, 'full_region', &
+         if (scene%refine%indicator == 'none') call settings%complain(mistakes, entry, 'full_region', &
             '''refined'' needs a group &refine with an indicator other than ''none''')
       end select
    end subroutine check_mass
@@ -73,33 +73,34 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       character(*), parameter :: key = 'time_steps', intro = '''local'' goes with '
-      integer :: b
-      b = settings%find('method', 1)
+      integer :: entry
+      entry = settings%find('method', 1)
       if (scene%method%time_steps /= 'local') return
-      if (settings%good(b, 'scheme') .and. scene%method%scheme /= 'musl') &
-         call settings%complain(mistakes, b, key, intro//'scheme = ''musl'' only')
-      if (settings%good(b, 'mass') .and. scene%method%mass /= 'lumped') &
-         call settings%complain(mistakes, b, key, intro//'mass = ''lumped'' only')
-      if (scene%crack%contact) call settings%complain(mistakes, b, key, intro//'&crack contact = ''none'' only')
+      if (settings%good(entry, 'scheme') .and. scene%method%scheme /= 'musl') &
+         call settings%complain(mistakes, entry, key, intro//'scheme = ''musl'' only')
+      if (settings%good(entry, 'mass') .and. scene%method%mass /= 'lumped') &
+         call settings%complain(mistakes, entry, key, intro//'mass = ''lumped'' only')
+      if (scene%crack%contact) call settings%complain(mistakes, entry, key, intro//'&crack contact = ''none'' only')
       if (scene%energy_release%energy_balance) &
-         call settings%complain(mistakes, b, key, 'needs estimators of &energy_release other than ''energy_balance'': '// &
+         call settings%complain(mistakes, entry, key, 'needs estimators of &energy_release other than ''energy_balance'': '// &
                                 'with ''local'' the loss of the method is not known')
-      if (settings%good(b, 'courant') .and. scene%method%wave_speed == 'shear' .and. scene%method%courant > most_local_courant) &
-         call settings%complain(mistakes, b, 'courant', 'must be in [0, '//to_text(most_local_courant)// &
+      if (settings%good(entry, 'courant') .and. scene%method%wave_speed == 'shear' &
+          .and. scene%method%courant > most_local_courant) &
+         call settings%complain(mistakes, entry, 'courant', 'must be in [0, '//to_text(most_local_courant)// &
                                 '] for time_steps = ''local'' to be stable')
    end subroutine check_time_steps
 
    !> The box in which a partial mass matrix is full has cells in it.
-   pure subroutine check_full_box(scene, settings, b, mistakes)
+   pure subroutine check_full_box(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b                     !! position of the group &method
+      integer, intent(in) :: entry                 !! position of the group &method
       type(mistakes_t), intent(inout) :: mistakes
-      if (.not. (settings%good(b, 'full_lower') .and. settings%good(b, 'full_upper'))) return
+      if (.not. (settings%good(entry, 'full_lower') .and. settings%good(entry, 'full_upper'))) return
       associate (grid => scene%grid, lower => scene%method%full_lower, upper => scene%method%full_upper)
          if (any(upper - lower < grid%cell) .or. any(upper < grid%lower + grid%cell) &
              .or. any(lower > grid%lower + (grid%cells - 1)*grid%cell)) &
-            call settings%complain(mistakes, b, 'full_upper', 'must give with full_lower a box of at least one cell '// &
+            call settings%complain(mistakes, entry, 'full_upper', 'must give with full_lower a box of at least one cell '// &
                                    'within the grid, for mass = ''partial''')
       end associate
    end subroutine check_full_box
@@ -110,18 +111,18 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       character(name_len) :: names(size(scene%materials))
-      integer :: i, b
+      integer :: i, entry
       names = scene%materials%name
       do i = 2, size(names)
-         b = settings%find('material', i)
-         if (.not. settings%good(b, 'name')) cycle
+         entry = settings%find('material', i)
+         if (.not. settings%good(entry, 'name')) cycle
          if (any(names(:i - 1) == names(i))) &
-            call settings%complain(mistakes, b, 'name', 'must differ from the name of every other material')
+            call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other material')
       end do
       do i = 1, size(scene%bodies)
-         b = settings%find('body', i)
-         if (.not. settings%good(b, 'material') .or. scene%bodies(i)%material_index > 0) cycle
-         call settings%complain(mistakes, b, 'material', 'must be the name of a &material'// &
+         entry = settings%find('body', i)
+         if (.not. settings%good(entry, 'material') .or. scene%bodies(i)%material_index > 0) cycle
+         call settings%complain(mistakes, entry, 'material', 'must be the name of a &material'// &
                                 did_you_mean(trim(scene%bodies(i)%material), names))
       end do
    end subroutine check_materials
@@ -132,18 +133,18 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       logical, intent(out) :: has_grid             !! whether there is a lattice to check other things against
-      integer :: g
-      g = settings%find('grid', 1)
-      has_grid = settings%good(g, 'lower') .and. settings%good(g, 'cell') .and. settings%good(g, 'cells')
-      if (settings%good(g, 'cells')) then
+      integer :: entry
+      entry = settings%find('grid', 1)
+      has_grid = settings%good(entry, 'lower') .and. settings%good(entry, 'cell') .and. settings%good(entry, 'cells')
+      if (settings%good(entry, 'cells')) then
          if (product(scene%grid%cells + 1.0_dp) > most_nodes) then
-            call settings%complain(mistakes, g, 'cells', 'they must have at most 5e8 nodes, a row and a column more than cells')
+            call settings%complain(mistakes, entry, 'cells', 'they must have at most 5e8 nodes, a row and a column more than cells')
             has_grid = .false.
          end if
       end if
       if (.not. has_grid) return
       if (maxval(abs(scene%grid%lower)) <= furthest*scene%grid%cell) return
-      call settings%complain(mistakes, g, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
+      call settings%complain(mistakes, entry, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
       has_grid = .false.
    end subroutine check_grid
 
@@ -155,17 +156,17 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       logical :: usable(size(scene%bodies))
       real(dp) :: tol
-      integer :: i, j, b
+      integer :: i, j, entry
       tol = 0
       if (has_grid) tol = tolerance(scene%grid)
       do i = 1, size(scene%bodies)
-         b = settings%find('body', i)
-         usable(i) = settings%good(b, 'lower') .and. settings%good(b, 'upper')
+         entry = settings%find('body', i)
+         usable(i) = settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
          if (.not. usable(i)) cycle
          associate (body => scene%bodies(i))
             usable(i) = all(body%upper - body%lower > tol)
             if (.not. usable(i)) then
-               call settings%complain(mistakes, b, 'upper', 'must be above lower = '//point_text(body%lower)// &
+               call settings%complain(mistakes, entry, 'upper', 'must be above lower = '//point_text(body%lower)// &
                                       ' in every direction')
                cycle
             end if
@@ -173,7 +174,7 @@ contains
             do j = 1, i - 1
                if (.not. usable(j)) cycle
                if (overlap(body%lower, body%upper, scene%bodies(j)%lower, scene%bodies(j)%upper, tol)) &
-                  call settings%complain(mistakes, b, 'lower', 'the body must not overlap body '//to_text(j))
+                  call settings%complain(mistakes, entry, 'lower', 'the body must not overlap body '//to_text(j))
             end do
          end associate
       end do
@@ -187,13 +188,13 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: extent
       real(dp) :: tol
-      integer :: b
-      b = settings%find('body', i)
+      integer :: entry
+      entry = settings%find('body', i)
       tol = tolerance(scene%grid)
       associate (body => scene%bodies(i), lower => scene%grid%lower, upper => upper_corner(scene%grid))
          extent = 'must be within the grid, from '//point_text(lower)//' to '//point_text(upper)
-         if (.not. within(body%lower, body%lower, lower, upper, tol)) call settings%complain(mistakes, b, 'lower', extent)
-         if (.not. within(body%upper, body%upper, lower, upper, tol)) call settings%complain(mistakes, b, 'upper', extent)
+         if (.not. within(body%lower, body%lower, lower, upper, tol)) call settings%complain(mistakes, entry, 'lower', extent)
+         if (.not. within(body%upper, body%upper, lower, upper, tol)) call settings%complain(mistakes, entry, 'upper', extent)
       end associate
    end subroutine check_within_grid
 
@@ -203,14 +204,15 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: particles
-      integer :: i, b
+      integer :: i, entry
       particles = 0
       do i = 1, size(scene%bodies)
-         b = settings%find('body', i)
-         if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper') .and. settings%good(b, 'points_per_cell'))) return
+         entry = settings%find('body', i)
+         if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper') &
+                    .and. settings%good(entry, 'points_per_cell'))) return
          particles = particles + particle_number(scene%bodies(i), scene%grid%cell)
          if (particles <= most_particles) cycle
-         call settings%complain(mistakes, b, 'points_per_cell', 'there would be '//to_text(particles)// &
+         call settings%complain(mistakes, entry, 'points_per_cell', 'there would be '//to_text(particles)// &
                                 ' material points; their number must be in [1, 2e9]')
          return
       end do
@@ -221,11 +223,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: o
-      o = settings%find('output', 1)
-      if (settings%good(o, 'file')) then
+      integer :: entry
+      entry = settings%find('output', 1)
+      if (settings%good(entry, 'file')) then
          if (scene%output%file == '' .or. scene%output%file == '.' .or. scene%output%file == '..' &
-             .or. scan(scene%output%file, '/\') > 0) call settings%complain(mistakes, o, 'file', &
+             .or. scan(scene%output%file, '/\') > 0) call settings%complain(mistakes, entry, 'file', &
             'must be the name of a file, not empty and without folders; the option --output gives the folder')
       end if
       if (.not. settings%good(settings%find('run', 1), 'end_time')) return
@@ -240,13 +242,13 @@ contains
       character(*), intent(in) :: key
       real(dp), intent(in) :: interval             !! [s], 0 for no such output
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: o
-      o = settings%find('output', 1)
-      if (.not. settings%good(o, key) .or. interval <= 0) return
+      integer :: entry
+      entry = settings%find('output', 1)
+      if (.not. settings%good(entry, key) .or. interval <= 0) return
       if (interval > scene%run%end_time) then
-         call settings%complain(mistakes, o, key, 'must be in [0, end_time = '//to_text(scene%run%end_time)//'] [s]')
+         call settings%complain(mistakes, entry, key, 'must be in [0, end_time = '//to_text(scene%run%end_time)//'] [s]')
       else if (scene%run%end_time/interval > most_samples) then
-         call settings%complain(mistakes, o, key, 'must be at least a 1e-8 part of end_time = '// &
+         call settings%complain(mistakes, entry, key, 'must be at least a 1e-8 part of end_time = '// &
                                 to_text(scene%run%end_time)//' [s]')
       end if
    end subroutine check_interval

@@ -20,62 +20,62 @@ contains
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_grid            !! whether the grid is without mistakes
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: b, before
-      b = settings%find('crack', 1)
-      if (.not. (settings%good(b, 'kind') .and. settings%good(b, 'tip') .and. settings%good(b, 'direction'))) return
+      integer :: entry, before
+      entry = settings%find('crack', 1)
+      if (.not. (settings%good(entry, 'kind') .and. settings%good(entry, 'tip') .and. settings%good(entry, 'direction'))) return
       before = mistakes%count
       if (count(abs(scene%crack%direction) > 0) /= 1) &
-         call settings%complain(mistakes, b, 'direction', 'must be along a grid line: one component not 0, all others 0')
+         call settings%complain(mistakes, entry, 'direction', 'must be along a grid line: one component not 0, all others 0')
       if (.not. has_grid) return
       if (.not. on_node(scene%grid, scene%crack%tip)) &
-         call settings%complain(mistakes, b, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
+         call settings%complain(mistakes, entry, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
                                 point_text(scene%grid%lower)//', cell = '//to_text(scene%grid%cell)//', up to '// &
                                 point_text(upper_corner(scene%grid)))
       if (mistakes%count > before) return
       if (.not. (on_node(scene%grid, node(scene, -1)) .and. on_node(scene%grid, node(scene, 1)))) then
-         call settings%complain(mistakes, b, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
+         call settings%complain(mistakes, entry, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
       else if (scene%crack%kind == 'line') then
-         call check_inside(scene, settings, b, mistakes)
+         call check_inside(scene, settings, entry, mistakes)
       else
-         call check_edge(scene, settings, b, mistakes)
-         call check_symmetry(scene, settings, b, mistakes)
+         call check_edge(scene, settings, entry, mistakes)
+         call check_symmetry(scene, settings, entry, mistakes)
       end if
-      call check_line_keys(scene, settings, b, mistakes)
+      call check_line_keys(scene, settings, entry, mistakes)
    end subroutine check_crack
 
    !> A line has material around its tip, and its other tip is at a node.
-   pure subroutine check_inside(scene, settings, b, mistakes)
+   pure subroutine check_inside(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b                   !! position of the group &crack, here and below
+      integer, intent(in) :: entry               !! position of the group &crack, here and below
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: cells
       integer :: i
       if (.not. all([(settings%good(settings%find('body', i), 'lower') .and. settings%good(settings%find('body', i), 'upper'), &
                       i=1, size(scene%bodies))])) return
       if (.not. is_covered(scene, scene%grid%cell)) then
-         call settings%complain(mistakes, b, 'tip', 'must be inside the material, at least a cell from its edges, '// &
+         call settings%complain(mistakes, entry, 'tip', 'must be inside the material, at least a cell from its edges, '// &
                                 'for kind = ''line''')
          return
       end if
       cells = scene%crack%length/scene%grid%cell
-      if (.not. settings%good(b, 'length') .or. .not. has_two_tips(scene)) return
+      if (.not. settings%good(entry, 'length') .or. .not. has_two_tips(scene)) return
       if (abs(cells - anint(cells))*scene%grid%cell > tolerance(scene%grid) .or. cells < 1.5_dp) &
-         call settings%complain(mistakes, b, 'length', 'the other tip must be at a node too: a multiple of cell = '// &
+         call settings%complain(mistakes, entry, 'length', 'the other tip must be at a node too: a multiple of cell = '// &
                                 to_text(scene%grid%cell)//', two cells at least')
    end subroutine check_inside
 
    !> What only a line can have.
-   pure subroutine check_line_keys(scene, settings, b, mistakes)
+   pure subroutine check_line_keys(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       if (scene%crack%kind == 'line') return
-      if (scene%crack%length > 0) call settings%complain(mistakes, b, 'length', 'only a crack of kind = ''line'' has a length; '// &
-                                                         'on a symmetry plane the constraints tell where it is')
-      if (scene%crack%contact) call settings%complain(mistakes, b, 'contact', 'only a crack of kind = ''line'' has two faces '// &
-                                                      'that can be in contact')
+      if (scene%crack%length > 0) call settings%complain(mistakes, entry, 'length', 'only a crack of kind = ''line'' has a '// &
+                                                         'length; on a symmetry plane the constraints tell where it is')
+      if (scene%crack%contact) call settings%complain(mistakes, entry, 'contact', 'only a crack of kind = ''line'' has two '// &
+                                                      'faces that can be in contact')
    end subroutine check_line_keys
 
    !> Position of the n-th node ahead of the crack tip [m].
@@ -87,10 +87,10 @@ contains
    end function node
 
    !> The line of the crack, a cell behind and ahead of the tip, is part of an edge of a body.
-   pure subroutine check_edge(scene, settings, b, mistakes)
+   pure subroutine check_edge(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: lower(ndim), upper(ndim), tol
       integer :: i, body
@@ -102,15 +102,15 @@ contains
          if (.not. (settings%good(body, 'lower') .and. settings%good(body, 'upper'))) return
          if (on_face(lower, upper, scene%bodies(i), tol)) return
       end do
-      call settings%complain(mistakes, b, 'tip', &
+      call settings%complain(mistakes, entry, 'tip', &
                              'must be on an edge of a body that reaches a cell behind and ahead of it, for kind = ''symmetry''')
    end subroutine check_edge
 
    !> On the symmetry line, nodes from the tip on are held in the normal direction and those behind are free.
-   pure subroutine check_symmetry(scene, settings, b, mistakes)
+   pure subroutine check_symmetry(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       character(*), parameter :: axis = 'xyz'
       integer :: normal, i, c
@@ -122,10 +122,10 @@ contains
          if (abs(scene%crack%direction(normal)) <= 0) exit
       end do
       if (.not. (is_held(scene, node(scene, 0), normal) .and. is_held(scene, node(scene, 1), normal))) &
-         call settings%complain(mistakes, b, 'tip', 'the nodes at the tip and one cell ahead must be held in '// &
+         call settings%complain(mistakes, entry, 'tip', 'the nodes at the tip and one cell ahead must be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
       if (is_held(scene, node(scene, -1), normal)) &
-         call settings%complain(mistakes, b, 'tip', 'the node one cell behind the tip must not be held in '// &
+         call settings%complain(mistakes, entry, 'tip', 'the node one cell behind the tip must not be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
    end subroutine check_symmetry
 
@@ -145,64 +145,65 @@ contains
    end function is_held
 
    !> What is asked about the energy release rate needs a crack, and a reference needs its scene.
-   pure subroutine check_energy_release(scene, settings, has_places, mistakes)
+   pure subroutine check_energy_release(scene, settings, has_geometry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      logical, intent(in) :: has_places          !! whether grid, bodies and crack are without mistakes
+      logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without mistakes
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: e
-      e = settings%find('energy_release', 1)
-      if (settings%good(e, 'estimators')) then
+      integer :: entry
+      entry = settings%find('energy_release', 1)
+      if (settings%good(entry, 'estimators')) then
          if (.not. scene%crack%present) then
             if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure .or. &
                 scene%energy_release%domain_integral) &
-               call settings%complain(mistakes, e, 'estimators', '''nodal_force'', ''stress_closure'' and ''domain_integral'' '// &
-                                      'need a group &crack')
-         else if (scene%energy_release%domain_integral .and. has_places .and. settings%good(e, 'radii')) then
-            call check_radii(scene, settings, e, mistakes)
+               call settings%complain(mistakes, entry, 'estimators', '''nodal_force'', ''stress_closure'' and '// &
+                                      '''domain_integral'' need a group &crack')
+         else if (scene%energy_release%domain_integral .and. has_geometry .and. settings%good(entry, 'radii')) then
+            call check_radii(scene, settings, entry, mistakes)
          end if
       end if
-      if (.not. settings%good(e, 'reference')) return
-      if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, e, mistakes)
-      if (scene%energy_release%reference == 'value' .and. settings%good(e, 'reference_value') &
-          .and. scene%energy_release%reference_value <= 0) call settings%complain(mistakes, e, 'reference_value', &
+      if (.not. settings%good(entry, 'reference')) return
+      if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, entry, mistakes)
+      if (scene%energy_release%reference == 'value' .and. settings%good(entry, 'reference_value') &
+          .and. scene%energy_release%reference_value <= 0) call settings%complain(mistakes, entry, 'reference_value', &
          'must be in (0, inf) [J/m2] for reference = ''value''')
    end subroutine check_energy_release
 
    !> The domains of the integral are full of one material, with nothing but the crack in them, and have cells enough.
-   pure subroutine check_radii(scene, settings, e, mistakes)
+   pure subroutine check_radii(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: e                   !! position of the group &energy_release, here and below
+      integer, intent(in) :: entry               !! position of the group &energy_release, here and below
       type(mistakes_t), intent(inout) :: mistakes
       real(dp), allocatable :: radii(:)
       real(dp) :: most, least
-      integer :: c, i
-      c = settings%find('crack', 1)
-      if (.not. all([settings%good(c, 'kind'), settings%good(c, 'tip'), settings%good(c, 'direction'), &
-                     settings%good(c, 'length')])) return
+      integer :: crack, i
+      crack = settings%find('crack', 1)
+      if (.not. all([settings%good(crack, 'kind'), settings%good(crack, 'tip'), settings%good(crack, 'direction'), &
+                     settings%good(crack, 'length')])) return
       if (.not. surroundings_good(scene, settings)) return
       if (body_at(scene, scene%crack%tip) == 0) return
       allocate (radii, source=domain_radii(scene))
       most = largest_radius(scene)
       least = least_radius(scene)
       if (most < least - tolerance(scene%grid)) then
-         call settings%complain(mistakes, e, 'radii', 'there is no place for a radius: around the tip there are only material '// &
-                                'and this crack up to '//length_text(most)//' m, and two of the finest cells, '//to_text(least)// &
-                                ' m, are the least; use smaller cells or move the tip, or loads and constraints near it')
+         call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius: around the tip there are only '// &
+                                'material and this crack up to '//length_text(most)//' m, and two of the finest cells, '// &
+                                to_text(least)//' m, are the least; use smaller cells or move the tip, or loads and '// &
+                                'constraints near it')
          return
       end if
       if (any(radii(2:) <= radii(:size(radii) - 1))) &
-         call settings%complain(mistakes, e, 'radii', 'must increase from one to the next')
+         call settings%complain(mistakes, entry, 'radii', 'must increase from one to the next')
       if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
-         call settings%complain(mistakes, e, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two of '// &
-                                'the finest cells at least, and around the tip nothing within them but material and this crack,'// &
-                                ' neither point load nor traction, and no constraint but that of the symmetry plane')
+         call settings%complain(mistakes, entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two '// &
+                                'of the finest cells at least, and around the tip nothing within them but material and this '// &
+                                'crack, neither point load nor traction, and no constraint but that of the symmetry plane')
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
             if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid)) .and. &
                 body%material /= scene%bodies(body_at(scene, tip))%material) then
-               call settings%complain(mistakes, e, 'radii', 'there must be one material within them; body '//to_text(i)// &
+               call settings%complain(mistakes, entry, 'radii', 'there must be one material within them; body '//to_text(i)// &
                                       ' is of another one than the tip''s')
                return
             end if
@@ -214,28 +215,28 @@ contains
    pure logical function surroundings_good(scene, settings) result(good)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer :: i, b
+      integer :: i, entry
       good = .true.
       do i = 1, size(scene%loads)
-         b = settings%find('load', i)
-         good = good .and. settings%good(b, 'kind') .and. settings%good(b, 'lower') .and. settings%good(b, 'upper')
+         entry = settings%find('load', i)
+         good = good .and. settings%good(entry, 'kind') .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
       end do
       do i = 1, size(scene%constraints)
-         b = settings%find('constraint', i)
-         good = good .and. settings%good(b, 'fix') .and. settings%good(b, 'lower') .and. settings%good(b, 'upper')
+         entry = settings%find('constraint', i)
+         good = good .and. settings%good(entry, 'fix') .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
       end do
    end function surroundings_good
 
    !> The double cantilever beam's reference needs a crack, one body, and a load that opens the crack.
-   pure subroutine check_dcb(scene, settings, e, mistakes)
+   pure subroutine check_dcb(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: e
+      integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       logical :: opens, known
       integer :: i
-      if (.not. scene%crack%present) call settings%complain(mistakes, e, 'reference', '''dcb'' needs a group &crack')
-      if (size(scene%bodies) > 1) call settings%complain(mistakes, e, 'reference', '''dcb'' needs exactly one &body, not '// &
+      if (.not. scene%crack%present) call settings%complain(mistakes, entry, 'reference', '''dcb'' needs a group &crack')
+      if (size(scene%bodies) > 1) call settings%complain(mistakes, entry, 'reference', '''dcb'' needs exactly one &body, not '// &
                                                          to_text(size(scene%bodies)))
       opens = .false.
       known = scene%crack%present .and. settings%good(settings%find('crack', 1), 'direction')
@@ -243,7 +244,7 @@ contains
          known = known .and. settings%good(settings%find('load', i), 'force')
          opens = opens .or. any(abs(scene%loads(i)%force) > 0 .and. .not. abs(scene%crack%direction) > 0)
       end do
-      if (known .and. .not. opens) call settings%complain(mistakes, e, 'reference', &
+      if (known .and. .not. opens) call settings%complain(mistakes, entry, 'reference', &
          '''dcb'' needs a &load with a force normal to the crack')
    end subroutine check_dcb
 end module hampm_crack_consistency

@@ -1,6 +1,6 @@
 !> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
 module hampm_key_reference
-   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, is_text, kind_integer, &
+   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, is_text, type_integer, &
                          is_required, is_assumed
    use hampm_namelist_text, only: example_list
    use hampm_text, only: to_text
@@ -43,7 +43,7 @@ contains
       text = text//'.'
    end function presence
 
-   !> A group with the keys that must be given, and those whose example is not the default, as a block of code.
+   !> A group with the keys that must be given, and those whose example is not the default, as code.
    pure function example(group) result(text)
       integer, intent(in) :: group               !! row of the group
       character(:), allocatable :: text
@@ -71,7 +71,7 @@ contains
       type(key_t), intent(in) :: key
       character(:), allocatable :: text
       text = 'real'
-      if (key%kind == kind_integer) text = 'integer'
+      if (key%value_type == type_integer) text = 'integer'
       if (is_text(key)) text = 'text'
       if (key%most > 1) text = to_text(key%most)//' '//text//'s'
       if (key%fewest < key%most) text = to_text(key%fewest)//' to '//text

@@ -18,16 +18,16 @@ contains
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_grid
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: i, b
+      integer :: i, entry
       do i = 1, size(scene%constraints)
-         b = settings%find('constraint', i)
-         if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper'))) cycle
+         entry = settings%find('constraint', i)
+         if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
          associate (constraint => scene%constraints(i))
             if (any(constraint%upper < constraint%lower)) then
-               call settings%complain(mistakes, b, 'upper', 'must not be below lower = '//point_text(constraint%lower))
+               call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(constraint%lower))
             else if (has_grid) then
                if (.not. nodes_touched(scene%grid, constraint%lower, constraint%upper)) &
-                  call settings%complain(mistakes, b, 'lower', 'the box up to '//point_text(constraint%upper)// &
+                  call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                          ' must hold at least one node of the grid (nodes are at lower + i*cell)')
             end if
          end associate
@@ -40,17 +40,17 @@ contains
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_grid
       type(mistakes_t), intent(inout) :: mistakes
-      logical :: has_places
-      integer :: i, b
-      has_places = has_grid .and. bodies_good(settings)
+      logical :: has_geometry
+      integer :: i, entry
+      has_geometry = has_grid .and. bodies_good(settings)
       do i = 1, size(scene%loads)
-         b = settings%find('load', i)
-         call check_history(scene%loads(i), b, settings, mistakes)
-         if (.not. (settings%good(b, 'lower') .and. settings%good(b, 'upper') .and. settings%good(b, 'kind'))) cycle
+         entry = settings%find('load', i)
+         call check_history(scene%loads(i), entry, settings, mistakes)
+         if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. settings%good(entry, 'kind'))) cycle
          if (any(scene%loads(i)%upper < scene%loads(i)%lower)) then
-            call settings%complain(mistakes, b, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
-         else if (has_places) then
-            call check_place(scene, scene%loads(i), b, settings, mistakes)
+            call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
+         else if (has_geometry) then
+            call check_place(scene, scene%loads(i), entry, settings, mistakes)
          end if
       end do
    end subroutine check_loads
@@ -58,19 +58,19 @@ contains
    !> Whether the corners of all bodies are known.
    pure logical function bodies_good(settings)
       type(settings_t), intent(in) :: settings
-      integer :: i, b
+      integer :: i, entry
       bodies_good = settings%count_of('body') > 0
       do i = 1, settings%count_of('body')
-         b = settings%find('body', i)
-         bodies_good = bodies_good .and. settings%good(b, 'lower') .and. settings%good(b, 'upper')
+         entry = settings%find('body', i)
+         bodies_good = bodies_good .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
       end do
    end function bodies_good
 
    !> There is material where a load acts.
-   pure subroutine check_place(scene, load, b, settings, mistakes)
+   pure subroutine check_place(scene, load, entry, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: load
-      integer, intent(in) :: b                     !! its position in the settings
+      integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: tol
@@ -91,47 +91,48 @@ contains
          end associate
       end do
       if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
-         call settings%complain(mistakes, b, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
+         call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
          return
       else if (load%kind == 'point') then
-         call settings%complain(mistakes, b, 'lower', 'the point of a load must be in or on a body')
+         call settings%complain(mistakes, entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then
-         call settings%complain(mistakes, b, 'lower', 'the box up to '//point_text(load%upper)//' must contain material of a body')
+         call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(load%upper)// &
+                                ' must contain material of a body')
       else if (count(load%upper - load%lower <= tol) /= 1) then
-         call settings%complain(mistakes, b, 'upper', 'must equal lower = '//point_text(load%lower)// &
+         call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
                                 ' in exactly one direction: a traction acts on an edge')
       else
-         call settings%complain(mistakes, b, 'lower', 'the line up to '//point_text(load%upper)// &
+         call settings%complain(mistakes, entry, 'lower', 'the line up to '//point_text(load%upper)// &
                                 ' must lie on one edge of a body: a traction acts on an edge')
       end if
    end subroutine check_place
 
-   !> A history needs the keys of its kind.
-   pure subroutine check_history(load, b, settings, mistakes)
+   !> A history needs the keys that belong to it.
+   pure subroutine check_history(load, entry, settings, mistakes)
       type(load_spec_t), intent(in) :: load
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: n
-      if (.not. settings%good(b, 'history')) return
+      if (.not. settings%good(entry, 'history')) return
       select case (load%history)
        case ('ramp')
-         if (settings%good(b, 'rise_time') .and. load%rise_time <= 0) &
-            call settings%complain(mistakes, b, 'rise_time', 'must be in (0, inf) [s] for history = ''ramp''')
+         if (settings%good(entry, 'rise_time') .and. load%rise_time <= 0) &
+            call settings%complain(mistakes, entry, 'rise_time', 'must be in (0, inf) [s] for history = ''ramp''')
        case ('sine')
-         if (settings%good(b, 'frequency') .and. load%frequency <= 0) &
-            call settings%complain(mistakes, b, 'frequency', 'must be in (0, inf) [Hz] for history = ''sine''')
+         if (settings%good(entry, 'frequency') .and. load%frequency <= 0) &
+            call settings%complain(mistakes, entry, 'frequency', 'must be in (0, inf) [Hz] for history = ''sine''')
        case ('table')
          n = size(load%times)
-         if (.not. settings%good(b, 'times')) return
+         if (.not. settings%good(entry, 'times')) return
          if (n < 2) then
-            call settings%complain(mistakes, b, 'times', 'must have at least 2 values for history = ''table''')
+            call settings%complain(mistakes, entry, 'times', 'must have at least 2 values for history = ''table''')
          else if (any(load%times(2:) <= load%times(:n - 1))) then
-            call settings%complain(mistakes, b, 'times', 'must increase from value to value')
+            call settings%complain(mistakes, entry, 'times', 'must increase from value to value')
          end if
-         if (settings%good(b, 'factors') .and. size(load%factors) /= n) &
-            call settings%complain(mistakes, b, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
+         if (settings%good(entry, 'factors') .and. size(load%factors) /= n) &
+            call settings%complain(mistakes, entry, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
                                    to_text(size(load%factors)))
       end select
    end subroutine check_history

@@ -5,8 +5,8 @@ module hampm_namelist_file
    use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, max_values
    use hampm_mistakes, only: mistakes_t
    use hampm_scanner, only: scanner_t, blanks, line_feed, peek, at_end, advance, skip_blanks, take_word, skip_word, take_name, &
-                            is_name_character, place, excerpt
-   use hampm_settings, only: setting_t, block_t, settings_t, new_block
+                            is_name_character, location, excerpt
+   use hampm_settings, only: setting_t, group_entry_t, settings_t, new_entry
    use hampm_text, only: to_text, lower_case, printable, is_letter, is_digit
    implicit none
    private
@@ -69,13 +69,13 @@ contains
          call skip_blanks(s)
          if (at_end(s) .or. mistakes%count > most_mistakes) exit
          if (settings%count == most_groups) then
-            call mistakes%add(place(s)//': there may be at most '//to_text(most_groups)//' groups')
+            call mistakes%add(location(s)//': there may be at most '//to_text(most_groups)//' groups')
             exit
          end if
          if (peek(s) == '&') then
             call scan_group(s, settings, mistakes)
          else
-            call mistakes%add(place(s)//': '//excerpt(s)//' stands outside of the groups (a group is &name key = value /)')
+            call mistakes%add(location(s)//': '//excerpt(s)//' stands outside of the groups (a group is &name key = value /)')
             call skip_to_group(s)
          end if
       end do
@@ -104,10 +104,10 @@ contains
       type(settings_t), intent(inout) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: name, start
-      type(block_t) :: block
+      type(group_entry_t) :: entry
       logical :: ended
       integer :: group, earlier
-      start = place(s)
+      start = location(s)
       call advance(s)
       call take_name(s, name)
       group = find_group(name)
@@ -116,14 +116,14 @@ contains
          call skip_group(s)
          return
       end if
-      block = new_block(group, start)
+      entry = new_entry(group, start)
       do
          call check_end(s, start, name, mistakes, ended)
          if (ended .or. mistakes%count > most_mistakes) exit
          if (is_letter(peek(s))) then
-            call scan_assignment(s, block, mistakes)
+            call scan_assignment(s, entry, mistakes)
          else
-            call mistakes%add(place(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
+            call mistakes%add(location(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
             call skip_word(s)
          end if
       end do
@@ -131,11 +131,11 @@ contains
          earlier = settings%find(name, 1)
          if (earlier > 0) then
             call mistakes%add(start//': &'//name//' stands a second time, it may only once (first: ' &
-                              //settings%blocks(earlier)%place//')')
+                              //settings%entries(earlier)%location//')')
             return
          end if
       end if
-      call settings%add_block(block)
+      call settings%add_entry(entry)
    end subroutine scan_group
 
    !> Whether the group is over: with its `/`, which is consumed, or because another group or the end of the file comes first.
@@ -158,27 +158,27 @@ contains
    end subroutine check_end
 
    !> `key = values`.
-   pure subroutine scan_assignment(s, block, mistakes)
+   pure subroutine scan_assignment(s, entry, mistakes)
       type(scanner_t), intent(inout) :: s
-      type(block_t), intent(inout) :: block
+      type(group_entry_t), intent(inout) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: name, start, label
       type(setting_t) :: setting
       integer :: key
-      start = place(s)
+      start = location(s)
       call take_name(s, name)
-      label = start//': &'//trim(groups(block%group)%name)//' '//name
-      key = find_key(block%group, name)
+      label = start//': &'//trim(groups(entry%group)%name)//' '//name
+      key = find_key(entry%group, name)
       setting%given = .true.
-      setting%place = start
+      setting%location = start
       call take_equals(s, label, setting, mistakes)
-      call scan_values(s, block%group, setting, mistakes)
+      call scan_values(s, entry%group, setting, mistakes)
       if (key == 0) then
-         call mistakes%add(start//': '//unknown_key(block%group, name))
-      else if (block%settings(key)%given) then
-         call mistakes%add(label//': is given twice in this group (first: '//block%settings(key)%place//')')
+         call mistakes%add(start//': '//unknown_key(entry%group, name))
+      else if (entry%settings(key)%given) then
+         call mistakes%add(label//': is given twice in this group (first: '//entry%settings(key)%location//')')
       else
-         block%settings(key) = setting
+         entry%settings(key) = setting
       end if
    end subroutine scan_assignment
 
@@ -217,7 +217,7 @@ contains
          if (peek(s) == ',') then
             if (after_comma) then
                setting%good = .false.
-               call mistakes%add(place(s)//': a value is missing before the comma')
+               call mistakes%add(location(s)//': a value is missing before the comma')
             end if
             after_comma = .true.
             call advance(s)
@@ -236,7 +236,7 @@ contains
       character(:), allocatable :: start, word, value
       logical :: quoted
       integer :: star, times, i
-      start = place(s)
+      start = location(s)
       call take_word(s, word)
       star = scan(word, '*')
       times = 1
@@ -285,7 +285,7 @@ contains
       character(:), allocatable :: start
       character :: quote
       integer :: last, n
-      start = place(s)
+      start = location(s)
       quote = peek(s)
       call advance(s)
       text = repeat(' ', 80)

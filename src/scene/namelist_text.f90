@@ -1,7 +1,7 @@
 !> Scenes as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
    use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, default_count, default_value, &
-                         is_text, kind_integer, is_required
+                         is_text, type_integer, is_required
    use hampm_settings, only: settings_t, setting_t
    use hampm_text, only: to_text
    implicit none
@@ -59,7 +59,7 @@ contains
       type(key_t), intent(in) :: key
       character(:), allocatable :: text
       text = trim(key%allowed)
-      if (key%kind == kind_integer) text = 'integer in '//text
+      if (key%value_type == type_integer) text = 'integer in '//text
       if (is_text(key)) text = joined_choices(key, '', ' | ')
       if (text == '') text = 'text'
    end function allowed_text
@@ -81,17 +81,17 @@ contains
    !> The complete namelist of a validated scene, every key with its value in force. It reads back as the same scene.
    pure function canonical_text(settings) result(text)
       type(settings_t), intent(in) :: settings
-      character(:), allocatable :: text, block_text
-      integer :: g, b, k
+      character(:), allocatable :: text, group_text
+      integer :: g, entry, k
       text = ''
       do g = 1, size(groups)
-         do b = 1, settings%count
-            if (settings%blocks(b)%group /= g) cycle
-            block_text = '&'//trim(groups(g)%name)//line_feed
+         do entry = 1, settings%count
+            if (settings%entries(entry)%group /= g) cycle
+            group_text = '&'//trim(groups(g)%name)//line_feed
             do k = 1, key_count(g)
-               block_text = block_text//canonical_line(keys(first_key(g) + k - 1), settings%blocks(b)%settings(k))
+               group_text = group_text//canonical_line(keys(first_key(g) + k - 1), settings%entries(entry)%settings(k))
             end do
-            text = text//block_text//'/'//line_feed
+            text = text//group_text//'/'//line_feed
          end do
       end do
    end function canonical_text
@@ -107,7 +107,7 @@ contains
          if (i > 1) line = line//','
          if (is_text(key)) then
             line = line//' '//in_quotes(setting%values(i)%text)
-         else if (key%kind == kind_integer) then
+         else if (key%value_type == type_integer) then
             line = line//' '//to_text(nint(setting%numbers(i)))
          else
             line = line//' '//to_text(setting%numbers(i))

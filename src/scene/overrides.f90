@@ -1,10 +1,10 @@
-!> `--set group.key=value`: values from the command line that take the place of those in the file.
+!> `--set group.key=value`: values from the command line that replace those in the file.
 module hampm_overrides
    use hampm_keys, only: key_t, groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, &
                          max_values
    use hampm_mistakes, only: mistakes_t
    use hampm_namelist_file, only: scan_value_text
-   use hampm_settings, only: settings_t, setting_t, block_t, new_block
+   use hampm_settings, only: settings_t, setting_t, group_entry_t, new_entry
    use hampm_text, only: to_text, lower_case, printable
    implicit none
    private
@@ -20,7 +20,7 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: source, name, message
       type(setting_t) :: setting
-      integer :: equals, dot, group, key, instance, b
+      integer :: equals, dot, group, key, instance, entry
       source = '--set '//printable(text, 60)
       equals = index(text, '=')
       dot = index(text(:max(equals, 1)), '.')
@@ -40,15 +40,15 @@ contains
          call mistakes%add(source//': '//unknown_key(group, name))
          return
       end if
-      call choose_block(settings, group, instance, source, b, message)
+      call choose_entry(settings, group, instance, source, entry, message)
       if (message /= '') then
          call mistakes%add(source//': '//message)
          return
       end if
       setting%given = .true.
-      setting%place = source
+      setting%location = source
       call take_values(keys(first_key(group) + key - 1), text(equals + 1:), group, setting, mistakes)
-      settings%blocks(b)%settings(key) = setting
+      settings%entries(entry)%settings(key) = setting
    end subroutine override
 
    !> Split `group(2)` into name and number; the number is 0 where there is none and -1 where it is wrong.
@@ -72,19 +72,19 @@ contains
    end subroutine split_instance
 
    !> The group that is meant; it is added where the scene has none of this name.
-   pure subroutine choose_block(settings, group, instance, source, b, message)
+   pure subroutine choose_entry(settings, group, instance, source, entry, message)
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: group, instance
       character(*), intent(in) :: source
-      integer, intent(out) :: b
+      integer, intent(out) :: entry
       character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing
-      type(block_t) :: block
+      type(group_entry_t) :: added
       character(:), allocatable :: name
       integer :: present
       name = trim(groups(group)%name)
       present = settings%count_of(name)
       message = ''
-      b = 0
+      entry = 0
       if (instance == -1) then
          message = 'the number of a group must be an integer in [1, inf): '//name//'(2)'
       else if (instance > max(present, 1)) then
@@ -92,13 +92,13 @@ contains
       else if (instance == 0 .and. present > 1) then
          message = 'there are '//to_text(present)//' of &'//name//': say which, for example '//name//'(2)'
       else if (present == 0) then
-         block = new_block(group, source)
-         call settings%add_block(block)
-         b = settings%count
+         added = new_entry(group, source)
+         call settings%add_entry(added)
+         entry = settings%count
       else
-         b = settings%find(name, max(instance, 1))
+         entry = settings%find(name, max(instance, 1))
       end if
-   end subroutine choose_block
+   end subroutine choose_entry
 
    !> The values behind the `=`. Quotes may be missing, since a shell takes them away.
    pure subroutine take_values(key, text, group, setting, mistakes)
@@ -111,7 +111,7 @@ contains
       if (is_text(key) .and. key%most == 1 .and. scan(adjustl(text//' '), '''"') /= 1) then
          call setting%append(trim(adjustl(text)), .true.)
       else
-         call scan_value_text(setting%place, text, group, setting, mistakes)
+         call scan_value_text(setting%location, text, group, setting, mistakes)
          do i = 1, min(setting%count, max_values)
             setting%values(i)%quoted = setting%values(i)%quoted .or. is_text(key)
          end do

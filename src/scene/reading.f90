@@ -1,4 +1,4 @@
-!> From a namelist file to a scene. This is the one place where files of scenes are read.
+!> From a namelist file to a scene. Files of scenes are read here and nowhere else.
 module hampm_reading
    use hampm_consistency, only: check_consistency
    use hampm_failure, only: failure_t
@@ -126,100 +126,100 @@ contains
    pure subroutine fill_single(settings, scene)
       type(settings_t), intent(in) :: settings
       type(scene_t), intent(inout) :: scene
-      integer :: b
-      b = settings%find('run', 1)
-      scene%run%title = settings%text(b, 'title')
-      scene%run%plane = settings%text(b, 'plane')
-      scene%run%thickness = settings%number(b, 'thickness')
-      scene%run%end_time = settings%number(b, 'end_time')
-      b = settings%find('grid', 1)
-      scene%grid%lower = vector(settings, b, 'lower')
-      scene%grid%cell = settings%number(b, 'cell')
-      scene%grid%cells = nint(vector(settings, b, 'cells'))
-      b = settings%find('damping', 1)
-      scene%damping%rate = settings%number(b, 'rate')
-      b = settings%find('method', 1)
-      scene%method%scheme = settings%text(b, 'scheme')
-      scene%method%courant = settings%number(b, 'courant')
-      scene%method%wave_speed = settings%text(b, 'wave_speed')
-      scene%method%time_steps = settings%text(b, 'time_steps')
-      scene%method%frame = settings%text(b, 'frame')
-      scene%method%mass = settings%text(b, 'mass')
-      scene%method%order = nint(settings%number(b, 'order'))
-      scene%method%blend = settings%number(b, 'blend')
-      scene%method%full_region = settings%text(b, 'full_region')
-      scene%method%full_lower = vector(settings, b, 'full_lower')
-      scene%method%full_upper = vector(settings, b, 'full_upper')
-      scene%method%solver = settings%text(b, 'solver')
+      integer :: entry
+      entry = settings%find('run', 1)
+      scene%run%title = settings%text(entry, 'title')
+      scene%run%plane = settings%text(entry, 'plane')
+      scene%run%thickness = settings%number(entry, 'thickness')
+      scene%run%end_time = settings%number(entry, 'end_time')
+      entry = settings%find('grid', 1)
+      scene%grid%lower = vector(settings, entry, 'lower')
+      scene%grid%cell = settings%number(entry, 'cell')
+      scene%grid%cells = nint(vector(settings, entry, 'cells'))
+      entry = settings%find('damping', 1)
+      scene%damping%rate = settings%number(entry, 'rate')
+      entry = settings%find('method', 1)
+      scene%method%scheme = settings%text(entry, 'scheme')
+      scene%method%courant = settings%number(entry, 'courant')
+      scene%method%wave_speed = settings%text(entry, 'wave_speed')
+      scene%method%time_steps = settings%text(entry, 'time_steps')
+      scene%method%frame = settings%text(entry, 'frame')
+      scene%method%mass = settings%text(entry, 'mass')
+      scene%method%order = nint(settings%number(entry, 'order'))
+      scene%method%blend = settings%number(entry, 'blend')
+      scene%method%full_region = settings%text(entry, 'full_region')
+      scene%method%full_lower = vector(settings, entry, 'full_lower')
+      scene%method%full_upper = vector(settings, entry, 'full_upper')
+      scene%method%solver = settings%text(entry, 'solver')
       call fill_refine(settings, settings%find('refine', 1), scene%refine)
-      b = settings%find('crack', 1)
-      scene%crack%present = b > 0
-      scene%crack%kind = settings%text(b, 'kind')
-      scene%crack%tip = vector(settings, b, 'tip')
-      scene%crack%direction = vector(settings, b, 'direction')
-      scene%crack%length = settings%number(b, 'length')
-      scene%crack%contact = settings%text(b, 'contact') == 'frictionless'
-      b = settings%find('energy_release', 1)
-      scene%energy_release%nodal_force = settings%texts(b, 'estimators', 'nodal_force')
-      scene%energy_release%stress_closure = settings%texts(b, 'estimators', 'stress_closure')
-      scene%energy_release%domain_integral = settings%texts(b, 'estimators', 'domain_integral')
-      scene%energy_release%radii = settings%numbers(b, 'radii')
-      scene%energy_release%energy_balance = settings%texts(b, 'estimators', 'energy_balance')
-      scene%energy_release%reference = settings%text(b, 'reference')
-      scene%energy_release%reference_value = settings%number(b, 'reference_value')
-      b = settings%find('output', 1)
-      scene%output%file = settings%text(b, 'file')
-      scene%output%history_interval = settings%number(b, 'history_interval')
-      scene%output%snapshot_interval = settings%number(b, 'snapshot_interval')
-      scene%output%checkpoint_interval = settings%number(b, 'checkpoint_interval')
-      scene%output%checkpoint_steps = nint(settings%number(b, 'checkpoint_steps'))
+      entry = settings%find('crack', 1)
+      scene%crack%present = entry > 0
+      scene%crack%kind = settings%text(entry, 'kind')
+      scene%crack%tip = vector(settings, entry, 'tip')
+      scene%crack%direction = vector(settings, entry, 'direction')
+      scene%crack%length = settings%number(entry, 'length')
+      scene%crack%contact = settings%text(entry, 'contact') == 'frictionless'
+      entry = settings%find('energy_release', 1)
+      scene%energy_release%nodal_force = settings%texts(entry, 'estimators', 'nodal_force')
+      scene%energy_release%stress_closure = settings%texts(entry, 'estimators', 'stress_closure')
+      scene%energy_release%domain_integral = settings%texts(entry, 'estimators', 'domain_integral')
+      scene%energy_release%radii = settings%numbers(entry, 'radii')
+      scene%energy_release%energy_balance = settings%texts(entry, 'estimators', 'energy_balance')
+      scene%energy_release%reference = settings%text(entry, 'reference')
+      scene%energy_release%reference_value = settings%number(entry, 'reference_value')
+      entry = settings%find('output', 1)
+      scene%output%file = settings%text(entry, 'file')
+      scene%output%history_interval = settings%number(entry, 'history_interval')
+      scene%output%snapshot_interval = settings%number(entry, 'snapshot_interval')
+      scene%output%checkpoint_interval = settings%number(entry, 'checkpoint_interval')
+      scene%output%checkpoint_steps = nint(settings%number(entry, 'checkpoint_steps'))
    end subroutine fill_single
 
    !> How cells refine. Without the group nothing is set: no indicator, no limit of the region.
-   pure subroutine fill_refine(settings, b, refine)
+   pure subroutine fill_refine(settings, entry, refine)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b                     !! position of the group, here and below
+      integer, intent(in) :: entry                 !! position of the group, here and below
       type(refine_t), intent(inout) :: refine
-      refine%present = b > 0
+      refine%present = entry > 0
       if (.not. refine%present) return
-      refine%indicator = settings%text(b, 'indicator')
-      refine%field = settings%text(b, 'field')
-      refine%r_crit = settings%number(b, 'r_crit')
-      refine%r_coarsen = settings%number(b, 'r_coarsen')
-      refine%tolerance = settings%number(b, 'tolerance')
-      refine%rings = nint(settings%number(b, 'rings'))
-      refine%max_level = nint(settings%number(b, 'max_level'))
-      refine%energy_floor = settings%number(b, 'energy_floor')
-      if (size(settings%numbers(b, 'region_lower')) == ndim) refine%region_lower = settings%numbers(b, 'region_lower')
-      if (size(settings%numbers(b, 'region_upper')) == ndim) refine%region_upper = settings%numbers(b, 'region_upper')
-      refine%start = settings%number(b, 'start')
-      refine%interval = nint(settings%number(b, 'interval'))
-      refine%max_particles = nint(settings%number(b, 'max_particles'))
+      refine%indicator = settings%text(entry, 'indicator')
+      refine%field = settings%text(entry, 'field')
+      refine%r_crit = settings%number(entry, 'r_crit')
+      refine%r_coarsen = settings%number(entry, 'r_coarsen')
+      refine%tolerance = settings%number(entry, 'tolerance')
+      refine%rings = nint(settings%number(entry, 'rings'))
+      refine%max_level = nint(settings%number(entry, 'max_level'))
+      refine%energy_floor = settings%number(entry, 'energy_floor')
+      if (size(settings%numbers(entry, 'region_lower')) == ndim) refine%region_lower = settings%numbers(entry, 'region_lower')
+      if (size(settings%numbers(entry, 'region_upper')) == ndim) refine%region_upper = settings%numbers(entry, 'region_upper')
+      refine%start = settings%number(entry, 'start')
+      refine%interval = nint(settings%number(entry, 'interval'))
+      refine%max_particles = nint(settings%number(entry, 'max_particles'))
    end subroutine fill_refine
 
    !> One material.
-   pure subroutine fill_material(settings, b, material)
+   pure subroutine fill_material(settings, entry, material)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(material_spec_t), intent(inout) :: material
-      material%name = settings%text(b, 'name')
-      material%law = settings%text(b, 'law')
-      material%young = settings%number(b, 'young')
-      material%poisson = settings%number(b, 'poisson')
-      material%density = settings%number(b, 'density')
+      material%name = settings%text(entry, 'name')
+      material%law = settings%text(entry, 'law')
+      material%young = settings%number(entry, 'young')
+      material%poisson = settings%number(entry, 'poisson')
+      material%density = settings%number(entry, 'density')
    end subroutine fill_material
 
    !> One body, but for the position of its material.
-   pure subroutine fill_body(settings, b, body)
+   pure subroutine fill_body(settings, entry, body)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(body_t), intent(inout) :: body
-      body%material = settings%text(b, 'material')
-      body%shape = settings%text(b, 'shape')
-      body%lower = vector(settings, b, 'lower')
-      body%upper = vector(settings, b, 'upper')
-      body%points_per_cell = nint(settings%number(b, 'points_per_cell'))
-      body%velocity = vector(settings, b, 'velocity')
+      body%material = settings%text(entry, 'material')
+      body%shape = settings%text(entry, 'shape')
+      body%lower = vector(settings, entry, 'lower')
+      body%upper = vector(settings, entry, 'upper')
+      body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
+      body%velocity = vector(settings, entry, 'velocity')
    end subroutine fill_body
 
    !> Position of the material of this name, 0 where there is none.
@@ -232,43 +232,43 @@ contains
    end function material_index
 
    !> One constraint.
-   pure subroutine fill_constraint(settings, b, constraint)
+   pure subroutine fill_constraint(settings, entry, constraint)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(constraint_spec_t), intent(inout) :: constraint
       character(*), parameter :: axis = 'xyz'
       character(:), allocatable :: fix
       integer :: d
-      constraint%lower = vector(settings, b, 'lower')
-      constraint%upper = vector(settings, b, 'upper')
-      fix = settings%text(b, 'fix')
+      constraint%lower = vector(settings, entry, 'lower')
+      constraint%upper = vector(settings, entry, 'upper')
+      fix = settings%text(entry, 'fix')
       constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
    end subroutine fill_constraint
 
    !> One load.
-   pure subroutine fill_load(settings, b, load)
+   pure subroutine fill_load(settings, entry, load)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(load_spec_t), intent(inout) :: load
-      load%kind = settings%text(b, 'kind')
-      load%lower = vector(settings, b, 'lower')
-      load%upper = vector(settings, b, 'upper')
-      load%force = vector(settings, b, 'force')
-      load%history = settings%text(b, 'history')
-      load%start = settings%number(b, 'start')
-      load%rise_time = settings%number(b, 'rise_time')
-      load%frequency = settings%number(b, 'frequency')
-      load%times = settings%numbers(b, 'times')
-      load%factors = settings%numbers(b, 'factors')
+      load%kind = settings%text(entry, 'kind')
+      load%lower = vector(settings, entry, 'lower')
+      load%upper = vector(settings, entry, 'upper')
+      load%force = vector(settings, entry, 'force')
+      load%history = settings%text(entry, 'history')
+      load%start = settings%number(entry, 'start')
+      load%rise_time = settings%number(entry, 'rise_time')
+      load%frequency = settings%number(entry, 'frequency')
+      load%times = settings%numbers(entry, 'times')
+      load%factors = settings%numbers(entry, 'factors')
    end subroutine fill_load
 
    !> The components of a vector that a key holds.
-   pure function vector(settings, b, key)
+   pure function vector(settings, entry, key)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       real(dp) :: vector(ndim)
       vector = 0
-      if (settings%good(b, key)) vector = settings%numbers(b, key)
+      if (settings%good(entry, key)) vector = settings%numbers(entry, key)
    end function vector
 end module hampm_reading

@@ -18,29 +18,30 @@ contains
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_bodies            !! whether grid and bodies are without mistakes
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: b
-      b = settings%find('refine', 1)
-      if (.not. settings%good(b, 'indicator') .or. scene%refine%indicator == 'none') return
+      integer :: entry
+      entry = settings%find('refine', 1)
+      if (.not. settings%good(entry, 'indicator') .or. scene%refine%indicator == 'none') return
       select case (scene%refine%indicator)
        case ('gradient')
-         if (settings%good(b, 'r_crit') .and. settings%good(b, 'r_coarsen') .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
-            call settings%complain(mistakes, b, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
+         if (settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
+             .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
+            call settings%complain(mistakes, entry, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
        case ('tip')
-         if (.not. scene%crack%present) call settings%complain(mistakes, b, 'indicator', '''tip'' needs a group &crack')
+         if (.not. scene%crack%present) call settings%complain(mistakes, entry, 'indicator', '''tip'' needs a group &crack')
       end select
-      call check_points(scene, settings, b, mistakes)
-      call check_region(scene, settings, b, has_bodies, mistakes)
-      if (has_bodies) call check_room(scene, settings, b, mistakes)
+      call check_points(scene, settings, entry, mistakes)
+      call check_region(scene, settings, entry, has_bodies, mistakes)
+      if (has_bodies) call check_room(scene, settings, entry, mistakes)
    end subroutine check_refine
 
    !> A cell beside finer ones acts as its quarters, each of which needs material points of its own.
-   pure subroutine check_points(scene, settings, b, mistakes)
+   pure subroutine check_points(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b                     !! position of the group &refine, here and below
+      integer, intent(in) :: entry                 !! position of the group &refine, here and below
       type(mistakes_t), intent(inout) :: mistakes
       integer :: i, body
-      if (.not. settings%good(b, 'max_level') .or. scene%refine%max_level < 1) return
+      if (.not. settings%good(entry, 'max_level') .or. scene%refine%max_level < 1) return
       do i = 1, size(scene%bodies)
          body = settings%find('body', i)
          if (.not. settings%good(body, 'points_per_cell') .or. mod(scene%bodies(i)%points_per_cell, 2) == 0) cycle
@@ -50,20 +51,21 @@ contains
    end subroutine check_points
 
    !> The box in which cells may refine has an extent and holds material. A corner that is not given sets no limit.
-   pure subroutine check_region(scene, settings, b, has_bodies, mistakes)
+   pure subroutine check_region(scene, settings, entry, has_bodies, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       logical, intent(in) :: has_bodies
       type(mistakes_t), intent(inout) :: mistakes
       integer :: before, i
       before = mistakes%count
-      call check_corner(settings, b, 'region_lower', mistakes)
-      call check_corner(settings, b, 'region_upper', mistakes)
-      if (mistakes%count > before .or. .not. (settings%good(b, 'region_lower') .and. settings%good(b, 'region_upper'))) return
+      call check_corner(settings, entry, 'region_lower', mistakes)
+      call check_corner(settings, entry, 'region_upper', mistakes)
+      if (mistakes%count > before) return
+      if (.not. (settings%good(entry, 'region_lower') .and. settings%good(entry, 'region_upper'))) return
       associate (lower => scene%refine%region_lower, upper => scene%refine%region_upper)
          if (any(upper <= lower)) then
-            call settings%complain(mistakes, b, 'region_upper', 'must be above region_lower = '//point_text(lower)// &
+            call settings%complain(mistakes, entry, 'region_upper', 'must be above region_lower = '//point_text(lower)// &
                                    ' in every direction')
             return
          end if
@@ -72,39 +74,39 @@ contains
             if (overlap(lower, upper, scene%bodies(i)%lower, scene%bodies(i)%upper, tolerance(scene%grid))) return
          end do
       end associate
-      call settings%complain(mistakes, b, &
-                             merge('region_lower', 'region_upper', size(settings%numbers(b, 'region_lower')) > 0), &
+      call settings%complain(mistakes, entry, &
+                             merge('region_lower', 'region_upper', size(settings%numbers(entry, 'region_lower')) > 0), &
                              'the box from region_lower to region_upper must contain material of a body')
    end subroutine check_region
 
    !> A corner has all of its coordinates or none.
-   pure subroutine check_corner(settings, b, key, mistakes)
+   pure subroutine check_corner(settings, entry, key, mistakes)
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       type(mistakes_t), intent(inout) :: mistakes
       integer :: n
-      if (.not. settings%good(b, key)) return
-      n = size(settings%numbers(b, key))
-      if (n /= 0 .and. n /= ndim) call settings%complain(mistakes, b, key, 'must have '//to_text(ndim)//' values, or none '// &
+      if (.not. settings%good(entry, key)) return
+      n = size(settings%numbers(entry, key))
+      if (n /= 0 .and. n /= ndim) call settings%complain(mistakes, entry, key, 'must have '//to_text(ndim)//' values, or none '// &
                                                          'for no limit, not '//to_text(n))
    end subroutine check_corner
 
    !> The material points that the scene begins with are not too many already.
-   pure subroutine check_room(scene, settings, b, mistakes)
+   pure subroutine check_room(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: particles
       integer :: i
-      if (.not. settings%good(b, 'max_particles')) return
+      if (.not. settings%good(entry, 'max_particles')) return
       particles = 0
       do i = 1, size(scene%bodies)
          if (.not. settings%good(settings%find('body', i), 'points_per_cell')) return
          particles = particles + particle_number(scene%bodies(i), scene%grid%cell)
       end do
-      if (scene%refine%max_particles < particles) call settings%complain(mistakes, b, 'max_particles', &
+      if (scene%refine%max_particles < particles) call settings%complain(mistakes, entry, 'max_particles', &
          'must be at least the number of material points that the scene begins with, '//to_text(nint(particles)))
    end subroutine check_room
 end module hampm_refine_consistency

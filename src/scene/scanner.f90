@@ -4,7 +4,7 @@ module hampm_scanner
    implicit none
    private
    public :: scanner_t, blanks, line_feed, peek, at_end, advance, skip_blanks, take_word, skip_word, take_name, &
-             is_name_character, place, excerpt
+             is_name_character, location, excerpt
 
    character, parameter :: line_feed = achar(10)
    character(*), parameter :: blanks = ' '//achar(9)//achar(13)//line_feed
@@ -14,7 +14,7 @@ module hampm_scanner
    type :: scanner_t
       character(:), allocatable :: text
       character(:), allocatable :: source          !! path of the file, or the option on the command line
-      logical :: counts_lines = .true.             !! whether places carry a line number
+      logical :: counts_lines = .true.             !! whether locations carry a line number
       integer :: at = 1                            !! position in `text`
       integer :: line = 1
    end type scanner_t
@@ -93,12 +93,12 @@ contains
    end function is_name_character
 
    !> Where the scanner stands: `case.nml:12`.
-   pure function place(s)
+   pure function location(s)
       type(scanner_t), intent(in) :: s
-      character(:), allocatable :: place
-      place = s%source
-      if (s%counts_lines) place = place//':'//to_text(s%line)
-   end function place
+      character(:), allocatable :: location
+      location = s%source
+      if (s%counts_lines) location = location//':'//to_text(s%line)
+   end function location
 
    !> The text that comes next, for messages.
    pure function excerpt(s) result(text)

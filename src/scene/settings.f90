@@ -1,4 +1,4 @@
-!> The groups and keys of a namelist as they were written: values as text, each with the place it comes from.
+!> The groups and keys of a namelist as they were written: values as text, each with its location in what the user wrote.
 module hampm_settings
    use hampm_kinds, only: dp
    use hampm_keys, only: groups, find_group, find_key, key_count, max_values
@@ -6,7 +6,7 @@ module hampm_settings
    use hampm_text, only: printable
    implicit none
    private
-   public :: value_t, setting_t, block_t, settings_t, new_block
+   public :: value_t, setting_t, group_entry_t, settings_t, new_entry
 
    !> A value as it was written.
    type :: value_t
@@ -18,7 +18,7 @@ module hampm_settings
    type :: setting_t
       logical :: given = .false.                   !! whether the user wrote it
       logical :: good = .true.                     !! whether no mistake was found in it
-      character(:), allocatable :: place           !! 'case.nml:12' or '--set group.key=value'
+      character(:), allocatable :: location        !! 'case.nml:12' or '--set group.key=value'
       integer :: count = 0                         !! number of values, may exceed what `values` keeps
       type(value_t), allocatable :: values(:)
       real(dp), allocatable :: numbers(:)          !! the values of a number, once validated
@@ -27,20 +27,20 @@ module hampm_settings
       procedure :: shown
    end type setting_t
 
-   !> One group of the file.
-   type :: block_t
+   !> One group as it stands in the file, or as it was added.
+   type :: group_entry_t
       integer :: group = 0                         !! its row in the table of groups
-      character(:), allocatable :: place           !! where it begins
+      character(:), allocatable :: location        !! where it begins
       type(setting_t), allocatable :: settings(:)  !! in the order of the table of keys
-   end type block_t
+   end type group_entry_t
 
-   !> All groups of a file, in their order.
+   !> All groups: those of the file in their order, then those that were added.
    type :: settings_t
       character(:), allocatable :: file            !! path of the namelist file
       integer :: count = 0
-      type(block_t), allocatable :: blocks(:)      !! the first `count` are used
+      type(group_entry_t), allocatable :: entries(:) !! the first `count` are used
    contains
-      procedure :: add_block
+      procedure :: add_entry
       procedure :: count_of
       procedure :: find
       procedure :: good
@@ -57,40 +57,40 @@ module hampm_settings
 contains
 
    !> A group of which no key is set yet.
-   pure function new_block(group, place) result(block)
+   pure function new_entry(group, location) result(entry)
       integer, intent(in) :: group
-      character(*), intent(in) :: place
-      type(block_t) :: block
-      block%group = group
-      block%place = place
-      allocate (block%settings(key_count(group)))
-   end function new_block
+      character(*), intent(in) :: location
+      type(group_entry_t) :: entry
+      entry%group = group
+      entry%location = location
+      allocate (entry%settings(key_count(group)))
+   end function new_entry
 
    !> Add a group behind the others. It is moved, not copied: its settings are gone from the argument.
-   pure subroutine add_block(self, block)
+   pure subroutine add_entry(self, entry)
       class(settings_t), intent(inout) :: self
-      type(block_t), intent(inout) :: block
-      type(block_t), allocatable :: more(:)
+      type(group_entry_t), intent(inout) :: entry
+      type(group_entry_t), allocatable :: more(:)
       integer :: i
-      if (.not. allocated(self%blocks)) allocate (self%blocks(16))
-      if (self%count == size(self%blocks)) then
+      if (.not. allocated(self%entries)) allocate (self%entries(16))
+      if (self%count == size(self%entries)) then
          allocate (more(2*self%count))
          do i = 1, self%count
-            call move_block(self%blocks(i), more(i))
+            call move_entry(self%entries(i), more(i))
          end do
-         call move_alloc(more, self%blocks)
+         call move_alloc(more, self%entries)
       end if
       self%count = self%count + 1
-      call move_block(block, self%blocks(self%count))
-   end subroutine add_block
+      call move_entry(entry, self%entries(self%count))
+   end subroutine add_entry
 
    !> Move a group, which leaves nothing behind.
-   pure subroutine move_block(from, to)
-      type(block_t), intent(inout) :: from, to
+   pure subroutine move_entry(from, to)
+      type(group_entry_t), intent(inout) :: from, to
       to%group = from%group
-      call move_alloc(from%place, to%place)
+      call move_alloc(from%location, to%location)
       call move_alloc(from%settings, to%settings)
-   end subroutine move_block
+   end subroutine move_entry
 
    !> Add a value to a setting. No key takes more than `max_values`: further ones are only counted.
    pure subroutine append(self, text, quoted)
@@ -141,7 +141,7 @@ contains
       character(*), intent(in) :: group
       integer :: row, i
       row = find_group(group)
-      count_of = count([(self%blocks(i)%group == row, i=1, self%count)])
+      count_of = count([(self%entries(i)%group == row, i=1, self%count)])
    end function count_of
 
    !> Position of the n-th group of this name, 0 where there are fewer.
@@ -153,71 +153,71 @@ contains
       row = find_group(group)
       seen = 0
       do find = 1, self%count
-         if (self%blocks(find)%group == row) seen = seen + 1
+         if (self%entries(find)%group == row) seen = seen + 1
          if (seen == instance) return
       end do
       find = 0
    end function find
 
    !> Whether a key has a value in which no mistake was found.
-   pure logical function good(self, block, key)
+   pure logical function good(self, entry, key)
       class(settings_t), intent(in) :: self
-      integer, intent(in) :: block                 !! position of the group, 0 where it is absent
+      integer, intent(in) :: entry                 !! position of the group, 0 where it is absent, here and below
       character(*), intent(in) :: key
       good = .false.
-      if (block > 0) good = self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%good
+      if (entry > 0) good = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%good
    end function good
 
    !> Whether the user wrote this key.
-   pure logical function given(self, block, key)
+   pure logical function given(self, entry, key)
       class(settings_t), intent(in) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       given = .false.
-      if (block > 0) given = self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%given
+      if (entry > 0) given = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%given
    end function given
 
    !> The number that a validated key holds; 0 where it holds none.
-   pure real(dp) function number(self, block, key)
+   pure real(dp) function number(self, entry, key)
       class(settings_t), intent(in) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       number = 0
-      if (self%good(block, key)) number = self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%numbers(1)
+      if (self%good(entry, key)) number = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%numbers(1)
    end function number
 
    !> The numbers that a validated key holds.
-   pure function numbers(self, block, key) result(list)
+   pure function numbers(self, entry, key) result(list)
       class(settings_t), intent(in) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       real(dp), allocatable :: list(:)
-      if (self%good(block, key)) then
-         list = self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%numbers
+      if (self%good(entry, key)) then
+         list = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%numbers
       else
          allocate (list(0))
       end if
    end function numbers
 
    !> The text that a validated key holds; '' where it holds none.
-   pure function text(self, block, key)
+   pure function text(self, entry, key)
       class(settings_t), intent(in) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       character(:), allocatable :: text
       text = ''
-      if (self%good(block, key)) text = self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%values(1)%text
+      if (self%good(entry, key)) text = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%values(1)%text
    end function text
 
    !> Whether a validated list of texts holds this one.
-   pure logical function texts(self, block, key, wanted)
+   pure logical function texts(self, entry, key, wanted)
       class(settings_t), intent(in) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key, wanted
       integer :: i
       texts = .false.
-      if (.not. self%good(block, key)) return
-      associate (setting => self%blocks(block)%settings(find_key(self%blocks(block)%group, key)))
+      if (.not. self%good(entry, key)) return
+      associate (setting => self%entries(entry)%settings(find_key(self%entries(entry)%group, key)))
          do i = 1, setting%count
             texts = texts .or. setting%values(i)%text == wanted
          end do
@@ -225,37 +225,37 @@ contains
    end function texts
 
    !> Replace the numbers that a validated key holds.
-   pure subroutine set_numbers(self, block, key, list)
+   pure subroutine set_numbers(self, entry, key, list)
       class(settings_t), intent(inout) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       real(dp), intent(in) :: list(:)
-      self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%numbers = list
+      self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%numbers = list
    end subroutine set_numbers
 
    !> Replace the text that a validated key holds.
-   pure subroutine set_text(self, block, key, text)
+   pure subroutine set_text(self, entry, key, text)
       class(settings_t), intent(inout) :: self
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key, text
-      self%blocks(block)%settings(find_key(self%blocks(block)%group, key))%values(1)%text = text
+      self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%values(1)%text = text
    end subroutine set_text
 
-   !> Note a mistake in a key: `place: &group key = value: message`.
-   pure subroutine complain(self, mistakes, block, key, message)
+   !> Note a mistake in a key: `location: &group key = value: message`.
+   pure subroutine complain(self, mistakes, entry, key, message)
       class(settings_t), intent(in) :: self
       type(mistakes_t), intent(inout) :: mistakes
-      integer, intent(in) :: block
+      integer, intent(in) :: entry
       character(*), intent(in) :: key
       character(*), intent(in) :: message
-      character(:), allocatable :: place, note
-      associate (group => self%blocks(block)%group)
-         associate (setting => self%blocks(block)%settings(find_key(group, key)))
-            place = self%blocks(block)%place
-            if (allocated(setting%place)) place = setting%place
+      character(:), allocatable :: location, note
+      associate (group => self%entries(entry)%group)
+         associate (setting => self%entries(entry)%settings(find_key(group, key)))
+            location = self%entries(entry)%location
+            if (allocated(setting%location)) location = setting%location
             note = ': '
             if (.not. setting%given) note = ' (default): '
-            call mistakes%add(place//': &'//trim(groups(group)%name)//' '//key//' = '//setting%shown()//note//message)
+            call mistakes%add(location//': &'//trim(groups(group)%name)//' '//key//' = '//setting%shown()//note//message)
          end associate
       end associate
    end subroutine complain

@@ -23,14 +23,15 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: shear, dilatational, chosen, dt
-      integer :: m
-      m = settings%find('method', 1)
-      if (.not. (settings%good(m, 'courant') .and. settings%good(m, 'wave_speed') .and. materials_good(scene, settings))) return
+      integer :: entry
+      entry = settings%find('method', 1)
+      if (.not. (settings%good(entry, 'courant') .and. settings%good(entry, 'wave_speed'))) return
+      if (.not. materials_good(scene, settings)) return
       call largest_speeds(scene%materials, scene%run%plane == 'stress', shear, dilatational)
       chosen = dilatational
       if (scene%method%wave_speed == 'shear') chosen = shear
       if (scene%method%courant*(dilatational/chosen) > most_cells_a_step) then
-         call settings%complain(mistakes, m, 'courant', 'must be at most '//to_text(most_cells_a_step*(chosen/dilatational))// &
+         call settings%complain(mistakes, entry, 'courant', 'must be at most '//to_text(most_cells_a_step*(chosen/dilatational))// &
                                 ', not '//to_text(scene%method%courant)//', with wave_speed = '''// &
                                 trim(scene%method%wave_speed)//''': above it dilatational waves, '// &
                                 to_text(dilatational/shear)//' times as fast as shear waves here, pass two cells in a step, '// &
@@ -58,12 +59,12 @@ contains
    pure logical function materials_good(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer :: i, b
+      integer :: i, entry
       materials_good = size(scene%materials) > 0 .and. settings%good(settings%find('run', 1), 'plane')
       do i = 1, size(scene%materials)
-         b = settings%find('material', i)
-         materials_good = materials_good .and. settings%good(b, 'young') .and. settings%good(b, 'poisson') &
-                          .and. settings%good(b, 'density')
+         entry = settings%find('material', i)
+         materials_good = materials_good .and. settings%good(entry, 'young') .and. settings%good(entry, 'poisson') &
+                          .and. settings%good(entry, 'density')
       end do
    end function materials_good
 

@@ -3,9 +3,9 @@
 module hampm_validation
    use hampm_kinds, only: dp, name_len, path_len
    use hampm_keys, only: key_t, groups, keys, first_key, choices, default_count, default_value, is_text, &
-                         kind_integer, kind_name, is_required, is_assumed
+                         type_integer, type_name, is_required, is_assumed
    use hampm_mistakes, only: mistakes_t
-   use hampm_settings, only: settings_t, setting_t, block_t, value_t, new_block
+   use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t, new_entry
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
    implicit none
@@ -18,10 +18,10 @@ contains
    pure subroutine validate(settings, mistakes)
       type(settings_t), intent(inout) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: b
+      integer :: entry
       call check_presence(settings, mistakes)
-      do b = 1, settings%count
-         call validate_block(settings, b, mistakes)
+      do entry = 1, settings%count
+         call validate_entry(settings, entry, mistakes)
       end do
    end subroutine validate
 
@@ -29,43 +29,43 @@ contains
    pure subroutine check_presence(settings, mistakes)
       type(settings_t), intent(inout) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      type(block_t) :: block
+      type(group_entry_t) :: assumed
       integer :: g
       do g = 1, size(groups)
          if (settings%count_of(trim(groups(g)%name)) > 0) cycle
          if (groups(g)%presence == is_required) call mistakes%add(settings%file//': the group &'//trim(groups(g)%name) &
                                                                   //' is missing: '//trim(groups(g)%meaning))
          if (groups(g)%presence /= is_assumed) cycle
-         block = new_block(g, settings%file)
-         call settings%add_block(block)
+         assumed = new_entry(g, settings%file)
+         call settings%add_entry(assumed)
       end do
    end subroutine check_presence
 
    !> Check the keys of one group.
-   pure subroutine validate_block(settings, b, mistakes)
+   pure subroutine validate_entry(settings, entry, mistakes)
       type(settings_t), intent(inout) :: settings
-      integer, intent(in) :: b
+      integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: message
       integer :: k, first
-      first = first_key(settings%blocks(b)%group)
-      do k = 1, size(settings%blocks(b)%settings)
+      first = first_key(settings%entries(entry)%group)
+      do k = 1, size(settings%entries(entry)%settings)
          associate (key => keys(first + k - 1))
-            if (.not. settings%blocks(b)%settings(k)%given) then
+            if (.not. settings%entries(entry)%settings(k)%given) then
                if (key%required) then
-                  settings%blocks(b)%settings(k)%good = .false.
-                  call mistakes%add(settings%blocks(b)%place//': '//missing_key(key))
+                  settings%entries(entry)%settings(k)%good = .false.
+                  call mistakes%add(settings%entries(entry)%location//': '//missing_key(key))
                   cycle
                end if
-               call set_default(key, settings%blocks(b)%settings(k))
+               call set_default(key, settings%entries(entry)%settings(k))
             end if
-            if (.not. settings%blocks(b)%settings(k)%good) cycle
-            call validate_setting(key, settings%blocks(b)%settings(k), message)
-            settings%blocks(b)%settings(k)%good = message == ''
-            if (message /= '') call settings%complain(mistakes, b, trim(key%name), message)
+            if (.not. settings%entries(entry)%settings(k)%good) cycle
+            call validate_setting(key, settings%entries(entry)%settings(k), message)
+            settings%entries(entry)%settings(k)%good = message == ''
+            if (message /= '') call settings%complain(mistakes, entry, trim(key%name), message)
          end associate
       end do
-   end subroutine validate_block
+   end subroutine validate_entry
 
    !> Complaint about a key that is missing, with what to add.
    pure function missing_key(key) result(message)
@@ -140,7 +140,7 @@ contains
       real(dp), intent(out) :: number
       character(:), allocatable, intent(inout) :: message
       integer :: status
-      if (key%kind == kind_integer) then
+      if (key%value_type == type_integer) then
          call parse_integer(value%text, number, status)
       else
          call parse_real(value%text, number, status)
@@ -148,13 +148,13 @@ contains
       if (value%quoted) status = is_no_number
       if (status == is_number .and. .not. in_interval(number, trim(key%allowed))) then
          message = must_be(key)
-      else if (status == is_extreme .and. key%kind == kind_integer) then
+      else if (status == is_extreme .and. key%value_type == type_integer) then
          message = must_be(key)//' and at most '//to_text(huge(1))
       else if (status == is_extreme) then
          message = must_be(key)//', finite and in size 0 or from 1e-100 to 1e100'
       else if (status == is_no_number) then
          message = must_be(key)//' (it is no number)'
-         if (key%kind == kind_integer) message = must_be(key)//' (it is no integer)'
+         if (key%value_type == type_integer) message = must_be(key)//' (it is no integer)'
       end if
    end subroutine validate_number
 
@@ -167,7 +167,7 @@ contains
       integer :: longest, i
       value%text = trim(value%text)
       longest = path_len
-      if (key%kind == kind_name) longest = name_len
+      if (key%value_type == type_name) longest = name_len
       if (.not. value%quoted) then
          message = 'must be in quotes: '''//printable(value%text, 40)//''''
       else if (len(value%text) > longest) then
@@ -200,7 +200,7 @@ contains
          end do
       else
          text = 'must be in '//trim(key%allowed)
-         if (key%kind == kind_integer) text = 'must be an integer in '//trim(key%allowed)
+         if (key%value_type == type_integer) text = 'must be an integer in '//trim(key%allowed)
          if (key%unit /= '') text = text//' ['//trim(key%unit)//']'
       end if
    end function must_be

@@ -7,7 +7,7 @@ program results_driver
    use hampm_folders, only: ensure_folder
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_results, only: results_t
-   use hampm_snapshots, only: block_t, vtk_quad
+   use hampm_snapshots, only: piece_t, vtk_quad
    use hampm_progress, only: progress_t
    implicit none
    character(path_len) :: folder, mode
@@ -199,21 +199,21 @@ contains
       type(results_t), intent(inout) :: results
       integer, intent(in) :: k
       type(failure_t), intent(inout) :: failure
-      type(block_t) :: blocks(2)
+      type(piece_t) :: pieces(2)
       real(dp) :: row(5 + 3*k)
       integer :: i, cells
       row = [(real(i, dp), i=1, 5 + 3*k)]
-      call blocks(1)%set_vertices('particles', reshape([(row(i), row(i) + 10*k, i=1, size(row))], [2, size(row)]))
-      call blocks(1)%add_point_field('velocity', reshape([(row(i), -row(i), i=1, size(row))], [2, size(row)]))
-      call blocks(1)%add_point_field('mass', reshape(100*k + row, [1, size(row)]))
+      call pieces(1)%set_vertices('particles', reshape([(row(i), row(i) + 10*k, i=1, size(row))], [2, size(row)]))
+      call pieces(1)%add_point_field('velocity', reshape([(row(i), -row(i), i=1, size(row))], [2, size(row)]))
+      call pieces(1)%add_point_field('mass', reshape(100*k + row, [1, size(row)]))
       cells = 2 + k
-      blocks(2)%name = 'mesh'
-      blocks(2)%points = reshape([(real(i, dp), 0.0_dp, real(i, dp), 1.0_dp, i=0, cells)], [2, 2*cells + 2])
-      blocks(2)%connectivity = [(2*i, 2*i + 2, 2*i + 3, 2*i + 1, i=0, cells - 1)]
-      blocks(2)%offsets = [(4*i, i=0, cells)]
-      blocks(2)%cell_types = spread(vtk_quad, 1, cells)
-      call blocks(2)%add_cell_field('level', reshape([(real(10*k + i, dp), i=1, cells)], [1, cells]))
-      call results%write_snapshot(1.0e-3_dp*k, blocks, failure)
+      pieces(2)%name = 'mesh'
+      pieces(2)%points = reshape([(real(i, dp), 0.0_dp, real(i, dp), 1.0_dp, i=0, cells)], [2, 2*cells + 2])
+      pieces(2)%connectivity = [(2*i, 2*i + 2, 2*i + 3, 2*i + 1, i=0, cells - 1)]
+      pieces(2)%offsets = [(4*i, i=0, cells)]
+      pieces(2)%cell_types = spread(vtk_quad, 1, cells)
+      call pieces(2)%add_cell_field('level', reshape([(real(10*k + i, dp), i=1, cells)], [1, cells]))
+      call results%write_snapshot(1.0e-3_dp*k, pieces, failure)
    end subroutine take_snapshot
 
    !> Count and print what does not hold.
