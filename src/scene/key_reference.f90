@@ -1,7 +1,7 @@
 !> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
 module hampm_key_reference
-   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, is_text, type_integer, &
-                         is_required, is_assumed
+   use hampm_key_rows, only: group_t, key_t, type_integer, is_required, is_assumed
+   use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, is_text
    use hampm_namelist_text, only: example_list
    use hampm_text, only: to_text
    implicit none

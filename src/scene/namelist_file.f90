@@ -2,11 +2,12 @@
 !> half of a group where its `/` is missing without a word; this scanner reports every mistake, with its line.
 module hampm_namelist_file
    use hampm_failure, only: failure_t, exit_input, exit_file
-   use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, max_values
+   use hampm_key_rows, only: max_values
+   use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, new_entry
    use hampm_mistakes, only: mistakes_t
    use hampm_scanner, only: scanner_t, blanks, line_feed, peek, at_end, advance, skip_blanks, take_word, skip_word, take_name, &
                             is_name_character, location, excerpt
-   use hampm_settings, only: setting_t, group_entry_t, settings_t, new_entry
+   use hampm_settings, only: setting_t, group_entry_t, settings_t
    use hampm_text, only: to_text, lower_case, printable, is_letter, is_digit
    implicit none
    private

@@ -1,7 +1,7 @@
 !> Scenes as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
-   use hampm_keys, only: group_t, key_t, groups, keys, first_key, key_count, joined_choices, default_count, default_value, &
-                         is_text, type_integer, is_required
+   use hampm_key_rows, only: group_t, key_t, type_integer, is_required
+   use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, default_count, default_value, is_text
    use hampm_settings, only: settings_t, setting_t
    use hampm_text, only: to_text
    implicit none

@@ -1,10 +1,10 @@
 !> `--set group.key=value`: values from the command line that replace those in the file.
 module hampm_overrides
-   use hampm_keys, only: key_t, groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, &
-                         max_values
+   use hampm_key_rows, only: key_t, max_values
+   use hampm_keys, only: groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, new_entry
    use hampm_mistakes, only: mistakes_t
    use hampm_namelist_file, only: scan_value_text
-   use hampm_settings, only: settings_t, setting_t, group_entry_t, new_entry
+   use hampm_settings, only: settings_t, setting_t, group_entry_t
    use hampm_text, only: to_text, lower_case, printable
    implicit none
    private

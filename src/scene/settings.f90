@@ -1,12 +1,12 @@
 !> The groups and keys of a namelist as they were written: values as text, each with its location in what the user wrote.
 module hampm_settings
-   use hampm_kinds, only: dp
-   use hampm_keys, only: groups, find_group, find_key, key_count, max_values
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_key_rows, only: max_values
    use hampm_mistakes, only: mistakes_t
    use hampm_text, only: printable
    implicit none
    private
-   public :: value_t, setting_t, group_entry_t, settings_t, new_entry
+   public :: value_t, setting_t, group_entry_t, settings_t
 
    !> A value as it was written.
    type :: value_t
@@ -30,8 +30,10 @@ module hampm_settings
    !> One group as it stands in the file, or as it was added.
    type :: group_entry_t
       integer :: group = 0                         !! its row in the table of groups
+      character(name_len) :: name = ''             !! of the group
       character(:), allocatable :: location        !! where it begins
-      type(setting_t), allocatable :: settings(:)  !! in the order of the table of keys
+      character(name_len), allocatable :: keys(:)  !! names of its keys, in the order of the table of keys
+      type(setting_t), allocatable :: settings(:)  !! what is set of each key
    end type group_entry_t
 
    !> All groups: those of the file in their order, then those that were added.
@@ -47,6 +49,7 @@ module hampm_settings
       procedure :: given
       procedure :: number
       procedure :: numbers
+      procedure :: vector
       procedure :: text
       procedure :: texts
       procedure :: set_numbers
@@ -55,16 +58,6 @@ module hampm_settings
    end type settings_t
 
 contains
-
-   !> A group of which no key is set yet.
-   pure function new_entry(group, location) result(entry)
-      integer, intent(in) :: group
-      character(*), intent(in) :: location
-      type(group_entry_t) :: entry
-      entry%group = group
-      entry%location = location
-      allocate (entry%settings(key_count(group)))
-   end function new_entry
 
    !> Add a group behind the others. It is moved, not copied: its settings are gone from the argument.
    pure subroutine add_entry(self, entry)
@@ -88,7 +81,9 @@ contains
    pure subroutine move_entry(from, to)
       type(group_entry_t), intent(inout) :: from, to
       to%group = from%group
+      to%name = from%name
       call move_alloc(from%location, to%location)
+      call move_alloc(from%keys, to%keys)
       call move_alloc(from%settings, to%settings)
    end subroutine move_entry
 
@@ -139,9 +134,8 @@ contains
    pure integer function count_of(self, group)
       class(settings_t), intent(in) :: self
       character(*), intent(in) :: group
-      integer :: row, i
-      row = find_group(group)
-      count_of = count([(self%entries(i)%group == row, i=1, self%count)])
+      integer :: i
+      count_of = count([(self%entries(i)%name == group, i=1, self%count)])
    end function count_of
 
    !> Position of the n-th group of this name, 0 where there are fewer.
@@ -149,15 +143,23 @@ contains
       class(settings_t), intent(in) :: self
       character(*), intent(in) :: group
       integer, intent(in) :: instance
-      integer :: row, seen
-      row = find_group(group)
+      integer :: seen
       seen = 0
       do find = 1, self%count
-         if (self%entries(find)%group == row) seen = seen + 1
+         if (self%entries(find)%name == group) seen = seen + 1
          if (seen == instance) return
       end do
       find = 0
    end function find
+
+   !> Position of a key among the keys of its group, 0 for an unknown name.
+   pure integer function row_of(entry, key) result(row)
+      type(group_entry_t), intent(in) :: entry
+      character(*), intent(in) :: key
+      do row = size(entry%keys), 1, -1
+         if (entry%keys(row) == key) return
+      end do
+   end function row_of
 
    !> Whether a key has a value in which no mistake was found.
    pure logical function good(self, entry, key)
@@ -165,7 +167,7 @@ contains
       integer, intent(in) :: entry                 !! position of the group, 0 where it is absent, here and below
       character(*), intent(in) :: key
       good = .false.
-      if (entry > 0) good = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%good
+      if (entry > 0) good = self%entries(entry)%settings(row_of(self%entries(entry), key))%good
    end function good
 
    !> Whether the user wrote this key.
@@ -174,7 +176,7 @@ contains
       integer, intent(in) :: entry
       character(*), intent(in) :: key
       given = .false.
-      if (entry > 0) given = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%given
+      if (entry > 0) given = self%entries(entry)%settings(row_of(self%entries(entry), key))%given
    end function given
 
    !> The number that a validated key holds; 0 where it holds none.
@@ -183,7 +185,7 @@ contains
       integer, intent(in) :: entry
       character(*), intent(in) :: key
       number = 0
-      if (self%good(entry, key)) number = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%numbers(1)
+      if (self%good(entry, key)) number = self%entries(entry)%settings(row_of(self%entries(entry), key))%numbers(1)
    end function number
 
    !> The numbers that a validated key holds.
@@ -193,11 +195,21 @@ contains
       character(*), intent(in) :: key
       real(dp), allocatable :: list(:)
       if (self%good(entry, key)) then
-         list = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%numbers
+         list = self%entries(entry)%settings(row_of(self%entries(entry), key))%numbers
       else
          allocate (list(0))
       end if
    end function numbers
+
+   !> The components of a vector that a validated key holds; 0 where it holds none.
+   pure function vector(self, entry, key)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      real(dp) :: vector(ndim)
+      vector = 0
+      if (self%good(entry, key)) vector = self%entries(entry)%settings(row_of(self%entries(entry), key))%numbers
+   end function vector
 
    !> The text that a validated key holds; '' where it holds none.
    pure function text(self, entry, key)
@@ -206,7 +218,7 @@ contains
       character(*), intent(in) :: key
       character(:), allocatable :: text
       text = ''
-      if (self%good(entry, key)) text = self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%values(1)%text
+      if (self%good(entry, key)) text = self%entries(entry)%settings(row_of(self%entries(entry), key))%values(1)%text
    end function text
 
    !> Whether a validated list of texts holds this one.
@@ -217,7 +229,7 @@ contains
       integer :: i
       texts = .false.
       if (.not. self%good(entry, key)) return
-      associate (setting => self%entries(entry)%settings(find_key(self%entries(entry)%group, key)))
+      associate (setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
          do i = 1, setting%count
             texts = texts .or. setting%values(i)%text == wanted
          end do
@@ -230,7 +242,7 @@ contains
       integer, intent(in) :: entry
       character(*), intent(in) :: key
       real(dp), intent(in) :: list(:)
-      self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%numbers = list
+      self%entries(entry)%settings(row_of(self%entries(entry), key))%numbers = list
    end subroutine set_numbers
 
    !> Replace the text that a validated key holds.
@@ -238,7 +250,7 @@ contains
       class(settings_t), intent(inout) :: self
       integer, intent(in) :: entry
       character(*), intent(in) :: key, text
-      self%entries(entry)%settings(find_key(self%entries(entry)%group, key))%values(1)%text = text
+      self%entries(entry)%settings(row_of(self%entries(entry), key))%values(1)%text = text
    end subroutine set_text
 
    !> Note a mistake in a key: `location: &group key = value: message`.
@@ -249,14 +261,12 @@ contains
       character(*), intent(in) :: key
       character(*), intent(in) :: message
       character(:), allocatable :: location, note
-      associate (group => self%entries(entry)%group)
-         associate (setting => self%entries(entry)%settings(find_key(group, key)))
-            location = self%entries(entry)%location
-            if (allocated(setting%location)) location = setting%location
-            note = ': '
-            if (.not. setting%given) note = ' (default): '
-            call mistakes%add(location//': &'//trim(groups(group)%name)//' '//key//' = '//setting%shown()//note//message)
-         end associate
+      associate (group => self%entries(entry), setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
+         location = group%location
+         if (allocated(setting%location)) location = setting%location
+         note = ': '
+         if (.not. setting%given) note = ' (default): '
+         call mistakes%add(location//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
       end associate
    end subroutine complain
 end module hampm_settings

@@ -2,10 +2,10 @@
 !> Keys that are not given get their defaults here.
 module hampm_validation
    use hampm_kinds, only: dp, name_len, path_len
-   use hampm_keys, only: key_t, groups, keys, first_key, choices, default_count, default_value, is_text, &
-                         type_integer, type_name, is_required, is_assumed
+   use hampm_key_rows, only: key_t, type_integer, type_name, is_required, is_assumed
+   use hampm_keys, only: groups, keys, first_key, choices, default_count, default_value, is_text, new_entry
    use hampm_mistakes, only: mistakes_t
-   use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t, new_entry
+   use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
    implicit none

@@ -1,0 +1,44 @@
+!> The rows of the tables of groups and keys, and the words that stand in them.
+module hampm_key_rows
+   use hampm_kinds, only: name_len
+   implicit none
+   private
+   public :: group_t, key_t, list_len, max_values, must, may, once, repeats, any_number, positive, not_negative, &
+             type_real, type_integer, type_name, type_text, is_required, is_assumed, is_optional
+
+   integer, parameter :: type_real = 1, type_integer = 2
+   integer, parameter :: type_name = 3             !! text of at most `name_len` characters: a name or a choice
+   integer, parameter :: type_text = 4             !! text of at most `path_len` characters
+
+   integer, parameter :: is_required = 1           !! a scene without the group is refused
+   integer, parameter :: is_assumed = 2            !! a scene without the group gets it with its defaults
+   integer, parameter :: is_optional = 3           !! a scene without the group does without it
+
+   integer, parameter :: max_values = 1000         !! most values of any key
+   integer, parameter :: list_len = 256            !! longest list of values or choices in this table
+   logical, parameter :: must = .true., may = .false., repeats = .true., once = .false.
+
+   !> A row of the table of groups.
+   type :: group_t
+      character(name_len) :: name
+      logical :: repeats                           !! whether it may stand several times
+      integer :: presence                          !! what its absence means: `is_required`, `is_assumed`, `is_optional`
+      character(96) :: meaning
+   end type group_t
+
+   !> A row of the table of keys.
+   type :: key_t
+      character(name_len) :: group
+      character(name_len) :: name
+      integer :: value_type
+      integer :: fewest, most                      !! number of values
+      logical :: required                          !! whether it must be given
+      character(list_len) :: default               !! value where it is not given, without quotes
+      character(list_len) :: example               !! value in the template where that is not the default
+      character(16) :: unit
+      character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, '' for any text
+      character(112) :: meaning
+   end type key_t
+
+   character(*), parameter :: any_number = '(-inf, inf)', positive = '(0, inf)', not_negative = '[0, inf)'
+end module hampm_key_rows

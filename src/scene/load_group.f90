@@ -1,0 +1,82 @@
+!> The group &load: its row in the table of groups, its keys, and their values in a scene.
+module hampm_load_group
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_optional, any_number, not_negative, &
+                             max_values
+   use hampm_settings, only: settings_t
+   implicit none
+   private
+   public :: load_group, load_keys, load_spec_t, fill_loads
+
+   type(group_t), parameter :: load_group = group_t('load', repeats, is_optional, &
+      'a force on the material, with its history in time')
+
+   ! group, name, type, fewest values, most values, required, default, example, unit,
+   !    allowed, meaning
+   type(key_t), parameter :: load_keys(*) = [ &
+      key_t('load', 'kind', type_name, 1, 1, must, '', 'traction', '', &
+            'point|traction|body', 'acts at a point, on part of a body''s edge, or on the material in a box'), &
+      key_t('load', 'lower', type_real, ndim, ndim, must, '', '0.0, 0.0', 'm', &
+            any_number, 'lower corner of where it acts'), &
+      key_t('load', 'upper', type_real, ndim, ndim, must, '', '0.0, 0.01', 'm', &
+            any_number, 'upper corner of where it acts, for a point equal to the lower one'), &
+      key_t('load', 'force', type_real, ndim, ndim, must, '', '0.0, 1.0', 'N', &
+            any_number, 'resultant of the whole load where its factor is 1'), &
+      key_t('load', 'history', type_name, 1, 1, may, 'step', '', '', &
+            'step|ramp|sine|table', &
+            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
+      key_t('load', 'start', type_real, 1, 1, may, '0.0', '', 's', &
+            any_number, 'time at which the history begins; before it the factor is 0'), &
+      key_t('load', 'rise_time', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
+      key_t('load', 'frequency', type_real, 1, 1, may, '0.0', '', 'Hz', &
+            not_negative, 'of a sine: its frequency; needed there'), &
+      key_t('load', 'times', type_real, 0, max_values, may, '', '', 's', &
+            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
+      key_t('load', 'factors', type_real, 0, max_values, may, '', '', '', &
+            any_number, 'of a table: factors at its times, as many as these')]
+
+   !> &load: a force and its history.
+   type :: load_spec_t
+      character(name_len) :: kind = ''           !! 'point', 'traction' or 'body'
+      real(dp) :: lower(ndim) = 0                !! [m]
+      real(dp) :: upper(ndim) = 0                !! [m]
+      real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
+      character(name_len) :: history = ''        !! 'step', 'ramp', 'sine' or 'table'
+      real(dp) :: start = 0                      !! time at which it begins [s]
+      real(dp) :: rise_time = 0                  !! of a ramp [s]
+      real(dp) :: frequency = 0                  !! of a sine [Hz]
+      real(dp), allocatable :: times(:)          !! of a table, relative to `start` [s]
+      real(dp), allocatable :: factors(:)        !! of a table [-]
+   end type load_spec_t
+
+contains
+
+   !> Take all groups of this name.
+   pure subroutine fill_loads(settings, loads)
+      type(settings_t), intent(in) :: settings
+      type(load_spec_t), allocatable, intent(out) :: loads(:)
+      integer :: i
+      allocate (loads(settings%count_of('load')))
+      do i = 1, size(loads)
+         call fill_load(settings, settings%find('load', i), loads(i))
+      end do
+   end subroutine fill_loads
+
+   !> Take the values of the keys of one; 0, '' or empty where they are mistaken.
+   pure subroutine fill_load(settings, entry, load)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry                 !! position of the group
+      type(load_spec_t), intent(inout) :: load
+      load%kind = settings%text(entry, 'kind')
+      load%lower = settings%vector(entry, 'lower')
+      load%upper = settings%vector(entry, 'upper')
+      load%force = settings%vector(entry, 'force')
+      load%history = settings%text(entry, 'history')
+      load%start = settings%number(entry, 'start')
+      load%rise_time = settings%number(entry, 'rise_time')
+      load%frequency = settings%number(entry, 'frequency')
+      load%times = settings%numbers(entry, 'times')
+      load%factors = settings%numbers(entry, 'factors')
+   end subroutine fill_load
+end module hampm_load_group
