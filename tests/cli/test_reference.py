@@ -45,6 +45,14 @@ def test_reference_has_a_row_for_each_key_of_the_template(reference, hampm):
     assert re.findall(r"^\| `(\w+)` \|", reference, re.MULTILINE) == keys
 
 
+def test_each_key_gives_its_value_to_the_scene(choices):
+    """A key that nothing takes from what was written would be allowed, documented, and without effect."""
+    for group in {group for group, _ in choices}:
+        source = (ROOT / f"src/scene/{group}_group.f90").read_text()
+        taken = set(re.findall(r"settings%\w+\(entry, '(\w+)'", source))
+        assert taken == {key for of, key in choices if of == group}
+
+
 def test_examples_together_are_a_scene(reference, hampm, tmp_path):
     (tmp_path / "case.nml").write_text("".join(re.findall(r"```fortran\n(.*?)```", reference, re.DOTALL)))
     result = hampm("case.nml", "--check")
