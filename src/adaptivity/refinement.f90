@@ -250,17 +250,18 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(inout) :: change(:)        !! by leaf: 1 where it is to be refined
       integer :: leaf, finest
-      real(dp) :: reach
+      real(dp) :: reach, tolerance
+      tolerance = forest%tolerance()
       reach = 0
       finest = 0
       do leaf = 1, forest%leaf_count()           ! the coarsest cell at the tip, and the finest at the cells at the tip
-         if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf)) reach = max(reach, forest%size_of(leaf))
+         if (distance_to(leaf) <= tolerance) reach = max(reach, forest%size_of(leaf))
       end do
       do leaf = 1, forest%leaf_count()
-         if (distance_to(leaf) < 1.000001_dp*reach) finest = max(finest, forest%level_of(leaf))
+         if (distance_to(leaf) <= reach + tolerance) finest = max(finest, forest%level_of(leaf))
       end do
       do leaf = 1, size(change)
-         if (distance_to(leaf) < 1.0e-6_dp*forest%size_of(leaf) .and. forest%level_of(leaf) < finest) change(leaf) = 1
+         if (distance_to(leaf) <= tolerance .and. forest%level_of(leaf) < finest) change(leaf) = 1
       end do
    contains
       !> Distance of the tip from a leaf [m].

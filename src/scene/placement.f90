@@ -1,9 +1,10 @@
 !> Where things of the scene lie: boxes against bodies and against the nodes of the root lattice, whose positions are
-!> lower + i*cell. Two positions are the same if they differ by less than a billionth of a cell (and rounding).
+!> lower + i*cell.
 module hampm_placement
    use hampm_kinds, only: dp, ndim
    use hampm_scene, only: grid_spec_t, body_t
    use hampm_text, only: to_text
+   use hampm_tolerance, only: position_tolerance
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, &
@@ -14,7 +15,7 @@ contains
    !> Distance below which two positions are the same [m].
    pure real(dp) function tolerance(grid)
       type(grid_spec_t), intent(in) :: grid
-      tolerance = 1e-9_dp*grid%cell + 4*epsilon(1.0_dp)*max(maxval(abs(grid%lower)), maxval(abs(upper_corner(grid))))
+      tolerance = position_tolerance(grid%cell, grid%lower, upper_corner(grid))
    end function tolerance
 
    !> Upper corner of the lattice [m].

@@ -7,6 +7,7 @@
 !> Adapting and balancing are separate steps; nodes are numbered when a grid is built (`hampm_grid`).
 module hampm_forest
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_tolerance, only: position_tolerance
    implicit none
    private
    public :: forest_t, outside, corner_offset, level_width, deepest
@@ -37,6 +38,7 @@ module hampm_forest
       procedure :: finest_level
       procedure :: is_uniform
       procedure :: position
+      procedure :: tolerance
       procedure :: adapt
       procedure :: balance
       procedure :: same_leaves
@@ -199,6 +201,12 @@ contains
       real(dp) :: x(ndim)
       x = self%lower + place*(self%cell/root_size)
    end function position
+
+   !> Distance below which two positions are the same [m].
+   pure real(dp) function tolerance(self)
+      class(forest_t), intent(in) :: self
+      tolerance = position_tolerance(self%cell, self%lower, self%lower + self%cells*self%cell)
+   end function tolerance
 
    !> Edge length of a cell of a level in integer coordinates.
    pure integer(long) function level_width(level)

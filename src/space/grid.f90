@@ -304,14 +304,16 @@ contains
       end do
    end function smallest_leaf_at
 
-   !> The node that stands at the place `x`, within a millionth of the smallest cell; 0 where none does. Where there are two, on
-   !> both sides of a cut, `toward` tells which is meant: it has an element on that side.
+   !> The node that stands at the place `x`; 0 where none does. Where there are two, on both sides of a cut, `toward` tells which is
+   !> meant: it has an element on that side.
    pure integer function node_at(self, x, toward)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in), optional :: toward(ndim)
+      real(dp) :: tolerance
+      tolerance = self%forest%tolerance()
       do node_at = self%n_nodes, 1, -1
-         if (.not. all(abs(self%node_position(:, node_at) - x) <= 1.0e-6_dp*self%finest_cell)) cycle
+         if (.not. all(abs(self%node_position(:, node_at) - x) <= tolerance)) cycle
          if (.not. present(toward)) return
          if (self%has_element_toward(node_at, toward)) return
       end do

@@ -3,11 +3,11 @@ program test_forest
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
    use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_set_flag, ieee_invalid
    use hampm_kinds, only: dp, ndim, long
-   use hampm_forest, only: forest_t, outside, level_width
+   use hampm_forest, only: forest_t, outside, level_width, deepest
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    implicit none
 
-   type(forest_t) :: forest
+   type(forest_t) :: forest, far
    real(dp) :: upper(ndim), inside(ndim), x(ndim)
    integer(long) :: place(ndim)
    integer :: leaf, d, wrong
@@ -29,6 +29,15 @@ program test_forest
    call check(wrong == 0, 'a leaf covers its inside and its lower edges')
    call check_close(maxval(abs(forest%position(forest%cells*level_width(0)) - upper)), 0.0_dp, 0.0_dp, &
                     'the last corner is the upper corner of the lattice')
+   call check(forest%tolerance() < 0.5_dp*forest%cell/2**deepest, 'neighbours on the finest lattice are different places')
+   far = forest_t(lower=[3.0e7_dp, -3.0e7_dp]/7, cell=1/7.0_dp, cells=[40, 40])
+   wrong = 0
+   do d = 0, 40
+      x = far%lower + d*far%cell
+      if (any(abs(far%lower + far%cells*far%cell - (far%cells - d)*far%cell - x) > far%tolerance())) wrong = wrong + 1
+   end do
+   call check(wrong == 0 .and. far%tolerance() < 0.01_dp*far%cell, &
+              'far from the origin too a node is one place, counted from either end of the lattice')
    do d = 1, ndim
       x = inside
       x(d) = upper(d) - 1.0e-12_dp*forest%cell
