@@ -3,6 +3,7 @@ module hampm_plain_scene
    use hampm_kinds, only: dp
    use hampm_assembly, only: assemble
    use hampm_cell_blocks, only: smallest_occupied_cell
+   use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t
    use hampm_motion, only: motion_t
    use hampm_refinement, only: refinement_t
@@ -38,9 +39,10 @@ contains
    subroutine start(scene, motion)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(out) :: motion
+      type(cracks_t) :: cracks
       type(refinement_t) :: refinement
       type(failure_t) :: failure
-      call assemble(scene, motion, refinement, failure)
+      call assemble(scene, motion, cracks, refinement, failure)
       if (failure%failed()) error stop 'the benchmark scene cannot be built'
       motion%particles%velocity = 1.0e-3_dp*sin(200*motion%particles%reference)
    end subroutine start

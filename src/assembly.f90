@@ -1,16 +1,17 @@
-!> From what the user asked for to what moves: grid, materials, particles, constraints, loads and crack of a scene.
+!> From what the user asked for to what moves: grid, materials, particles, constraints, loads and cracks of a scene.
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
    use hampm_bodies, only: points_along, fill_rectangle
    use hampm_constraints, only: constrain_box
-   use hampm_crack, only: crack_t, crack_line_t, find_crack
-   use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at
-   use hampm_cuts, only: cut_t, cut_of
+   use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
+                                    domain_radii
+   use hampm_crack_tip, only: frame_along
+   use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
    use hampm_explicit, only: explicit_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: build_grid
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
@@ -25,7 +26,7 @@ module hampm_assembly
    use hampm_text, only: to_text
    implicit none
    private
-   public :: assemble, choose_integrator, materials_of, place_crack
+   public :: assemble, choose_integrator, materials_of
 
 contains
 
@@ -41,17 +42,20 @@ contains
       end do
    end function materials_of
 
-   !> Build the motion of a scene and its refinement. Fails where memory does not suffice or a part of the scene meets nothing.
-   subroutine assemble(scene, motion, refinement, failure)
+   !> Build the motion of a scene, its cracks and its refinement. Fails where memory does not suffice or a part of the scene meets
+   !> nothing.
+   subroutine assemble(scene, motion, cracks, refinement, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(out) :: motion
+      type(cracks_t), intent(out) :: cracks
       type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
       integer :: k
       refinement = refinement_of(scene)
+      call place_cracks(scene, cracks)
       forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
-      call build_grid(forest, motion%grid, failure, cuts_of(scene, forest))
+      call build_grid(forest, motion%grid, failure, cracks%cuts(forest))
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       call place_particles(scene, motion, failure)
@@ -66,7 +70,7 @@ contains
       call place_loads(scene, motion, failure)
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
-      motion%contact%wanted = scene%crack%contact
+      motion%contact%wanted = any(cracks%crack%contact)
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
          call start_motion(motion, method%scheme, failure, new_mass_choice(method%mass, method%solver, method%order, &
@@ -103,59 +107,55 @@ contains
       end do
    end subroutine check_masses
 
-   !> Find the crack of a scene that has one in a grid. Fails where its tip is not at a node.
-   subroutine place_crack(scene, grid, crack, failure)
+   !> The cracks of a scene, with what surrounds their tips.
+   pure subroutine place_cracks(scene, cracks)
       type(scene_t), intent(in) :: scene
-      type(grid_t), intent(in) :: grid
-      type(crack_t), intent(out) :: crack
-      type(failure_t), intent(inout) :: failure
-      call find_crack(grid, crack_line(scene), crack, failure)
-   end subroutine place_crack
+      type(cracks_t), intent(out) :: cracks
+      integer :: k, body
+      allocate (cracks%crack(merge(1, 0, scene%crack%present)))
+      if (scene%crack%present) call place_crack(scene, cracks%crack(1))
+      call cracks%list_tips()
+      do k = 1, size(cracks%tips)
+         associate (tip => cracks%tips(k))
+            body = body_at(scene, tip%place)
+            if (body > 0) tip%material = scene%bodies(body)%material_index
+            if (scene%energy_release%domain_integral) tip%radii = domain_radii(scene, tip%place)
+         end associate
+      end do
+   end subroutine place_cracks
 
-   !> Where the crack of a scene is: its faces are free from the tip backwards, to the edge of the material or, where it has a
-   !> length, to its other tip. Its mouth is the last root node with material at each face, or the one in the middle between the
-   !> tips.
-   pure function crack_line(scene) result(line)
+   !> The crack of a scene, from its other end to its tip. Its mouth is the last root node with material at each face, or the one in
+   !> the middle between the tips.
+   pure subroutine place_crack(scene, crack)
       type(scene_t), intent(in) :: scene
-      type(crack_line_t) :: line
-      real(dp) :: inward(ndim), cells_behind
+      type(crack_t), intent(out) :: crack
+      real(dp) :: other_end(ndim), axis(ndim, ndim), inward(ndim), cells_behind
       associate (spec => scene%crack, cell => scene%grid%cell)
-         line%tip = spec%tip
-         line%axis(:, 1) = spec%direction
-         line%axis(:, 2) = [-spec%direction(2), spec%direction(1)]
+         crack%kind = spec%kind
+         crack%contact = spec%contact
+         crack%is_tip = [has_two_tips(scene), .true.]
+         other_end = spec%tip - crack_length(scene)*spec%direction
+         crack%points = reshape([other_end, spec%tip], [ndim, 2])
          if (spec%kind == 'symmetry') then
             associate (body => scene%bodies(body_at(scene, spec%tip)))
                inward = (body%lower + body%upper)/2 - spec%tip
             end associate
-            line%face = [dot_product(inward, line%axis(:, 2)) > 0, dot_product(inward, line%axis(:, 2)) < 0]
+            axis = frame_along(spec%direction)
+            crack%face(left) = dot_product(inward, axis(:, 2)) > 0
+            crack%face(right) = dot_product(inward, axis(:, 2)) < 0
          end if
-         if (has_two_tips(scene)) then
+         if (crack%is_tip(first_point)) then
             cells_behind = anint(spec%length/cell)/2
          else
             cells_behind = (distance_to_mouth(scene) + tolerance(scene%grid))/cell
          end if
-         line%mouth = spec%tip - floor(cells_behind)*cell*spec%direction
+         crack%mouth = spec%tip - floor(cells_behind)*cell*spec%direction
       end associate
-   end function crack_line
+   end subroutine place_crack
 
-   !> Where the grid of a scene is not connected: along a crack inside a body.
-   pure function cuts_of(scene, forest) result(cuts)
-      type(scene_t), intent(in) :: scene
-      type(forest_t), intent(in) :: forest
-      type(cut_t), allocatable :: cuts(:)
-      associate (spec => scene%crack)
-         if (.not. spec%present .or. spec%kind /= 'line') then
-            allocate (cuts(0))
-         else
-            cuts = [cut_of(forest, minloc(abs(spec%direction), dim=1), spec%tip, spec%tip - cut_length(scene)*spec%direction, &
-                           matched=spec%contact)]
-         end if
-      end associate
-   end function cuts_of
-
-   !> How far the cut of a crack reaches [m]: to the other tip or, where the crack reaches the edge of the material, as far beyond
+   !> How far a crack reaches from its tip [m]: to the other tip or, where the crack reaches the edge of the material, as far beyond
    !> it as material may move: up to the nodes of the next body on its line, if there is one, else out of the lattice.
-   pure real(dp) function cut_length(scene) result(length)
+   pure real(dp) function crack_length(scene) result(length)
       type(scene_t), intent(in) :: scene
       real(dp) :: edge, next, cells
       associate (spec => scene%crack, cell => scene%grid%cell)
@@ -167,7 +167,7 @@ contains
          cells = max(floor((next + tolerance(scene%grid))/cell), floor((edge + tolerance(scene%grid))/cell) + 1)
          length = cells*cell
       end associate
-   end function cut_length
+   end function crack_length
 
    !> How the cells of a scene refine.
    pure function refinement_of(scene) result(r)
@@ -187,11 +187,6 @@ contains
          r%start = spec%start
          r%interval = spec%interval
          r%max_particles = spec%max_particles
-      end associate
-      if (scene%crack%present) r%n_tips = merge(2, 1, has_two_tips(scene))
-      associate (crack => scene%crack)
-         r%tips(:, 1) = crack%tip
-         r%tips(:, 2) = crack%tip - crack%length*crack%direction
       end associate
    end function refinement_of
 

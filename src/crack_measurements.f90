@@ -1,9 +1,8 @@
 !> What the history records of a crack: what is measured there, and the list of its columns.
 module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
-   use hampm_crack, only: crack_t
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
-   use hampm_crack_placement, only: body_at, domain_radii
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
@@ -32,20 +31,21 @@ module hampm_crack_measurements
 contains
 
    !> Nothing measured yet.
-   subroutine new_crack_values(scene, values)
+   subroutine new_crack_values(scene, tip, values)
       type(scene_t), intent(in) :: scene
+      type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(out) :: values
       if (.not. scene%energy_release%domain_integral) return
-      allocate (values%radii, source=domain_radii(scene))
+      allocate (values%radii, source=tip%radii)
       allocate (values%j(size(values%radii)), source=0.0_dp)
    end subroutine new_crack_values
 
    !> Measure, and find the first of the chosen energy release rates, of both modes together [J/m2]; not allocated where none is
    !> chosen. Fails where the nodal equations cannot be solved.
-   subroutine measure_crack(scene, motion, crack, extrapolation, values, first_g, failure)
+   subroutine measure_crack(scene, motion, tip, extrapolation, values, first_g, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
-      type(crack_t), intent(in) :: crack
+      type(crack_tip_t), intent(in) :: tip
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without held components
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
@@ -55,33 +55,33 @@ contains
          if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
          if (failure%failed()) return
          if (chosen%nodal_force) then
-            values%nodal_force = nodal_force_closure(crack, grid, p, motion%blocks, motion%materials, scene%run%thickness)
+            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness)
             call keep_first(values%nodal_force, first_g)
          end if
          if (chosen%stress_closure) then
             call refresh_grid(motion)
-            call stress_closure(crack, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
+            call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
                                 values%stress_closure, failure)
             call keep_first(values%stress_closure, first_g)
          end if
          if (chosen%domain_integral) then
-            call measure_domain(scene, motion, crack, state, values)
+            call measure_domain(scene, motion, tip, state, values)
             call keep_first(values%domain, first_g)
          end if
-         values%behind = crack_opening(crack, crack%behind, grid, p, motion%blocks)
-         values%mouth = crack_opening(crack, crack%mouth, grid, p, motion%blocks)
+         values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
+         values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
          values%reaction = state%reaction
       end associate
    end subroutine measure_crack
 
    !> Record what was measured. On a symmetry plane there is only mode I.
-   subroutine record_crack(scene, crack, values, history)
+   subroutine record_crack(scene, tip, values, history)
       type(scene_t), intent(in) :: scene
-      type(crack_t), intent(in) :: crack
+      type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
       integer :: recorded                        ! modes
-      recorded = merge(1, modes, crack%line%is_half())
+      recorded = merge(1, modes, tip%is_half())
       associate (chosen => scene%energy_release, v => values)
          if (chosen%nodal_force) &
             call history%record_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure', &
@@ -103,7 +103,7 @@ contains
          call history%record('mouth_opening', 'm', &
                              'opening at the mouth; with two tips at a root node half way or next to it', v%mouth(1))
          if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
-         call history%record('tip_cell', 'm', 'size of the cells at the tip', crack%step)
+         call history%record('tip_cell', 'm', 'size of the cells at the tip', tip%nodes%spacing)
          if (size(scene%constraints) > 0) then
             call history%record('reaction_x', 'N', 'force of the constraints on the bodies', v%reaction(1))
             call history%record('reaction_y', 'N', 'force of the constraints on the bodies', v%reaction(2))
@@ -120,20 +120,20 @@ contains
    end subroutine keep_first
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
-   subroutine measure_domain(scene, motion, crack, state, values)
+   subroutine measure_domain(scene, motion, tip, state, values)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
-      type(crack_t), intent(in) :: crack
+      type(crack_tip_t), intent(in) :: tip
       type(nodal_state_t), intent(in) :: state
       type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
       real(dp) :: k(modes, size(values%j))
-      domain%tip = crack%line%tip
-      domain%direction = crack%line%axis(:, 1)
-      domain%cell = crack%step
-      domain%half = crack%line%is_half()
+      domain%tip = tip%place
+      domain%direction = tip%axis(:, 1)
+      domain%cell = tip%nodes%spacing
+      domain%half = tip%is_half()
       domain%thickness = scene%run%thickness
-      domain%material = motion%materials(scene%bodies(body_at(scene, crack%line%tip))%material_index)
+      domain%material = motion%materials(tip%material)
       domain%radius = values%radii
       call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, values%j, k)
       values%intensity = sum(k, dim=2)/size(values%j)

@@ -1,7 +1,7 @@
 !> The look, at every sample, whether the numbers of a run still mean something.
 module hampm_guards
    use hampm_kinds, only: dp, ndim
-   use hampm_crack, only: crack_t
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_energy, only: moment_of_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
@@ -185,22 +185,22 @@ contains
       if (allocated(warning)) is_told = index(warning, phrase) > 0
    end function is_told
 
-   !> Fail where the crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the material
-   !> moves through that.
-   subroutine check_tip(motion, crack, failure)
+   !> Fail where the tip of a crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the
+   !> material moves through that.
+   subroutine check_tip(motion, tip, failure)
       type(motion_t), intent(in) :: motion
-      type(crack_t), intent(in) :: crack
+      type(crack_tip_t), intent(in) :: tip
       type(failure_t), intent(inout) :: failure
       type(patch_t) :: patch
       real(dp) :: moved(ndim)                    !! of the material at the tip [m]
       if (motion%particles%total_frame) return
-      call patch_around(motion%grid, motion%particles, motion%blocks, crack%tip, patch)
+      call patch_around(motion%grid, motion%particles, motion%blocks, tip%nodes%tip, patch)
       moved = fitted_displacement(patch, motion%particles)
-      if (patch%n > 0 .and. norm2(moved) <= crack%step) return
+      if (patch%n > 0 .and. norm2(moved) <= tip%nodes%spacing) return
       call failure%report(exit_computation, when(motion%steps, motion%time)//'the material at the tip of the crack has moved '// &
-                          'by more than a cell there, '//to_text(crack%step)//' m, and the crack, which is fixed in the grid, '// &
-                          'is elsewhere in the material now. Likely cause: the body moves as a whole or deforms much; use '// &
-                          '&method frame = ''total''')
+                          'by more than a cell there, '//to_text(tip%nodes%spacing)//' m, and the crack, which is fixed in '// &
+                          'the grid, is elsewhere in the material now. Likely cause: the body moves as a whole or deforms '// &
+                          'much; use &method frame = ''total''')
    end subroutine check_tip
 
    !> Where the particle with the most energy started, for messages.

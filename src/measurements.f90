@@ -3,10 +3,11 @@ module hampm_measurements
    use hampm_kinds, only: dp
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
-   use hampm_crack, only: crack_t, crack_line_t
    use hampm_crack_measurements, only: crack_values_t, new_crack_values, measure_crack, record_crack
    use hampm_crack_placement, only: distance_in_material
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
+   use hampm_cracks, only: cracks_t
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum
    use hampm_failure, only: failure_t
@@ -39,20 +40,20 @@ module hampm_measurements
 contains
 
    !> Ready for the first measurement.
-   subroutine new_measurements(scene, motion, crack, m)
+   subroutine new_measurements(scene, motion, cracks, m)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
-      type(crack_t), intent(in) :: crack
+      type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
       m%initial_energy = kinetic_energy(motion%particles)
       call moment_of_momentum(motion%particles, m%initial_moment, largest)
-      if (scene%crack%present) call new_crack_values(scene, m%crack)
+      if (size(cracks%tips) > 0) call new_crack_values(scene, cracks%tips(1), m%crack)
       select case (scene%energy_release%reference)
       case ('value')
          m%g_ref = scene%energy_release%reference_value
       case ('dcb')
-         call dcb_dimensions(scene, crack%line, force, length, depth)
+         call dcb_dimensions(scene, cracks%tips(1), force, length, depth)
          m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness, scene%materials(1)%young, 0.0_dp)
          m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness, &
                                                           effective_modulus(motion%materials(1)), chi_foundation)
@@ -70,31 +71,31 @@ contains
    !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the scene: the resultant of the loads
    !> normal to the crack, without their sign and shared by both arms where both are there, the distance from the first load to the
    !> tip, and the distance from the tip to the edge of the body normal to the crack.
-   pure subroutine dcb_dimensions(scene, line, force, length, depth)
+   pure subroutine dcb_dimensions(scene, tip, force, length, depth)
       type(scene_t), intent(in) :: scene
-      type(crack_line_t), intent(in) :: line
+      type(crack_tip_t), intent(in) :: tip
       real(dp), intent(out) :: force, length, depth
       integer :: k
       force = 0
       do k = 1, size(scene%loads)
-         force = force + merge(1.0_dp, 0.5_dp, line%is_half())*abs(dot_product(scene%loads(k)%force, line%axis(:, 2)))
+         force = force + merge(1.0_dp, 0.5_dp, tip%is_half())*abs(dot_product(scene%loads(k)%force, tip%axis(:, 2)))
       end do
-      associate (load => scene%loads(1), tip => line%tip)
-         length = abs(dot_product(tip - (load%lower + load%upper)/2, line%axis(:, 1)))
-         depth = max(distance_in_material(scene, tip, line%axis(:, 2)), distance_in_material(scene, tip, -line%axis(:, 2)))
+      associate (load => scene%loads(1))
+         length = abs(dot_product(tip%place - (load%lower + load%upper)/2, tip%axis(:, 1)))
       end associate
+      depth = max(distance_in_material(scene, tip%place, tip%axis(:, 2)), distance_in_material(scene, tip%place, -tip%axis(:, 2)))
    end subroutine dcb_dimensions
 
    !> Declare the columns in the results, as a first pass through their list finds them, and what belongs to them.
-   subroutine declare_columns(scene, motion, crack, m, results, failure)
+   subroutine declare_columns(scene, motion, cracks, m, results, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
-      type(crack_t), intent(in) :: crack
+      type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(results_t), intent(inout) :: results
       type(failure_t), intent(inout) :: failure
       integer :: i
-      call take_row(scene, motion, crack, 0.0_dp, m)
+      call take_row(scene, motion, cracks, 0.0_dp, m)
       do i = 1, size(m%history%columns)
          associate (column => m%history%columns(i))
             call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
@@ -106,10 +107,10 @@ contains
    end subroutine declare_columns
 
    !> Measure what rows, the guards and the progress line are made of. Fails where the nodal equations cannot be solved.
-   subroutine measure(scene, motion, crack, m, failure)
+   subroutine measure(scene, motion, cracks, m, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
-      type(crack_t), intent(in) :: crack
+      type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: first_g
@@ -118,16 +119,17 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
-      if (scene%crack%present) call measure_crack(scene, motion, crack, m%extrapolation, m%crack, first_g, failure)
+      if (size(cracks%tips) > 0) &
+         call measure_crack(scene, motion, cracks%tips(1), m%extrapolation, m%crack, first_g, failure)
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
 
    !> Take a row of what was measured last: this is the list of all columns.
-   subroutine take_row(scene, motion, crack, dt, m)
+   subroutine take_row(scene, motion, cracks, dt, m)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
-      type(crack_t), intent(in) :: crack
+      type(cracks_t), intent(in) :: cracks
       real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
       associate (history => m%history, p => motion%particles, grid => motion%grid)
@@ -144,7 +146,7 @@ contains
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
-         if (scene%crack%present) call record_crack(scene, crack, m%crack, history)
+         if (size(cracks%tips) > 0) call record_crack(scene, cracks%tips(1), m%crack, history)
          if (scene%refine%indicator == 'zz') &
             call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
          if (scene%refine%indicator == 'gradient') &

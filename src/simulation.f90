@@ -3,10 +3,10 @@ module hampm_simulation
    use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
-   use hampm_assembly, only: assemble, choose_integrator, place_crack
+   use hampm_assembly, only: assemble, choose_integrator
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
-   use hampm_crack, only: crack_t
+   use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
@@ -37,7 +37,7 @@ module hampm_simulation
    type :: simulation_t
       type(scene_t) :: scene
       type(motion_t) :: motion
-      type(crack_t) :: crack
+      type(cracks_t) :: cracks
       type(measurements_t) :: measurements
       type(results_t) :: results
       type(refinement_t) :: refinement
@@ -63,15 +63,15 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%scene = scene
-      call assemble(scene, s%motion, s%refinement, failure)
+      call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
-      call refine_at_start(s%refinement, s%motion, failure)
+      call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       call use_threads(threads, s%motion%particles%n)
       call fit_to_mesh(s, failure)
       if (failure%failed()) return
-      call new_measurements(scene, s%motion, s%crack, s%measurements)
+      call new_measurements(scene, s%motion, s%cracks, s%measurements)
    end subroutine build
 
    !> Build the simulation of a scene as it was when a checkpoint of it was written.
@@ -82,13 +82,13 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%scene = scene
-      call assemble(scene, s%motion, s%refinement, failure)
+      call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (.not. failure%failed()) call keep_motion(checkpoint, s%motion)
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%motion%particles%n)
          call fit_to_mesh(s, failure)
-         call new_measurements(scene, s%motion, s%crack, s%measurements)
+         call new_measurements(scene, s%motion, s%cracks, s%measurements)
          call keep_rest(checkpoint, s)
       end if
       call checkpoint%finish(failure)
@@ -155,12 +155,12 @@ contains
          'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
    end subroutine look_for_interruption
 
-   !> Make time step, crack and extrapolations fit a new mesh.
+   !> Make time step, nodes around crack tips and extrapolations fit a new mesh.
    subroutine fit_to_mesh(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call limit_time_step(s)
-      if (s%scene%crack%present) call place_crack(s%scene, s%motion%grid, s%crack, failure)
+      call s%cracks%find_nodes(s%motion%grid, failure)
       if (.not. failure%failed()) call fit_extrapolation(s%motion, s%measurements, failure)
    end subroutine fit_to_mesh
 
@@ -255,7 +255,7 @@ contains
       end if
       if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
       call update_particles(s%motion)
-      call refine(s%refinement, s%motion, adapted, failure)
+      call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
    end subroutine adapt
 
@@ -271,13 +271,13 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
-      call measure(s%scene, s%motion, s%crack, s%measurements, failure)
+      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
       if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)
-      if (s%scene%crack%present .and. .not. failure%failed()) call check_tip(s%motion, s%crack, failure)
+      if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
-         call take_row(s%scene, s%motion, s%crack, s%dt, s%measurements)
+         call take_row(s%scene, s%motion, s%cracks, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)
          s%samples = s%samples + 1
       end if
@@ -365,7 +365,7 @@ contains
       call s%results%add_attribute('/input', 'host', host_name(), failure)
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
-      call declare_columns(s%scene, s%motion, s%crack, s%measurements, s%results, failure)
+      call declare_columns(s%scene, s%motion, s%cracks, s%measurements, s%results, failure)
    end subroutine open_results
 
    !> Tell the progress line where the run is; `last` ends it.

@@ -2,7 +2,8 @@
 module hampm_summary
    use hampm_kinds, only: long
    use hampm_cell_values, only: is_occupied
-   use hampm_crack_placement, only: has_two_tips, domain_radii
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_cracks, only: first_point
    use hampm_placement, only: point_text, length_text, decimal
    use hampm_simulation, only: simulation_t
    use hampm_text, only: to_text
@@ -39,31 +40,32 @@ contains
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
              'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl
-      if (s%scene%crack%present) text = text//crack_summary(s)
+      if (size(s%cracks%tips) > 0) text = text//crack_summary(s, s%cracks%tips(1))
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
 
-   !> Where the crack of a scene is, and where its energy release rate is looked for.
-   function crack_summary(s) result(text)
+   !> Where the crack of a tip is, and where its energy release rate is looked for.
+   function crack_summary(s, tip) result(text)
       type(simulation_t), intent(in) :: s
+      type(crack_tip_t), intent(in) :: tip
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
       integer :: i
-      associate (spec => s%scene%crack, cell => s%scene%grid%cell, radii => domain_radii(s%scene))
-         text = 'crack           '//trim(spec%kind)//', tip '//point_text(spec%tip)
-         if (has_two_tips(s%scene)) then
-            text = text//', other tip '//point_text(decimal(spec%tip - spec%length*spec%direction, cell))//' m'//nl
+      associate (crack => s%cracks%crack(tip%crack), cell => s%scene%grid%cell)
+         text = 'crack           '//trim(crack%kind)//', tip '//point_text(tip%place)
+         if (crack%is_tip(first_point)) then
+            text = text//', other tip '//point_text(decimal(crack%points(:, 1), cell))//' m'//nl
          else
-            text = text//', mouth '//point_text(decimal(s%crack%line%mouth, cell))//' m'//nl
+            text = text//', mouth '//point_text(decimal(crack%mouth, cell))//' m'//nl
          end if
-         text = text//'cells at tip    '//to_text(s%crack%step)//' m'//nl
-         if (.not. s%scene%energy_release%domain_integral) return
-         text = text//'domain radii    '
-         do i = 1, size(radii)
-            text = text//length_text(radii(i))
-            if (i < size(radii)) text = text//', '
-         end do
-         text = text//' m'//nl
       end associate
+      text = text//'cells at tip    '//to_text(tip%nodes%spacing)//' m'//nl
+      if (size(tip%radii) == 0) return
+      text = text//'domain radii    '
+      do i = 1, size(tip%radii)
+         text = text//length_text(tip%radii(i))
+         if (i < size(tip%radii)) text = text//', '
+      end do
+      text = text//' m'//nl
    end function crack_summary
 end module hampm_summary

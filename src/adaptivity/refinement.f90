@@ -31,8 +31,6 @@ module hampm_refinement
       real(dp) :: start = 0                      !! time of the first look, where it follows the motion [s]
       integer :: interval = 1                    !! steps between two looks
       integer :: max_particles = huge(1)
-      integer :: n_tips = 0
-      real(dp) :: tips(ndim, 2) = 0              !! crack tips, of which there are `n_tips` [m]
       logical :: reached_max_level = .false.     !! whether a leaf would have been refined further
       logical :: reached_max_particles = .false. !! whether refinement has ended
       real(dp) :: largest_r = 0                  !! largest mean R of a leaf in the box at the last look
@@ -68,14 +66,15 @@ contains
    end function is_due
 
    !> Refine before the first step as far as that does not depend on the motion.
-   subroutine refine_at_start(r, m, failure)
+   subroutine refine_at_start(r, m, tips, failure)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
       adapted = r%is_active() .and. .not. r%follows_motion()
       do while (adapted .and. .not. failure%failed())
-         call refine(r, m, adapted, failure)
+         call refine(r, m, tips, adapted, failure)
       end do
    end subroutine refine_at_start
 
@@ -87,9 +86,10 @@ contains
    end subroutine follow_particles
 
    !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed.
-   subroutine refine(r, m, adapted, failure)
+   subroutine refine(r, m, tips, adapted, failure)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: tips(:, :)
       logical, intent(out) :: adapted
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
@@ -98,7 +98,7 @@ contains
       allocate (change(m%grid%forest%leaf_count()), source=0)
       select case (r%indicator)
       case ('tip')
-         call mark_around_tip(r, m, change)
+         call mark_around_tips(r, m, tips, change)
       case ('gradient')
          call mark_by_gradient(r, m, change)
       case ('zz')
@@ -109,7 +109,7 @@ contains
       call forest%adapt(change)
       if (forest%same_leaves(m%grid%forest)) return
       call forest%balance()
-      call even_out_tips(r%tips(:, :r%n_tips), forest)
+      call even_out_tips(tips, forest)
       if (forest%same_leaves(m%grid%forest)) return
       if (would_exceed(r, m, forest)) return
       call adopt_forest(m, forest, failure)
@@ -145,20 +145,21 @@ contains
       x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
    end function middle_of
 
-   !> Refine the leaves that are within `rings` cells of their own size of the tip.
-   subroutine mark_around_tip(r, m, change)
+   !> Refine the leaves that are within `rings` cells of their own size of a tip.
+   subroutine mark_around_tips(r, m, tips, change)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: tips(:, :)
       integer, intent(inout) :: change(:)
       real(dp) :: distance, edge
       integer :: leaf, k
       do leaf = 1, size(change)
-         distance = minval([(maxval(abs(middle_of(m%grid%forest, leaf) - r%tips(:, k))), k=1, r%n_tips)])
+         distance = minval([(maxval(abs(middle_of(m%grid%forest, leaf) - tips(:, k))), k=1, size(tips, 2))])
          edge = m%grid%forest%size_of(leaf)
          if (distance >= r%rings*edge .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
          if (may_refine(r, m, leaf)) change(leaf) = 1
       end do
-   end subroutine mark_around_tip
+   end subroutine mark_around_tips
 
    !> Refine the leaves with a mean R above `r_crit`, and recombine those with one below `r_coarsen`.
    subroutine mark_by_gradient(r, m, change)
@@ -228,7 +229,7 @@ contains
    !> Refine until the cells at each tip and those around them are of one size, so that the nodes behind and ahead of it are at the
    !> same distance.
    subroutine even_out_tips(tips, forest)
-      real(dp), intent(in) :: tips(:, :)         !! (ndim, number) [m]
+      real(dp), intent(in) :: tips(:, :)
       type(forest_t), intent(inout) :: forest
       integer, allocatable :: change(:)
       integer :: k

@@ -3,7 +3,7 @@
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_crack, only: crack_t, upper, lower
+   use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t
@@ -20,9 +20,9 @@ module hampm_crack_closure
 contains
 
    !> How far the faces have parted at their nodes `face`: opening and sliding of the upper against the lower one [m].
-   pure function crack_opening(crack, face, grid, p, blocks) result(opening)
-      type(crack_t), intent(in) :: crack
-      integer, intent(in) :: face(2)             !! `behind` or `mouth` of the crack
+   pure function crack_opening(tip, face, grid, p, blocks) result(opening)
+      type(crack_tip_t), intent(in) :: tip
+      integer, intent(in) :: face(2)             !! `behind` or `mouth` of the nodes of the tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
@@ -36,24 +36,24 @@ contains
          call patch_of_face(grid, p, blocks, face(k), patch)
          u(:, k) = fitted_displacement(patch, p)
       end do
-      opening = parted(crack, u)
+      opening = parted(tip, u)
    end function crack_opening
 
    !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.
-   pure function parted(crack, u) result(opening)
-      type(crack_t), intent(in) :: crack
+   pure function parted(tip, u) result(opening)
+      type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: u(ndim, 2)         !! of the upper and the lower face, 0 where there is none
       real(dp) :: opening(modes)
-      opening = matmul(u(:, upper) - u(:, lower), crack%line%axis(:, [2, 1]))
-      if (crack%line%is_half()) opening = [2*opening(1), 0.0_dp]
+      opening = matmul(u(:, upper) - u(:, lower), tip%axis(:, [2, 1]))
+      if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
    end function parted
 
    !> G by stress closure, (12)-(14), of each mode: displacements of nodes (1) and (1') and stresses at nodes (2) and (3), each
    !> extrapolated with the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is
    !> about 0.33 with the lumped and 0.52 with the full matrix, because the near-tip fields look alike at every cell size.
    !> `nodal_force_closure` tends to G. Signed like the opening and the sliding. Fails where the equations cannot be solved.
-   subroutine stress_closure(crack, grid, p, materials, matrix, solver, g, failure)
-      type(crack_t), intent(in) :: crack
+   subroutine stress_closure(tip, grid, p, materials, matrix, solver, g, failure)
+      type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
@@ -67,42 +67,42 @@ contains
       allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
       allocate (u, source=transpose(p%displacement))
       call extrapolate(grid, p, matrix, solver, u, displacement, failure)
-      call extrapolate(grid, p, matrix, solver, tractions(crack, p, materials), traction, failure)
+      call extrapolate(grid, p, matrix, solver, tractions(tip, p, materials), traction, failure)
       face_displacement = 0
       do k = 1, 2
-         if (crack%behind(k) > 0) face_displacement(:, k) = displacement(:, crack%behind(k))
+         if (tip%nodes%behind(k) > 0) face_displacement(:, k) = displacement(:, tip%nodes%behind(k))
       end do
-      opening = parted(crack, face_displacement)
-      closing = matmul(2*traction(:, crack%tip) + traction(:, crack%ahead), crack%line%axis(:, [2, 1]))
+      opening = parted(tip, face_displacement)
+      closing = matmul(2*traction(:, tip%nodes%tip) + traction(:, tip%nodes%ahead), tip%axis(:, [2, 1]))
       g = [(opening(i)/12*abs(closing(i)), i=1, modes)]
    end subroutine stress_closure
 
    !> Traction of each particle on planes along the crack [Pa].
-   pure function tractions(crack, p, materials) result(traction)
-      type(crack_t), intent(in) :: crack
+   pure function tractions(tip, p, materials) result(traction)
+      type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
       real(dp), allocatable :: traction(:, :)    !! (ndim, n)
       integer :: i
       allocate (traction(ndim, p%n))
       do i = 1, p%n
-         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient_of(i)), crack%line%axis(:, 2))
+         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient_of(i)), tip%axis(:, 2))
       end do
    end function tractions
 
    !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
    !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
    !> and the sliding.
-   pure function nodal_force_closure(crack, grid, p, blocks, materials, thickness) result(g)
-      type(crack_t), intent(in) :: crack
+   pure function nodal_force_closure(tip, grid, p, blocks, materials, thickness) result(g)
+      type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: thickness          !! [m]
       real(dp) :: g(modes)
-      g = abs(matmul(transmitted_force(crack, grid, p, blocks, materials), crack%line%axis(:, [2, 1]))) &
-          *crack_opening(crack, crack%behind, grid, p, blocks)/(2*crack%step*thickness)
+      g = abs(matmul(transmitted_force(tip, grid, p, blocks, materials), tip%axis(:, [2, 1]))) &
+          *crack_opening(tip, tip%nodes%behind, grid, p, blocks)/(2*tip%nodes%spacing*thickness)
    end function nodal_force_closure
 
    !> Force with which the material above the crack's line pulls, through the tip node, on that below it [N]: what it exerts on the
@@ -110,8 +110,8 @@ contains
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
    !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
    !> reaction of the constraint, opposite to the internal force.
-   pure function transmitted_force(crack, grid, p, blocks, materials) result(force)
-      type(crack_t), intent(in) :: crack
+   pure function transmitted_force(tip, grid, p, blocks, materials) result(force)
+      type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
@@ -123,12 +123,12 @@ contains
       f = 0
       mass = 0
       do k = 1, 2
-         if (.not. crack%line%face(k)) cycle
-         call patch_around(grid, p, blocks, crack%tip, patch, toward=(3 - 2*k)*crack%line%axis(:, 2))
+         if (.not. tip%face(k)) cycle
+         call patch_around(grid, p, blocks, tip%nodes%tip, patch, toward=(3 - 2*k)*tip%axis(:, 2))
          f(:, k) = internal_force(patch, p, materials)
          mass(k) = patch_mass(patch, p)
       end do
-      if (crack%line%is_half()) then
+      if (tip%is_half()) then
          force = f(:, upper) - f(:, lower)
       else
          force = (mass(lower)*f(:, upper) - mass(upper)*f(:, lower))/sum(mass)

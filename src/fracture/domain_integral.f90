@@ -4,6 +4,7 @@ module hampm_domain_integral
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
@@ -161,7 +162,7 @@ contains
             end do
          end associate
       end do
-      if (total > 0) c = matmul(c/total, crack_axes(domain%direction))
+      if (total > 0) c = matmul(c/total, frame_along(domain%direction))
       if (domain%half) c(2) = 0
    end function mean_slope
 
@@ -176,7 +177,7 @@ contains
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
       real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), velocity_gradient(ndim, ndim), h(ndim, ndim), v(ndim)
-      axes = crack_axes(domain%direction)
+      axes = frame_along(domain%direction)
       to_reference = axes
       h = p%gradient_of(i)
       v = p%velocity(i, :)
@@ -196,14 +197,6 @@ contains
          s%divergence = material%density*matmul(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape), axes)
       end associate
    end subroutine take_sample
-
-   !> The axes of a crack, one a column: the first along its direction, the second to the left of it.
-   pure function crack_axes(direction) result(axes)
-      real(dp), intent(in) :: direction(ndim)
-      real(dp) :: axes(ndim, ndim)
-      axes(:, 1) = direction
-      axes(:, 2) = [-direction(2), direction(1)]
-   end function crack_axes
 
    !> Add the share of a particle in B J of each disc.
    pure subroutine add_to_j(s, q, dq, j)

@@ -53,7 +53,7 @@ contains
       integer :: i
       if (.not. all([(settings%good(settings%find('body', i), 'lower') .and. settings%good(settings%find('body', i), 'upper'), &
                       i=1, size(scene%bodies))])) return
-      if (.not. is_covered(scene, scene%grid%cell)) then
+      if (.not. is_covered(scene, scene%crack%tip, scene%grid%cell)) then
          call settings%complain(mistakes, entry, 'tip', 'must be inside the material, at least a cell from its edges, '// &
                                 'for kind = ''line''')
          return
@@ -183,8 +183,8 @@ contains
                      settings%good(crack, 'length')])) return
       if (.not. surroundings_good(scene, settings)) return
       if (body_at(scene, scene%crack%tip) == 0) return
-      allocate (radii, source=domain_radii(scene))
-      most = largest_radius(scene)
+      allocate (radii, source=domain_radii(scene, scene%crack%tip))
+      most = largest_radius(scene, scene%crack%tip)
       least = least_radius(scene)
       if (most < least - tolerance(scene%grid)) then
          call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius: around the tip there are only '// &

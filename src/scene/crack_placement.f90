@@ -1,4 +1,5 @@
-!> Where the crack of a scene is in its bodies, and how far from the tip a domain integral may reach.
+!> Where the crack of a scene is in its bodies, and how far from a tip a domain integral may reach: for the checks of the input and
+!> for the assembly. In the run `cracks_t` knows where cracks are.
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_placement, only: tolerance, within
@@ -83,17 +84,17 @@ contains
       body = 0
    end function body_at
 
-   !> Whether the box around the tip that reaches `radius` far is full of material, on one side of the crack on a symmetry plane.
-   pure logical function is_covered(scene, radius) result(covered)
+   !> Whether the box around a tip that reaches `radius` far is full of material, on one side of the crack on a symmetry plane.
+   pure logical function is_covered(scene, tip, radius) result(covered)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)          !! place of a tip of the crack, here and below [m]
       real(dp), intent(in) :: radius             !! [m]
       real(dp) :: area, wanted
       integer :: i
       area = 0
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i))
-            area = area + product(max(min(body%upper, scene%crack%tip + radius) - max(body%lower, scene%crack%tip - radius), &
-                                      0.0_dp))
+            area = area + product(max(min(body%upper, tip + radius) - max(body%lower, tip - radius), 0.0_dp))
          end associate
       end do
       wanted = (2*radius)**ndim
@@ -101,10 +102,11 @@ contains
       covered = area >= wanted - 4*radius*tolerance(scene%grid)
    end function is_covered
 
-   !> The largest radius around the tip within which there are only material and the crack, and no load on a surface and no
+   !> The largest radius around a tip within which there are only material and the crack, and no load on a surface and no
    !> constraint but those of the symmetry plane [m]; 0 where there is none.
-   pure real(dp) function largest_radius(scene) result(radius)
+   pure real(dp) function largest_radius(scene, tip) result(radius)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)
       real(dp) :: direction(ndim), distance
       integer :: d, side
       radius = huge(radius)
@@ -112,54 +114,57 @@ contains
          do side = -1, 1, 2
             direction = 0
             direction(d) = side
-            distance = distance_in_material(scene, scene%crack%tip, direction)
+            distance = distance_in_material(scene, tip, direction)
             if (distance <= tolerance(scene%grid) .and. scene%crack%kind == 'symmetry') cycle ! the plane itself
             radius = min(radius, distance)
          end do
       end do
       if (has_two_tips(scene)) radius = min(radius, scene%crack%length)
-      radius = min(covered_radius(scene, radius), distance_to_loads(scene), distance_to_constraints(scene))
+      radius = min(covered_radius(scene, tip, radius), distance_to_loads(scene, tip), distance_to_constraints(scene, tip))
    end function largest_radius
 
-   !> The largest radius, not above `most`, around the tip whose box is full of material [m]; 0 where there is none. That is `most`
+   !> The largest radius, not above `most`, around a tip whose box is full of material [m]; 0 where there is none. That is `most`
    !> or where an edge of a body is.
-   pure real(dp) function covered_radius(scene, most) result(radius)
+   pure real(dp) function covered_radius(scene, tip, most) result(radius)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)
       real(dp), intent(in) :: most               !! [m]
       real(dp) :: edge(2*ndim)
       integer :: i, k
       radius = 0
-      if (is_covered(scene, most)) radius = most
+      if (is_covered(scene, tip, most)) radius = most
       do i = 1, size(scene%bodies)
-         edge = abs([scene%bodies(i)%lower - scene%crack%tip, scene%bodies(i)%upper - scene%crack%tip])
+         edge = abs([scene%bodies(i)%lower - tip, scene%bodies(i)%upper - tip])
          do k = 1, size(edge)
-            if (edge(k) > radius .and. edge(k) < most .and. is_covered(scene, edge(k))) radius = edge(k)
+            if (edge(k) > radius .and. edge(k) < most .and. is_covered(scene, tip, edge(k))) radius = edge(k)
          end do
       end do
    end function covered_radius
 
-   !> Distance of the tip from the nearest load on a surface or at a point [m]; huge where there is none.
-   pure real(dp) function distance_to_loads(scene) result(distance)
+   !> Distance of a tip from the nearest load on a surface or at a point [m]; huge where there is none.
+   pure real(dp) function distance_to_loads(scene, tip) result(distance)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)
       integer :: i
       distance = huge(distance)
       do i = 1, size(scene%loads)
          if (scene%loads(i)%kind == 'body') cycle
-         distance = min(distance, distance_to_box(scene%crack%tip, scene%loads(i)%lower, scene%loads(i)%upper))
+         distance = min(distance, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
       end do
    end function distance_to_loads
 
-   !> Distance of the tip from the nearest place of material where a constraint may hold a node [m], but for the symmetry plane
+   !> Distance of a tip from the nearest place of material where a constraint may hold a node [m], but for the symmetry plane
    !> held in the direction normal to it; huge where there is none.
-   pure real(dp) function distance_to_constraints(scene) result(distance)
+   pure real(dp) function distance_to_constraints(scene, tip) result(distance)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)
       real(dp), dimension(ndim) :: lower, upper  !! from the tip, in finest cells
       logical :: normal(ndim)
       integer :: i, j, d
       normal = .not. abs(scene%crack%direction) > 0
       distance = huge(distance)
       do i = 1, size(scene%constraints)
-         associate (constraint => scene%constraints(i), tip => scene%crack%tip, cell => finest_cell(scene))
+         associate (constraint => scene%constraints(i), cell => finest_cell(scene))
             do j = 1, size(scene%bodies)
                lower = (max(constraint%lower, scene%bodies(j)%lower) - tip - tolerance(scene%grid))/cell
                upper = (min(constraint%upper, scene%bodies(j)%upper) - tip + tolerance(scene%grid))/cell
@@ -187,14 +192,15 @@ contains
       least_radius = least_cells*finest_cell(scene)
    end function least_radius
 
-   !> The radii of the domain integral: those of the scene or, where it names none, up to three that fit [m].
-   pure function domain_radii(scene) result(radii)
+   !> The radii of the domain integral: those of the scene or, where it names none, up to three that fit around a tip [m].
+   pure function domain_radii(scene, tip) result(radii)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)
       real(dp), allocatable :: radii(:)
       real(dp) :: first, last
       radii = scene%energy_release%radii
       if (size(radii) > 0) return
-      associate (most => largest_radius(scene))
+      associate (most => largest_radius(scene, tip))
          first = max(0.4_dp*most, least_radius(scene))
          last = 0.8_dp*most
          if (first < last) then

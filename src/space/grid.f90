@@ -31,7 +31,7 @@ module hampm_grid
    !> Nodes and elements of a forest.
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
-      type(cut_t), allocatable :: cuts(:)               !! and where it is not connected
+      type(cut_t), allocatable :: cuts(:)               !! and where it was cut then
       integer :: n_nodes = 0
       integer :: n_points = 0                           !! nodes and dependent points
       integer :: n_elements = 0

@@ -4,10 +4,9 @@ program test_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions
    use hampm_constraints, only: constraints_t
-   use hampm_crack, only: crack_t, crack_line_t, find_crack
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip_field, only: modes
-   use hampm_cuts, only: cut_of
+   use hampm_cracks, only: cracks_t, last_point
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t, exit_input
@@ -131,29 +130,26 @@ contains
       real(dp), intent(in) :: side
       real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell
       type(motion_t) :: m
-      type(crack_t) :: crack
+      type(cracks_t) :: cracks
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
       real(dp) :: s, opening(modes), g_force(modes), g_stress(modes)
       integer :: i, turn
       s = young*strain
       call place(2, side, m)
-      call find_crack(m%grid, line_at([0.0_dp, 0.0_dp], [side > 0, side < 0]), crack, failure)
+      cracks = crack_to([0.0_dp, 0.0_dp], [1.0_dp, 0.0_dp], [side > 0, side < 0])
+      call cracks%find_nodes(m%grid, failure)
       call check(.not. failure%failed(), 'the tip has its nodes')
-      associate (p => m%particles)
+      associate (p => m%particles, tip => cracks%tips(1))
          do i = 1, p%n
             p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
          end do
          do turn = 1, -1, -2
             p%displacement(:, 2) = turn*side*d
-            opening = crack_opening(crack, crack%behind, m%grid, p, m%blocks)
-            call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
-            p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
-            g_force = nodal_force_closure(crack, m%grid, p, m%blocks, m%materials, thickness)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
-            call stress_closure(crack, m%grid, p, m%materials, m%fields%mass_matrix, solver, g_stress, failure)
+            call stress_closure(tip, m%grid, p, m%materials, m%fields%mass_matrix, solver, g_stress, failure)
             p%reference(:, 2) = p%reference(:, 2) + p%displacement(:, 2)
             call check_close(g_force(1), turn*s*d, 1.0e-13_dp*s*d, 'nodal force closure of uniform fields, signed like the opening')
             call check_close(g_stress(1), turn*s*d/2, 1.0e-13_dp*s*d, 'stress closure of uniform fields, signed like the opening')
@@ -168,65 +164,67 @@ contains
       real(dp), intent(in) :: direction(ndim)
       real(dp), parameter :: d = 0.01_dp*cell, stress(modes) = young*[2.0e-3_dp, 1.0e-3_dp]
       type(motion_t) :: m
-      type(crack_t) :: crack
-      type(crack_line_t) :: line
+      type(cracks_t) :: cracks
+      type(forest_t) :: forest
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
       real(dp) :: s(ndim, ndim), h(ndim, ndim), g(modes), opening(modes)
       integer :: i
-      line%axis = reshape([direction, -direction(2), direction(1)], [ndim, ndim])
-      line%mouth = -2*cell*direction
+      cracks = crack_to([0.0_dp, 0.0_dp], direction, [.true., .true.])
       s = reshape([0.0_dp, stress(2), stress(2), stress(1)], [ndim, ndim])  ! in the frame of the crack
-      s = matmul(matmul(line%axis, s), transpose(line%axis))
+      s = matmul(matmul(cracks%tips(1)%axis, s), transpose(cracks%tips(1)%axis))
       h = (1 + poisson)/young*s
       do i = 1, ndim
          h(i, i) = h(i, i) - poisson/young*stress(1)
       end do
-      call place_bodies(forest_t([-3*cell, -3*cell], cell, [6, 6]), &
-                        new_material('', 'linear_elastic', .true., young, poisson, 1.0_dp), &
+      forest = forest_t([-3*cell, -3*cell], cell, [6, 6])
+      call place_bodies(forest, new_material('', 'linear_elastic', .true., young, poisson, 1.0_dp), &
                         [rectangle_t([-2*cell, -2*cell], [2*cell, 2*cell], [8, 8])], m)
-      call build_grid(forest_t([-3*cell, -3*cell], cell, [6, 6]), m%grid, failure, &
-                      [cut_of(forest_t([-3*cell, -3*cell], cell, [6, 6]), minloc(abs(direction), dim=1), [0.0_dp, 0.0_dp], &
-                              -10*cell*direction)])
-      associate (p => m%particles)
+      call build_grid(forest, m%grid, failure, cracks%cuts(forest))
+      call cracks%find_nodes(m%grid, failure)
+      call check(.not. failure%failed(), 'the tip has its nodes')
+      associate (p => m%particles, tip => cracks%tips(1))
          do i = 1, p%n
             p%gradient(i, :, :) = h
-            p%displacement(i, :) = sign(d, dot_product(p%reference(i, :), line%axis(:, 2)))*(line%axis(:, 1) + line%axis(:, 2))
+            p%displacement(i, :) = sign(d, dot_product(p%reference(i, :), tip%axis(:, 2)))*(tip%axis(:, 1) + tip%axis(:, 2))
          end do
          p%reference = p%reference - p%displacement
-         call find_crack(m%grid, line, crack, failure)
-         call check(.not. failure%failed(), 'the tip has its nodes')
-         opening = crack_opening(crack, crack%behind, m%grid, p, m%blocks)
+         opening = crack_opening(tip, tip%nodes%behind, m%grid, p, m%blocks)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'opening and sliding are those of the faces')
-         opening = crack_opening(crack, crack%mouth, m%grid, p, m%blocks)
+         opening = crack_opening(tip, tip%nodes%mouth, m%grid, p, m%blocks)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'so are those at the mouth')
-         g = nodal_force_closure(crack, m%grid, p, m%blocks, m%materials, thickness)
+         g = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness)
          call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'nodal force closure of both modes')
          call start(m, 'musl')
          call refresh_grid(m)
          call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
-         call stress_closure(crack, m%grid, p, m%materials, m%fields%mass_matrix, solver, g, failure)
+         call stress_closure(tip, m%grid, p, m%materials, m%fields%mass_matrix, solver, g, failure)
          call check_close(maxval(abs(g/stress - d/2)), 0.0_dp, 1.0e-13_dp*d, 'stress closure of both modes')
       end associate
    end subroutine closure_of_both_modes
 
-   !> A crack that grows in x, on a symmetry plane, with its mouth two cells behind the tip.
-   pure function line_at(tip, face) result(line)
-      real(dp), intent(in) :: tip(ndim)
+   !> A crack that ends at a tip, with its mouth two cells behind it.
+   pure function crack_to(tip, direction, face) result(cracks)
+      real(dp), intent(in) :: tip(ndim), direction(ndim)
       logical, intent(in) :: face(2)
-      type(crack_line_t) :: line
-      line%tip = tip
-      line%mouth = tip - [2*cell, 0.0_dp]
-      line%axis = reshape([1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim])
-      line%face = face
-   end function line_at
+      type(cracks_t) :: cracks
+      allocate (cracks%crack(1))
+      associate (crack => cracks%crack(1))
+         crack%points = reshape([tip - 10*cell*direction, tip], [ndim, 2])
+         crack%is_tip(last_point) = .true.
+         crack%face = face
+         crack%mouth = tip - 2*cell*direction
+      end associate
+      call cracks%list_tips()
+   end function crack_to
 
    subroutine tip_without_node()
       type(motion_t) :: m
-      type(crack_t) :: crack
+      type(cracks_t) :: cracks
       type(failure_t) :: failure
       call place(2, 1.0_dp, m)
-      call find_crack(m%grid, line_at([0.1_dp*cell, 0.0_dp], [.true., .false.]), crack, failure)
+      cracks = crack_to([0.1_dp*cell, 0.0_dp], [1.0_dp, 0.0_dp], [.true., .false.])
+      call cracks%find_nodes(m%grid, failure)
       call check(failure%code == exit_input, 'a tip between nodes is a mistake of the input')
    end subroutine tip_without_node
 

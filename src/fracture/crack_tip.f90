@@ -1,0 +1,83 @@
+!> The tip of a crack: where it is, what surrounds it, and the nodes around it in the present grid.
+!>
+!> Its frame: direction 1 points out of the crack, direction 2 is 90 degrees to the left of it. The faces are the one towards
+!> direction 2, the upper one, and the one away from it, the lower one. On a symmetry plane there is one face; what is missing is
+!> its mirror image.
+module hampm_crack_tip
+   use hampm_kinds, only: dp, ndim
+   use hampm_grid, only: grid_t
+   implicit none
+   private
+   public :: crack_tip_t, tip_nodes_t, frame_along, upper, lower
+
+   integer, parameter :: upper = 1, lower = 2    !! the faces
+
+   !> The nodes at and around a tip, and at the mouth of its crack. `behind`, `tip` and `ahead` are the nodes (1), (1'), (2) and (3)
+   !> of Fig. 2 of Tan & Nairn. They follow from the tip and the grid.
+   type :: tip_nodes_t
+      integer :: behind(2) = 0                   !! nodes of the faces one cell behind the tip, 0 where there is no face
+      integer :: tip = 0                         !! node at the tip
+      integer :: ahead = 0                       !! node one cell ahead of it
+      integer :: mouth(2) = 0                    !! nodes of the faces at the mouth, 0 where there is no face
+      real(dp) :: spacing = 0                    !! distance between the nodes around the tip: the smallest cell there [m]
+   end type tip_nodes_t
+
+   !> A tip.
+   type :: crack_tip_t
+      integer :: crack = 0                       !! number of its crack
+      real(dp) :: place(ndim) = 0                !! in the reference configuration [m]
+      real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
+      logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
+      integer :: material = 0                    !! number of the material in which it is
+      real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
+      type(tip_nodes_t) :: nodes
+   contains
+      procedure :: is_half
+      procedure :: find_nodes
+   end type crack_tip_t
+
+contains
+
+   !> The unit vectors of the frame of a tip, one a column.
+   pure function frame_along(direction) result(axis)
+      real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
+      real(dp) :: axis(ndim, ndim)
+      axis(:, 1) = direction
+      axis(:, 2) = [-direction(2), direction(1)]
+   end function frame_along
+
+   !> Whether the crack is on a symmetry plane, so that there is only half of the body.
+   pure logical function is_half(self)
+      class(crack_tip_t), intent(in) :: self
+      is_half = .not. all(self%face)
+   end function is_half
+
+   !> Find the nodes in a grid. `found` tells whether all of them are there.
+   pure subroutine find_nodes(self, grid, mouth, found)
+      class(crack_tip_t), intent(inout) :: self
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: mouth(ndim)        !! of the crack [m]
+      logical, intent(out) :: found
+      self%nodes = tip_nodes_t(tip=grid%node_at(self%place))
+      associate (nodes => self%nodes)
+         if (nodes%tip > 0) then
+            nodes%spacing = grid%smallest_leaf_at(nodes%tip)
+            nodes%behind = face_nodes(self, grid, self%place - nodes%spacing*self%axis(:, 1))
+            nodes%ahead = grid%node_at(self%place + nodes%spacing*self%axis(:, 1))
+            nodes%mouth = face_nodes(self, grid, mouth)
+         end if
+         found = min(nodes%tip, nodes%ahead) > 0 .and. all(min(nodes%behind, nodes%mouth) > 0 .or. .not. self%face)
+      end associate
+   end subroutine find_nodes
+
+   !> The nodes of the faces at a place; 0 where there is none.
+   pure function face_nodes(self, grid, x) result(nodes)
+      class(crack_tip_t), intent(in) :: self
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: nodes(2)
+      nodes = 0
+      if (self%face(upper)) nodes(upper) = grid%node_at(x, self%axis(:, 2))
+      if (self%face(lower)) nodes(lower) = grid%node_at(x, -self%axis(:, 2))
+   end function face_nodes
+end module hampm_crack_tip

@@ -1,0 +1,124 @@
+!> The cracks of a run: they own where cracks are, and grid, refinement, integrals, measurements and checkpoints ask them. What the
+!> scene says of cracks is read once, when a run is assembled.
+!>
+!> A crack is a polyline in the reference configuration. An end inside the material is a tip; an end that is none lies on the
+!> surface of the material or beyond it. Tips are numbered through: of the first crack first its last point, then its first point,
+!> if these are tips; then those of the next crack.
+module hampm_cracks
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_crack_tip, only: crack_tip_t, frame_along, upper, lower
+   use hampm_cuts, only: cut_t, cut_of
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_forest, only: forest_t
+   use hampm_grid, only: grid_t
+   implicit none
+   private
+   public :: crack_t, cracks_t, first_point, last_point, left, right
+
+   integer, parameter :: first_point = 1, last_point = 2 !! the ends
+   integer, parameter :: left = 1, right = 2     !! the faces, as one walks along the crack
+
+   !> A crack.
+   type :: crack_t
+      character(name_len) :: kind = ''           !! 'symmetry' or 'line'
+      real(dp), allocatable :: points(:, :)      !! in the order in which one walks along it [m], (ndim, 2 or more)
+      logical :: is_tip(2) = .false.             !! whether its first and its last point are tips
+      logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
+      logical :: contact = .false.               !! whether the faces press on each other, without friction
+      real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
+   end type crack_t
+
+   !> All of them, and their tips.
+   type :: cracks_t
+      type(crack_t), allocatable :: crack(:)
+      type(crack_tip_t), allocatable :: tips(:)
+   contains
+      procedure :: list_tips
+      procedure :: tip_places
+      procedure :: cuts
+      procedure :: find_nodes
+   end type cracks_t
+
+contains
+
+   !> Number the tips, and find their places and frames.
+   pure subroutine list_tips(self)
+      class(cracks_t), intent(inout) :: self
+      integer :: c, end, n
+      if (allocated(self%tips)) deallocate (self%tips)
+      allocate (self%tips(sum([(count(self%crack(c)%is_tip), c=1, size(self%crack))])))
+      n = 0
+      do c = 1, size(self%crack)
+         do end = last_point, first_point, -1
+            if (.not. self%crack(c)%is_tip(end)) cycle
+            n = n + 1
+            call place_tip(self%crack(c), end, self%tips(n))
+            self%tips(n)%crack = c
+         end do
+      end do
+   end subroutine list_tips
+
+   !> The tip at an end of a crack: its place, its frame and its faces. At the last point the upper face is to the left as one walks
+   !> along the crack, at the first to the right.
+   pure subroutine place_tip(crack, end, tip)
+      type(crack_t), intent(in) :: crack
+      integer, intent(in) :: end                 !! `first_point` or `last_point`
+      type(crack_tip_t), intent(out) :: tip
+      real(dp) :: outward(ndim)
+      integer :: n
+      if (end == last_point) then
+         n = size(crack%points, 2)
+         tip%place = crack%points(:, n)
+         outward = crack%points(:, n) - crack%points(:, n - 1)
+         tip%face([upper, lower]) = crack%face([left, right])
+      else
+         tip%place = crack%points(:, 1)
+         outward = crack%points(:, 1) - crack%points(:, 2)
+         tip%face([upper, lower]) = crack%face([right, left])
+      end if
+      tip%axis = frame_along(outward/norm2(outward))
+      allocate (tip%radii(0))
+   end subroutine place_tip
+
+   !> The places of the tips [m], (ndim, number).
+   pure function tip_places(self) result(places)
+      class(cracks_t), intent(in) :: self
+      real(dp) :: places(ndim, size(self%tips))
+      integer :: k
+      do k = 1, size(self%tips)
+         places(:, k) = self%tips(k)%place
+      end do
+   end function tip_places
+
+   !> Where a grid is not connected: along the cracks that have two faces. Each of them lies along a grid line.
+   pure function cuts(self, forest)
+      class(cracks_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest       !! of the grid
+      type(cut_t), allocatable :: cuts(:)
+      real(dp) :: from(ndim), to(ndim)
+      integer :: c
+      allocate (cuts(0))
+      do c = 1, size(self%crack)
+         if (.not. all(self%crack(c)%face)) cycle
+         from = self%crack(c)%points(:, 1)
+         to = self%crack(c)%points(:, size(self%crack(c)%points, 2))
+         cuts = [cuts, cut_of(forest, minloc(abs(to - from), dim=1), from, to, matched=self%crack(c)%contact)]
+      end do
+   end function cuts
+
+   !> Find the nodes around the tips in a grid. Fails where there are none.
+   subroutine find_nodes(self, grid, failure)
+      class(cracks_t), intent(inout) :: self
+      type(grid_t), intent(in) :: grid
+      type(failure_t), intent(inout) :: failure
+      logical :: found
+      integer :: k
+      do k = 1, size(self%tips)
+         associate (tip => self%tips(k))
+            call tip%find_nodes(grid, self%crack(tip%crack)%mouth, found)
+         end associate
+         if (.not. found) call failure%report(exit_input, &
+            '&crack tip: must be at a grid node, with a node of the grid one cell behind it and one ahead of it')
+      end do
+   end subroutine find_nodes
+end module hampm_cracks
