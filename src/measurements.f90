@@ -1,6 +1,7 @@
 !> What the history records: what is measured, and the list of its columns.
 module hampm_measurements
    use hampm_kinds, only: dp
+   use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
    use hampm_crack_measurements, only: crack_values_t, new_crack_values, measure_crack, record_crack
@@ -11,14 +12,16 @@ module hampm_measurements
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum
    use hampm_failure, only: failure_t
+   use hampm_grid, only: grid_t
    use hampm_history, only: history_t
-   use hampm_mass_solver, only: mass_solver_t, new_mass_solver
+   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
    use hampm_motion, only: motion_t
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: measurements_t, new_measurements, fit_extrapolation, measure, take_row, declare_columns, energy_residual
+   public :: measurements_t, new_measurements, fit_extrapolation, measure, take_row, declare_columns, energy_residual, &
+             keep_measurements
 
    !> What was measured last, with what is needed to measure again.
    type :: measurements_t
@@ -172,4 +175,19 @@ contains
       if (m%largest_energy > 0) residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy &
                                             - motion%damping_loss - motion%numerical_loss)/m%largest_energy
    end function energy_residual
+
+   !> Keep what rows of the history need of the rows before.
+   subroutine keep_measurements(grid, m, archive)
+      type(grid_t), intent(in) :: grid
+      type(measurements_t), intent(inout) :: m
+      class(archive_t), intent(inout) :: archive
+      call archive%section('measurements')
+      call archive%keep('initial_energy', m%initial_energy)
+      call archive%keep('largest_energy', m%largest_energy)
+      call archive%keep('kinetic_energy', m%kinetic_energy)
+      call archive%keep('strain_energy', m%strain_energy)
+      call archive%keep('initial_moment', m%initial_moment)
+      call archive%keep('largest_inner_energy', m%largest_inner_energy)
+      call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
+   end subroutine keep_measurements
 end module hampm_measurements

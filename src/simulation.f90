@@ -6,7 +6,7 @@ module hampm_simulation
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
-   use hampm_cracks, only: cracks_t
+   use hampm_cracks, only: cracks_t, keep_cracks
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
@@ -14,14 +14,14 @@ module hampm_simulation
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t
    use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, take_row, &
-                                 declare_columns, energy_residual
+                                 declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
    use hampm_progress, only: progress_t
-   use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles
+   use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: piece_t
-   use hampm_state, only: keep_motion, keep_refinement, keep_measurements
+   use hampm_state, only: keep_motion
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
@@ -84,11 +84,14 @@ contains
       s%scene = scene
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
-      if (.not. failure%failed()) call keep_motion(checkpoint, s%motion)
+      if (.not. failure%failed()) then
+         call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
+         call keep_cracks(s%cracks, checkpoint)
+         call keep_motion(checkpoint, s%cracks, s%motion)
+      end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%motion%particles%n)
          call fit_to_mesh(s, failure)
-         call new_measurements(scene, s%motion, s%cracks, s%measurements)
          call keep_rest(checkpoint, s)
       end if
       call checkpoint%finish(failure)
@@ -100,8 +103,8 @@ contains
       type(simulation_t), intent(inout) :: s
       character(:), allocatable :: warning
       integer :: n
-      call keep_refinement(checkpoint, s%refinement)
-      call keep_measurements(checkpoint, s%motion%grid, s%measurements)
+      call keep_refinement(s%refinement, checkpoint)
+      call keep_measurements(s%motion%grid, s%measurements, checkpoint)
       call checkpoint%section('run')
       call checkpoint%keep('longest_step', s%longest_step)
       call checkpoint%keep('limit', s%limit)
@@ -136,7 +139,8 @@ contains
       s%lengths = s%results%lengths()
       call checkpoint%create(checkpoint_name(s%results%path))
       call checkpoint%keep('scene', s%scene%as_used)
-      call keep_motion(checkpoint, s%motion)
+      call keep_cracks(s%cracks, checkpoint)
+      call keep_motion(checkpoint, s%cracks, s%motion)
       call keep_rest(checkpoint, s)
       call checkpoint%finish(failure)
       call s%interruption%note_checkpoint(s%motion%steps)

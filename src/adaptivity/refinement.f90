@@ -2,6 +2,7 @@
 !> grid and particles follow the forest.
 module hampm_refinement
    use hampm_kinds, only: dp, ndim, long, name_len
+   use hampm_archive, only: archive_t
    use hampm_cell_values, only: mean_of_nodes, is_occupied
    use hampm_error_indicator, only: estimate_errors
    use hampm_failure, only: failure_t
@@ -12,7 +13,7 @@ module hampm_refinement
    use hampm_text, only: to_text
    implicit none
    private
-   public :: refinement_t, refine_at_start, refine, follow_particles
+   public :: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
 
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
 
@@ -326,4 +327,15 @@ contains
       end select
       text = 'Give '//text//' or a smaller max_level, or allow more'
    end function advice
+
+   !> Keep how cells are refined.
+   subroutine keep_refinement(r, archive)
+      type(refinement_t), intent(inout) :: r
+      class(archive_t), intent(inout) :: archive
+      call archive%section('refinement')
+      call archive%keep('reached_max_level', r%reached_max_level)
+      call archive%keep('reached_max_particles', r%reached_max_particles)
+      call archive%keep('largest_r', r%largest_r)
+      call archive%keep('relative_error', r%relative_error)
+   end subroutine keep_refinement
 end module hampm_refinement

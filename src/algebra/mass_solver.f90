@@ -11,6 +11,7 @@
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, neighbours, most_neighbours, long
+   use hampm_archive, only: archive_t
    use hampm_constraints, only: constraints_t, hold
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
@@ -21,7 +22,7 @@ module hampm_mass_solver
    use hampm_text, only: to_text
    implicit none
    private
-   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_umfpack, by_banded
+   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_umfpack, by_banded, keep_solver
 
    integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_umfpack = 4, by_banded = 5
 
@@ -410,4 +411,48 @@ contains
       end do
       total = sum(s%partial(:, 1, :block_count(region)), dim=2)
    end function dot
+
+   !> Keep what a solver has factorised, and its counts.
+   subroutine keep_solver(solver, name, grid, archive)
+      character(*), intent(in) :: name
+      type(grid_t), intent(in) :: grid
+      type(mass_solver_t), intent(inout) :: solver
+      class(archive_t), intent(inout) :: archive
+      call archive%section(name)
+      call archive%keep('factorised', solver%factorised)
+      if (solver%factorised) call keep_factorisation(solver, grid, archive)
+      call archive%keep('solutions', solver%solutions)
+      call archive%keep('iterations', solver%iterations)
+      call archive%keep('analyses', solver%direct%analyses)
+      call archive%keep('factorisations', solver%direct%factorisations)
+   end subroutine keep_solver
+
+   !> Keep the numbers that a solver has factorised, and factorise them.
+   subroutine keep_factorisation(solver, grid, archive)
+      type(grid_t), intent(in) :: grid
+      type(mass_solver_t), intent(inout) :: solver
+      class(archive_t), intent(inout) :: archive
+      integer, allocatable :: coupled(:)
+      real(dp), allocatable :: values(:)
+      integer :: n_coupled, n_values
+      logical :: fits
+      allocate (coupled(0), values(0))
+      if (.not. archive%is_read) then
+         coupled = solver%direct%coupled
+         values = solver%direct%factorised_values()
+      end if
+      n_coupled = size(coupled)
+      n_values = size(values)
+      call archive%keep('number_coupled', n_coupled)
+      call archive%keep('number_values', n_values)
+      if (archive%is_read) then
+         deallocate (coupled, values)
+         allocate (coupled(n_coupled), values(n_values))
+      end if
+      call archive%keep_integers('coupled', n_coupled, coupled)
+      call archive%keep_reals('values', n_values, values)
+      if (.not. archive%is_read .or. archive%failure%failed()) return
+      call solver%factorise_values(grid, coupled, values, fits, archive%failure)
+      if (.not. fits) call archive%refuse('the factorised matrix does not fit the grid')
+   end subroutine keep_factorisation
 end module hampm_mass_solver

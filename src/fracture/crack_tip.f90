@@ -5,10 +5,11 @@
 !> its mirror image.
 module hampm_crack_tip
    use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: crack_tip_t, tip_nodes_t, frame_along, upper, lower
+   public :: crack_tip_t, tip_nodes_t, frame_along, upper, lower, keep_surroundings
 
    integer, parameter :: upper = 1, lower = 2    !! the faces
 
@@ -80,4 +81,20 @@ contains
       if (self%face(upper)) nodes(upper) = grid%node_at(x, self%axis(:, 2))
       if (self%face(lower)) nodes(lower) = grid%node_at(x, -self%axis(:, 2))
    end function face_nodes
+
+   !> Keep what surrounds a tip.
+   subroutine keep_surroundings(tip, archive)
+      type(crack_tip_t), intent(inout) :: tip
+      class(archive_t), intent(inout) :: archive
+      integer :: n
+      call archive%keep('material', tip%material)
+      n = size(tip%radii)
+      call archive%keep('number_radii', n)
+      if (n == 0 .or. archive%failure%failed()) return
+      if (archive%is_read) then
+         deallocate (tip%radii)
+         allocate (tip%radii(n))
+      end if
+      call archive%keep_reals('radii', n, tip%radii)
+   end subroutine keep_surroundings
 end module hampm_crack_tip

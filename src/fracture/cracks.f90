@@ -6,14 +6,16 @@
 !> if these are tips; then those of the next crack.
 module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_crack_tip, only: crack_tip_t, frame_along, upper, lower
+   use hampm_archive, only: archive_t
+   use hampm_crack_tip, only: keep_surroundings, crack_tip_t, frame_along, upper, lower
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t
+   use hampm_text, only: to_text
    implicit none
    private
-   public :: crack_t, cracks_t, first_point, last_point, left, right
+   public :: crack_t, cracks_t, first_point, last_point, left, right, keep_cracks
 
    integer, parameter :: first_point = 1, last_point = 2 !! the ends
    integer, parameter :: left = 1, right = 2     !! the faces, as one walks along the crack
@@ -121,4 +123,39 @@ contains
             '&crack tip: must be at a grid node, with a node of the grid one cell behind it and one ahead of it')
       end do
    end subroutine find_nodes
+
+   !> Keep where cracks are, and what surrounds their tips. When they are read, they are those that the scene begins with.
+   subroutine keep_cracks(cracks, archive)
+      type(cracks_t), intent(inout) :: cracks
+      class(archive_t), intent(inout) :: archive
+      integer :: k
+      do k = 1, size(cracks%crack)
+         call archive%section('crack_'//to_text(k))
+         call keep_crack(cracks%crack(k), archive)
+      end do
+      if (archive%failure%failed()) return
+      if (archive%is_read) call cracks%list_tips()
+      do k = 1, size(cracks%tips)
+         call archive%section('tip_'//to_text(k))
+         call keep_surroundings(cracks%tips(k), archive)
+      end do
+   end subroutine keep_cracks
+
+   !> Keep where a crack is.
+   subroutine keep_crack(crack, archive)
+      type(crack_t), intent(inout) :: crack
+      class(archive_t), intent(inout) :: archive
+      integer :: n
+      n = size(crack%points, 2)
+      call archive%keep('number_points', n)
+      if (archive%is_read) then
+         if (n < 2) call archive%refuse('a crack has two points at least')
+         if (archive%failure%failed()) return
+         deallocate (crack%points)
+         allocate (crack%points(ndim, n))
+      end if
+      call archive%keep_reals('points', size(crack%points), crack%points)
+      call archive%keep_logicals('is_tip', size(crack%is_tip), crack%is_tip)
+      call archive%keep_reals('mouth', ndim, crack%mouth)
+   end subroutine keep_crack
 end module hampm_cracks

@@ -32,7 +32,8 @@ module hampm_nodal_fields
       ! By blocks of cells (`hampm_cell_blocks`)
       integer :: layout = 0                             !! of the blocks that the following fits
       real(dp), allocatable :: contribution(:, :, :, :) !! of cells to the sums at their corners: of mass [kg], momentum
-                                                        !! [kg m/s] and internal force [N]; (lanes, corners, n_sums, 0:blocks), of block 0 zero
+                                                        !! [kg m/s] and internal force [N]; of block 0 zero;
+                                                        !! (lanes, corners, n_sums, 0:blocks)
       logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
       real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the audit [J], (2, blocks)
       logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)

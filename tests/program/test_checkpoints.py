@@ -48,6 +48,18 @@ CLOSED = """\
 &energy_release estimators = 'nodal_force', 'domain_integral', 'energy_balance' /
 &output history_interval = 1e-6 snapshot_interval = 1e-5 /
 """
+# A crack with two tips, in a plate one end of which is pulled: the wave takes a while to come to the crack
+TWO_TIPS = """\
+&run end_time = 2e-5 thickness = 0.01 /
+&grid lower = 0.0, -0.0125 cell = 2.5e-3 cells = 20, 10 /
+&material name = 'aluminium' young = 70e9 density = 2700 poisson = 0.3 /
+&body material = 'aluminium' lower = 0.0, -0.01 upper = 0.05, 0.01 /
+&constraint lower = 0.05, -0.01 upper = 0.05, 0.01 fix = 'xy' /
+&load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 500.0, 2000.0 /
+&crack kind = 'line' tip = 0.035, 0.0 length = 0.01 /
+&energy_release estimators = 'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance' /
+&output history_interval = 1e-6 snapshot_interval = 1e-5 /
+"""
 MANY_CELLS = """\
 &run end_time = 2e-6 /
 &grid cell = 1.0e-3 cells = 60, 50 /
@@ -73,6 +85,8 @@ SCENES = {
     "contact": (CLOSED,),
     "contact full": (CLOSED, "method.mass=full", "method.frame=total"),
     "contact refined": (CLOSED, "refine.indicator=tip", "refine.max_level=2"),
+    "two tips": (TWO_TIPS,),
+    "two tips refined": (TWO_TIPS, "refine.indicator=tip", "refine.max_level=2"),
     "tiles": (MANY_CELLS,),
     "tiles without particles": (MANY_CELLS, "method.frame=total", "body(1).velocity=0,0", "output.history_interval=5e-7"),
     "refined without particles": (CLOSED, "method.frame=total", "refine.indicator=tip", "refine.max_level=2",
@@ -136,6 +150,20 @@ def test_the_result_of_a_stopped_run_holds_what_came_before(stopped, unbroken):
     found, whole = History(stopped / "dcb.h5").columns, History(unbroken).columns
     for name, values in found.items():
         assert values.tobytes() == whole[name][:samples].tobytes()
+
+
+def test_a_run_goes_on_with_the_cracks_where_the_checkpoint_has_them(hampm, tmp_path):
+    """Moved before any wave has come to it, the crack is as if it had always been there."""
+    (tmp_path / "case.nml").write_text(TWO_TIPS)
+    assert hampm("case.nml", "--quiet", "--steps", 1).returncode == 5
+    cell = [2.5e-3, 0.0]
+    change(tmp_path / "case.h5.checkpoint", "crack_1/points", lambda points: points - np.tile(cell, 2))
+    change(tmp_path / "case.h5.checkpoint", "crack_1/mouth", lambda mouth: mouth - cell)
+    assert hampm("--resume", "case.h5.checkpoint", "--quiet").returncode == 0
+    assert hampm("case.nml", "--quiet", "--output", "there", "--set", "crack.tip=0.0325,0.0").returncode == 0
+    there, found = (History(tmp_path / folder / "case.h5").columns for folder in ("there", ""))
+    assert {name: values.tobytes() for name, values in found.items()} == {name: values.tobytes() for name, values in there.items()}
+    assert np.max(found["K_I"]) > 0
 
 
 def test_checkpoints_do_not_change_the_run(dcb, unbroken, tmp_path):
@@ -251,8 +279,8 @@ WRONG = {
     "damaged": (damage, "cannot be read: reading /particles/gradient failed"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", "99.1"),
-                      "it was written by hampm 99.1 (format 1), this is hampm 0.1.0 (format 1); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 1)"),
+                      "it was written by hampm 99.1 (format 2), this is hampm 0.1.0 (format 2); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 2)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),
