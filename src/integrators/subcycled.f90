@@ -32,7 +32,7 @@ module hampm_subcycled
    use hampm_step, only: take_step, report_jump, end_step
    use hampm_step_groups, only: limit_groups, plain, summing, waiting
    use hampm_subcycled_batches, only: batch_t, find_batches, order_by_rate
-   use hampm_subcycling_kernels, only: push_some, divide_some, clear, sum_kick, sum_way
+   use hampm_subcycling_kernels, only: add_impulses, push_some, divide_some, clear, sum_kick, sum_way
    implicit none
    private
    public :: subcycled_t
@@ -238,22 +238,23 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       integer, intent(in) :: s                   !! finest steps since the beginning of the coarse one
       integer, intent(in) :: turn                !! the largest group whose turn it is
-      real(dp) :: factor(size(m%loads), 0:turn)  ! by the interval for which the load acts
-      integer :: block, first, k, n_force
+      real(dp) :: factor(0:turn)                 ! of a load, by the interval for which it acts
+      integer :: block, first, k, r
       associate (f => m%fields, rates => m%blocks%groups, n => c%nodes_until(turn), &
                  dependents => c%dependents(:c%dependents_until(turn)))
          call assemble_sums(c%points_until(turn), c%points, m%blocks%slot, f%contribution, .false., .false., .true., &
                             f%mass_matrix%lumped, f%momentum, f%force)
          call m%grid%dependents%collect(dependents, ndim, f%force)
-         do n_force = 0, turn
-            factor(:, n_force) = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**n_force*dt), k=1, size(m%loads))]
+         do k = 1, size(m%loads)
+            factor = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**r*dt), r=0, turn)]
+            call add_impulses(n, c%nodes, turn, rates%force_rate, factor, c%load(:, :, k), f%force)
          end do
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
             call push_some(min(nodes_per_block, n - first + 1), c%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
-                           f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, size(m%loads), factor, c%load, &
-                           m%grid%n_points, f%force, f%velocity(1, 1, v_mapped), f%acceleration, f%velocity(1, 1, v_next))
+                           f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, f%force, &
+                           f%velocity(1, 1, v_mapped), f%acceleration, f%velocity(1, 1, v_next))
          end do
          call m%grid%dependents%expand(dependents, ndim, f%acceleration)
       end associate

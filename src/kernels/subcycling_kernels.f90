@@ -5,30 +5,39 @@ module hampm_subcycling_kernels
    use hampm_nodal_kernels, only: over_mass, damped
    implicit none
    private
-   public :: push_some, divide_some, clear, sum_kick, sum_way
+   public :: add_impulses, push_some, divide_some, clear, sum_kick, sum_way
 
 contains
 
+   !> Add the impulses of a load over the intervals of some nodes to the forces there.
+   pure subroutine add_impulses(n, nodes, turn, force_rate, factor, load, force)
+      integer, intent(in) :: n, nodes(n), turn, force_rate(*)
+      real(dp), intent(in) :: factor(0:turn)            !! mean factor of the load in the interval of each rate
+      real(dp), intent(in) :: load(ndim, *)             !! nodal forces with a factor of 1 [N]
+      real(dp), intent(inout) :: force(ndim, *)
+      integer :: k
+      do k = 1, n
+         associate (i => nodes(k))
+            if (force_rate(i) <= turn) force(:, i) = force(:, i) + 2**force_rate(i)*(factor(force_rate(i))*load(:, i))
+         end associate
+      end do
+   end subroutine add_impulses
+
    !> As `push_nodes` for some nodes: their accelerations, and how far they carry particles.
-   pure subroutine push_some(n, nodes, turn, dt, damping_rate, free, inverse, force_rate, velocity_rate, n_loads, factor, load, &
-                             n_points, force, velocity, acceleration, way)
-      integer, intent(in) :: n, nodes(n), turn, force_rate(*), velocity_rate(*), n_loads, n_points
-      real(dp), intent(in) :: dt, damping_rate, free(ndim, *), inverse(*), factor(n_loads, 0:*), load(ndim, n_points, n_loads)
-      real(dp), intent(in) :: force(ndim, *), velocity(ndim, *)
+   pure subroutine push_some(n, nodes, turn, dt, damping_rate, free, inverse, force_rate, velocity_rate, force, velocity, &
+                             acceleration, way)
+      integer, intent(in) :: n, nodes(n), turn, force_rate(*), velocity_rate(*)
+      real(dp), intent(in) :: dt, damping_rate, free(ndim, *), inverse(*), force(ndim, *), velocity(ndim, *)
       real(dp), intent(inout) :: acceleration(ndim, *)
       real(dp), intent(inout) :: way(ndim, *)           !! [m/s], to be multiplied by dt
-      real(dp) :: total(ndim), after(ndim), interval
-      integer :: k, i, l
+      real(dp) :: after(ndim)
+      integer :: k, i
       do k = 1, n
          i = nodes(k)
          after = velocity(:, i)
          if (force_rate(i) <= turn) then
-            interval = 2**force_rate(i)
-            total = force(:, i)
-            do l = 1, n_loads
-               total = total + interval*(factor(l, force_rate(i))*load(:, i, l))
-            end do
-            acceleration(:, i) = damped(over_mass(total, inverse(i), free(:, i)), interval*damping_rate, velocity(:, i))
+            acceleration(:, i) = damped(over_mass(force(:, i), inverse(i), free(:, i)), 2**force_rate(i)*damping_rate, &
+                                        velocity(:, i))
             after = after + dt*acceleration(:, i)
          end if
          way(:, i) = way(:, i) + 2**velocity_rate(i)*after

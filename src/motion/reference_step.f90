@@ -63,7 +63,7 @@ contains
       end do
    end subroutine reference_step
 
-   !> P2G: the lumped masses m_i = sum m_p N_i (9) [kg].
+   !> P2G. The lumped masses m_i = sum m_p N_i (9) [kg].
    subroutine map_mass(m, mass)
       type(motion_t), intent(in) :: m
       real(dp), intent(out) :: mass(:)           !! (n_points)
@@ -77,7 +77,7 @@ contains
       call condense(m, 1, mass)
    end subroutine map_mass
 
-   !> P2G: the momenta p_i = sum m_p v_p N_i, and the velocities v_i = p_i/m_i that follow (8), (10); 0 where a component is fixed,
+   !> P2G. The momenta p_i = sum m_p v_p N_i, and the velocities v_i = p_i/m_i that follow (8), (10); 0 where a component is fixed,
    !> and at nodes without mass [m/s].
    subroutine map_velocity(m, mass, v)
       type(motion_t), intent(in) :: m
@@ -98,7 +98,7 @@ contains
       call divide_by_mass(m, mass, v)
    end subroutine map_velocity
 
-   !> P2G: the internal forces f_i = -sum V_p T_p grad N_i (7) [N], T being the Kirchhoff stress, in the total frame the first
+   !> P2G. The internal forces f_i = -sum V_p T_p grad N_i (7) [N], T being the Kirchhoff stress, in the total frame the first
    !> Piola stress.
    subroutine map_force(m, force)
       type(motion_t), intent(in) :: m
@@ -145,7 +145,7 @@ contains
       call m%grid%dependents%expand([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], ndim, x)
    end subroutine divide_by_mass
 
-   !> Strain the particles: H <- H + dt L (I + H), L being the gradient of a nodal velocity; in the total frame H <- H + dt L.
+   !> Strain the particles. H <- H + dt L (I + H), L being the gradient of a nodal velocity; in the total frame H <- H + dt L.
    subroutine strain(m, v, dt)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
@@ -161,7 +161,7 @@ contains
       end associate
    end subroutine strain
 
-   !> G2P: the value of a nodal field at a particle, sum N_i(x_p) x_i.
+   !> G2P. The value of a nodal field at a particle, sum N_i(x_p) x_i.
    pure function at_particle(m, i, x) result(value)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: i

@@ -14,10 +14,7 @@ from fortran import Program, read  # noqa: E402
 from structure import SOURCES, Calls, cycle, folder_imports, followed, graph_of, reading_order, upward_imports  # noqa: E402
 
 MOST_ARGUMENTS = 15
-EXCEPTIONS = [  # procedures with more arguments, and why
-    ("sweep.sweep_blocks", "to be removed"),
-    ("local_kernels.push_some", "to be removed"),
-]
+EXCEPTIONS = []  # (procedure with more arguments, why)
 README = """
 ## Reading the code
 
