@@ -438,7 +438,7 @@ def angle_of(block):
 
 
 def turn(runner):
-    """A body that turns freely. Its moment of momentum says how fast, to the order of the square of the strain."""
+    """A body that turns freely. Its angular momentum says how fast, to the order of the square of the strain."""
     cells, speed = [], 0.01
     for law in ("linear_elastic", "neo_hookean"):
         for kind, scheme, frame, c in (("lumped", "musl", "total", 0.3), ("lumped", "usavg", "total", 0.3),

@@ -2,7 +2,7 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_energy, only: moment_of_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
+   use hampm_energy, only: angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
@@ -20,9 +20,9 @@ module hampm_guards
    real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be told [-]
    real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be told [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
-   real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the moment of momentum without cause, over what it can be [-]
+   real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
-                              slowed = 'the moment of momentum has changed by ', &
+                              slowed = 'the angular momentum has changed by ', &
                               crossed = 'stretched material has passed from cell to cell'
 
 contains
@@ -63,7 +63,7 @@ contains
          call look_for_gain(motion, measurements, now, gain, warning)
          call look_at_strain(motion, now, warning)
          call look_at_stretch(motion, measurements, now, warning)
-         call look_at_moment(motion, measurements, now, warning)
+         call look_at_angular_momentum(motion, measurements, now, warning)
       end if
    end subroutine check_state
 
@@ -150,21 +150,21 @@ contains
                 to_text(small_gradient)//'). Use law = ''neo_hookean''', strained, warning)
    end subroutine look_at_strain
 
-   !> Warn, once, where the moment of momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
+   !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
    !> far as particles stand evenly around nodes: at free edges they do not.
-   subroutine look_at_moment(motion, measurements, now, warning)
+   subroutine look_at_angular_momentum(motion, measurements, now, warning)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
-      real(dp) :: moment, largest
+      real(dp) :: total, largest
       if (size(motion%loads) > 0 .or. motion%damping_rate > 0 .or. size(motion%constraints%node) > 0) return
-      call moment_of_momentum(motion%particles, moment, largest)
-      if (abs(moment - measurements%initial_moment) <= noticed_turn*largest) return
-      call warn(now//slowed//to_text(moment - measurements%initial_moment)//' kg m2/s though nothing acts on the material, '// &
-                'more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its mass matrix; '// &
+      call angular_momentum(motion%particles, total, largest)
+      if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
+      call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s though nothing acts on '// &
+                'the material, more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its mass matrix; '// &
                 'use smaller &grid cell or &method mass = ''full''', slowed, warning)
-   end subroutine look_at_moment
+   end subroutine look_at_angular_momentum
 
    !> Add a warning, unless one with the same phrase is there already.
    subroutine warn(text, phrase, warning)

@@ -10,7 +10,7 @@ module hampm_measurements
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
-   use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum
+   use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, angular_momentum
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
@@ -27,7 +27,7 @@ module hampm_measurements
    type :: measurements_t
       real(dp) :: initial_energy = 0             !! kinetic energy of the bodies at the start [J]
       real(dp) :: largest_energy = 0             !! largest of kinetic + strain energy and external work so far [J]
-      real(dp) :: initial_moment = 0             !! moment of momentum around the middle of mass at the start [kg m2/s]
+      real(dp) :: initial_angular_momentum = 0   !! angular momentum around the middle of mass at the start [kg m2/s]
       real(dp) :: largest_inner_energy = 0       !! the same, without kinetic energy of the motion as a whole [J]
       real(dp) :: kinetic_energy = 0             !! [J]
       real(dp) :: strain_energy = 0              !! [J]
@@ -50,7 +50,7 @@ contains
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
       m%initial_energy = kinetic_energy(motion%particles)
-      call moment_of_momentum(motion%particles, m%initial_moment, largest)
+      call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
       if (size(cracks%tips) > 0) call new_crack_values(scene, cracks%tips(1), m%crack)
       select case (scene%energy_release%reference)
       case ('value')
@@ -186,7 +186,7 @@ contains
       call archive%keep('largest_energy', m%largest_energy)
       call archive%keep('kinetic_energy', m%kinetic_energy)
       call archive%keep('strain_energy', m%strain_energy)
-      call archive%keep('initial_moment', m%initial_moment)
+      call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
       call archive%keep('largest_inner_energy', m%largest_inner_energy)
       call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
    end subroutine keep_measurements

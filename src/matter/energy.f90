@@ -6,7 +6,7 @@ module hampm_energy
    use hampm_tensors, only: determinant, identity, product_of
    implicit none
    private
-   public :: kinetic_energy, strain_energy, linear_momentum, moment_of_momentum, largest_gradient, largest_stretch, &
+   public :: kinetic_energy, strain_energy, linear_momentum, angular_momentum, largest_gradient, largest_stretch, &
              most_crushed_particle, determinant_of, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
@@ -56,11 +56,11 @@ contains
       end do
    end function linear_momentum
 
-   !> Moment of momentum around the middle of mass, and the sum of its particles' shares at their largest, m |x| |v|, to which
+   !> Angular momentum around the middle of mass, and the sum of its particles' shares at their largest, m |x| |v|, to which
    !> belongs what rounding makes of a common velocity [kg m2/s].
-   pure subroutine moment_of_momentum(p, moment, largest)
+   pure subroutine angular_momentum(p, total, largest)
       type(particles_t), intent(in) :: p
-      real(dp), intent(out) :: moment, largest
+      real(dp), intent(out) :: total, largest
       real(dp), parameter :: rounding = 1.0e-9_dp
       real(dp) :: middle(ndim), velocity(ndim), x(ndim), v(ndim), mass
       integer :: i
@@ -70,15 +70,15 @@ contains
       do i = 1, p%n
          middle = middle + p%mass(i)/mass*p%position(i)
       end do
-      moment = 0
+      total = 0
       largest = 0
       do i = 1, p%n
          x = p%position(i) - middle
          v = p%velocity(i, :) - velocity
-         moment = moment + p%mass(i)*(x(1)*v(2) - x(2)*v(1))
+         total = total + p%mass(i)*(x(1)*v(2) - x(2)*v(1))
          largest = largest + p%mass(i)*norm2(x)*(norm2(v) + rounding*norm2(p%velocity(i, :)))
       end do
-   end subroutine moment_of_momentum
+   end subroutine angular_momentum
 
    !> Largest component of the displacement gradients of the particles of the linear law [-]; 0 where there are none.
    pure real(dp) function largest_gradient(p, materials) result(largest)

@@ -78,7 +78,7 @@ def test_a_load_too_small_for_any_unit_is_refused(runner):
 
 
 @pytest.mark.parametrize(("law", "mass", "words"), [
-    ("neo_hookean", "full", ""), ("linear_elastic", "full", "displacement gradient"), ("neo_hookean", "lumped", "moment of momentum")])
+    ("neo_hookean", "full", ""), ("linear_elastic", "full", "displacement gradient"), ("neo_hookean", "lumped", "angular momentum")])
 def test_a_body_that_turns(runner, law, mass, words):
     text, _ = scenes.pinwheel(law, scenes.method_of(mass, "usavg", "total", 0.2, box=(0, 0, 8, 8)), 1, 0.02)
     end = runner.outcome(text)
