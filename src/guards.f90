@@ -162,8 +162,8 @@ contains
       call angular_momentum(motion%particles, total, largest)
       if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
       call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s though nothing acts on '// &
-                'the material, more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its mass matrix; '// &
-                'use smaller &grid cell or &method mass = ''full''', slowed, warning)
+                'the material, more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its '// &
+                'mass matrix; use smaller &grid cell or &method mass = ''full''', slowed, warning)
    end subroutine look_at_angular_momentum
 
    !> Add a warning, unless one with the same phrase is there already.
