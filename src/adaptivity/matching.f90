@@ -137,7 +137,7 @@ contains
          do a = 1, all%n_nodes
             if (lumped(all%nodes(a)) > 0) velocity(:, all%nodes(a)) = m%fields%momentum(:, all%nodes(a))/lumped(all%nodes(a))
          end do
-         call m%grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), ndim, velocity)
+         call m%grid%dofs%distribute(all, ndim, velocity)
       end associate
       k = 0
       do i = 1, m%particles%n

@@ -34,8 +34,8 @@ contains
          do a = 1, all%n_nodes
             call fit(grid, p, blocks, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
          end do
-         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), width, nodal)
       end associate
+      call grid%dofs%distribute(matrix%all, width, nodal)
    end subroutine recover
 
    !> Value at a node of the linear function that fits the particles around it.

@@ -176,7 +176,7 @@ contains
       integer :: nodes(most_nodes_of_leaf), k, c, n, n_here
       real(dp) :: part(corners, most_nodes_of_leaf)
       allocate (factor%unknown(grid%n_nodes), source=0)
-      allocate (cliques(merge(corners, most_nodes_of_leaf, grid%dependents%n == 0), size(coupled)), source=0)
+      allocate (cliques(merge(corners, most_nodes_of_leaf, grid%dofs%n_hanging == 0), size(coupled)), source=0)
       n = 0
       do k = 1, size(coupled)
          call grid%element_matrix(coupled(k), n_here, nodes, part)

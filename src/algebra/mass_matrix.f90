@@ -10,6 +10,7 @@
 module hampm_mass_matrix
    use hampm_kinds, only: dp, corners
    use hampm_grid, only: grid_t
+   use hampm_node_list, only: node_list_t, list_marked
    use hampm_nodal_rows, only: pattern_t, runs_t, find_runs, sum_rows
    implicit none
    private
@@ -21,13 +22,10 @@ module hampm_mass_matrix
    !> Sums over nodes are taken over blocks of this many nodes first, so that they do not depend on the number of threads.
    integer, parameter :: nodes_per_block = 512
 
-   !> Some nodes, the dependent points of which they are parents, and the elements around all these, each ascending.
-   type :: region_t
-      integer :: n_nodes = 0
-      integer :: n_points = 0
-      integer, allocatable :: nodes(:)                  !! nodes and, after these, dependent points, (n_points)
+   !> Some nodes, the hanging nodes of which they are masters, and the elements around all these, each ascending.
+   type, extends(node_list_t) :: region_t
       integer :: n_cells = 0
-      integer, allocatable :: cells(:)
+      integer, allocatable :: cells(:)                  !! (n_cells or more)
    end type region_t
 
    !> The matrix with what is needed to multiply by it.
@@ -82,24 +80,21 @@ contains
             if (matrix%blend(e) < 1) is_coupled(grid%element_nodes(:, e)) = .true.
          end associate
       end do
-      do k = grid%n_nodes + 1, grid%n_points
-         if (is_coupled(k)) call grid%dependents%mark_parents(k, is_coupled)
-      end do
-      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), points => matrix%all%nodes(:matrix%all%n_points), &
-                 cells => matrix%all%cells(:matrix%all%n_cells))
-         matrix%coupled%nodes = pack(points, is_coupled(points))
+      call grid%dofs%mark_masters(is_coupled)
+      call list_marked(grid%n_nodes, is_coupled, matrix%coupled)
+      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), cells => matrix%all%cells(:matrix%all%n_cells))
          matrix%apart = pack(nodes, .not. is_coupled(nodes))
-         matrix%coupled%n_nodes = size(nodes) - size(matrix%apart)
          matrix%coupled%cells = pack(cells, [(any(is_coupled(grid%element_nodes(:, cells(k)))), k=1, size(cells))])
       end associate
-      matrix%coupled%n_points = size(matrix%coupled%nodes)
       matrix%coupled%n_cells = size(matrix%coupled%cells)
-      call find_runs(matrix%pattern, matrix%coupled%nodes, nodes_per_block, matrix%runs)
+      associate (region => matrix%coupled)
+         call find_runs(matrix%pattern, region%nodes(:region%n_points), nodes_per_block, matrix%runs)
+      end associate
    end subroutine find_coupled_region
 
    !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
-   !> What is lumped is put on the diagonal; in a quarter of a transition leaf, where corners may be dependent points, it is
-   !> left out, for `assemble` to put it on the diagonal of the nodes.
+   !> What is lumped is put on the diagonal; in a quarter of a transition leaf, where corners may be hanging nodes, it is left
+   !> out, for `assemble` to put it on the diagonal of the nodes.
    pure subroutine prepare_cell(blend, is_solved, is_quarter, m)
       real(dp), intent(in) :: blend              !! 0: full, 1: lumped
       logical, intent(in) :: is_solved           !! else it is only multiplied by
@@ -181,7 +176,7 @@ contains
                           size(matrix%row, 1), matrix%inverse_row)
          end if
       end associate
-      if (grid%dependents%n > 0) call add_lumped_quarters(grid, matrix)
+      if (grid%dofs%n_hanging > 0) call add_lumped_quarters(grid, matrix)
       matrix%assembled = .true.
       matrix%version = matrix%version + 1
    end subroutine assemble
@@ -203,8 +198,8 @@ contains
             end do
          end associate
       end do
-      associate (all => matrix%all, region => matrix%coupled)
-         call grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), 1, lumped)
+      call grid%dofs%condense(matrix%all, 1, lumped)
+      associate (region => matrix%coupled)
          do a = 1, region%n_nodes
             associate (i => region%nodes(a))
                matrix%row(1, i) = matrix%row(1, i) + lumped(i)

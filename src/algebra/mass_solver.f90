@@ -48,7 +48,7 @@ module hampm_mass_solver
       integer, private :: version = 0               !! that of the matrix that was solved last
       real(dp), private :: light_mass = 0           !! [kg]
       real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for held components,
-                                                          !! 1 at dependent points, (ndim, n_points)
+                                                          !! 1 at hanging nodes, (ndim, n_points)
       real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_points)
       real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, blocks)
    contains
@@ -266,8 +266,8 @@ contains
       end if
    end subroutine precondition
 
-   !> y = D^-1 A x without held components, A being given by rows of points, and x.A x. Values of `x` at dependent points are
-   !> set on the way.
+   !> y = D^-1 A x without held components, A being given by rows of nodes, hanging nodes included, and x.A x. Values of `x` are
+   !> distributed on the way.
    subroutine multiply(s, grid, matrix, row, x, y, xax)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
@@ -278,7 +278,7 @@ contains
       real(dp), intent(out) :: xax(ndim)
       integer :: block, first
       associate (runs => matrix%runs, blocks => size(matrix%runs%of_block) - 1, region => matrix%coupled)
-         call grid%dependents%expand(region%nodes(region%n_nodes + 1:region%n_points), ndim, x)
+         call grid%dofs%distribute(region, ndim, x)
          !$omp parallel do schedule(static) private(first)
          do block = 1, blocks
             first = runs%of_block(block)
@@ -291,7 +291,7 @@ contains
             end if
          end do
          xax = sum(s%partial(:, 1, :blocks), dim=2)
-         call grid%dependents%collect(region%nodes(region%n_nodes + 1:region%n_points), ndim, y, s%inverse)
+         call grid%dofs%condense(region, ndim, y, s%inverse)
       end associate
    end subroutine multiply
 

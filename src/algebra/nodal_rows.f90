@@ -28,7 +28,7 @@ contains
    !> Places of a row: on a grid with cells of different sizes or with cuts there are more.
    pure integer function row_width(grid)
       type(grid_t), intent(in) :: grid
-      row_width = merge(neighbours, most_neighbours, grid%dependents%n == 0 .and. size(grid%cuts) == 0)
+      row_width = merge(neighbours, most_neighbours, grid%dofs%n_hanging == 0 .and. size(grid%cuts) == 0)
    end function row_width
 
    !> The pattern of a grid.

@@ -9,6 +9,7 @@ module hampm_domain_integral
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
+   use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity
    implicit none
@@ -116,6 +117,7 @@ contains
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
+      type(node_list_t) :: all
       real(dp) :: t(size(domain%radius))
       integer :: i
       allocate (q(size(domain%radius), grid%n_points))
@@ -124,7 +126,8 @@ contains
          t = min(max(t, 0.0_dp), 1.0_dp)
          q(:, i) = 1 - t**2*(3 - 2*t)
       end do
-      call grid%dependents%expand([(i, i=grid%n_nodes + 1, grid%n_points)], size(t), q)
+      all = grid%dofs%every_node()
+      call grid%dofs%distribute(all, size(t), q)
    end subroutine weight_nodes
 
    !> The elements with particles in which q of some disc is above 0, ascending.

@@ -26,13 +26,14 @@ module hampm_subcycled
    use hampm_motion, only: motion_t, update_particles, map_to_grid
    use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
    use hampm_nodal_kernels, only: assemble_sums
+   use hampm_node_list, only: node_list_t, lists_by_rate, clear_hanging
    use hampm_particle_pass, only: pass_report_t, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    use hampm_step, only: take_step, report_jump, end_step
    use hampm_step_groups, only: limit_groups, plain, summing, waiting
-   use hampm_subcycled_batches, only: batch_t, find_batches, order_by_rate
-   use hampm_subcycling_kernels, only: add_impulses, push_some, divide_some, clear, sum_kick, sum_way
+   use hampm_subcycled_batches, only: batch_t, find_batches
+   use hampm_subcycling_kernels, only: add_impulses, push_some, divide_some, sum_kick, sum_way
    implicit none
    private
    public :: subcycled_t
@@ -43,11 +44,7 @@ module hampm_subcycled
    type, extends(integrator_t) :: subcycled_t
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
       type(batch_t), allocatable, private :: batches(:)
-      integer, allocatable, private :: points(:) !! those around which there are particles, by the rate of their velocities;
-      integer, allocatable, private :: nodes(:)               !! and the nodes
-      integer, allocatable, private :: dependents(:)          !! and the dependent points among them
-      integer, allocatable, private :: points_until(:)        !! how many have a rate not above one, (0:largest)
-      integer, allocatable, private :: nodes_until(:), dependents_until(:)
+      type(node_list_t), allocatable, private :: due(:)       !! the nodes whose velocities change at each turn, (0:largest)
       ! Of cells that sum and wait, beside the nodes: fields of the corners of the blocks, (ndim, corners, lanes, n_blocks)
       integer, allocatable, private :: corner(:, :, :)        !! numbers of the corners, (corners, lanes, n_blocks)
       logical, allocatable, private :: in_row(:)              !! whether these are two rows: no; (n_blocks)
@@ -158,7 +155,7 @@ contains
       do k = 1, size(m%loads)
          c%load(:, :, k) = 0
          call add_load(m%loads(k), 1.0_dp, m%grid, m%particles, c%load(:, :, k))
-         call m%grid%dependents%collect(c%dependents, ndim, c%load(:, :, k))
+         call m%grid%dofs%condense(c%due(c%largest), ndim, c%load(:, :, k))
       end do
    end subroutine start_coarse_step
 
@@ -167,19 +164,16 @@ contains
       type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k
-      if (c%sorts == m%blocks%sorts .and. ubound(c%nodes_until, 1) == c%largest) return
+      if (c%sorts == m%blocks%sorts .and. ubound(c%due, 1) == c%largest) return
       c%sorts = m%blocks%sorts
       associate (blocks => m%blocks, all => m%fields%mass_matrix%all)
          call limit_groups(m%grid, blocks%occupied(:blocks%n_occupied), c%largest, blocks%groups)
          call find_batches(blocks, c%batches)
-         call order_by_rate(all%nodes(:all%n_points), blocks%groups%velocity_rate, c%largest, c%points, c%points_until)
-         call order_by_rate(all%nodes(:all%n_nodes), blocks%groups%velocity_rate, c%largest, c%nodes, c%nodes_until)
-         call order_by_rate(all%nodes(all%n_nodes + 1:all%n_points), blocks%groups%velocity_rate, c%largest, c%dependents, &
-                            c%dependents_until)
+         call lists_by_rate(all, blocks%groups%velocity_rate, c%largest, c%due)
          if (allocated(c%load)) deallocate (c%load)
          if (allocated(c%matrix)) deallocate (c%matrix, c%corner, c%in_row, c%kick, c%way, c%move, c%partial_power)
          associate (n => blocks%n)
-            allocate (c%matrix(lanes, corners, corners, n), c%partial_power(size(c%nodes)/nodes_per_block + 1))
+            allocate (c%matrix(lanes, corners, corners, n), c%partial_power(all%n_nodes/nodes_per_block + 1))
             allocate (c%kick(ndim, corners, lanes, n), c%way(ndim, corners, lanes, n), c%move(ndim, corners, lanes, n), &
                       source=0.0_dp)
             c%corner = reshape([(k, k=1, corners*lanes*n)], [corners, lanes, n])
@@ -240,23 +234,22 @@ contains
       integer, intent(in) :: turn                !! the largest group whose turn it is
       real(dp) :: factor(0:turn)                 ! of a load, by the interval for which it acts
       integer :: block, first, k, r
-      associate (f => m%fields, rates => m%blocks%groups, n => c%nodes_until(turn), &
-                 dependents => c%dependents(:c%dependents_until(turn)))
-         call assemble_sums(c%points_until(turn), c%points, m%blocks%slot, f%contribution, .false., .false., .true., &
+      associate (f => m%fields, rates => m%blocks%groups, due => c%due(turn), n => c%due(turn)%n_nodes)
+         call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .false., .true., &
                             f%mass_matrix%lumped, f%momentum, f%force)
-         call m%grid%dependents%collect(dependents, ndim, f%force)
+         call m%grid%dofs%condense(due, ndim, f%force)
          do k = 1, size(m%loads)
             factor = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**r*dt), r=0, turn)]
-            call add_impulses(n, c%nodes, turn, rates%force_rate, factor, c%load(:, :, k), f%force)
+            call add_impulses(n, due%nodes, turn, rates%force_rate, factor, c%load(:, :, k), f%force)
          end do
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
-            call push_some(min(nodes_per_block, n - first + 1), c%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
+            call push_some(min(nodes_per_block, n - first + 1), due%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
                            f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, f%force, &
                            f%velocity(1, 1, v_mapped), f%acceleration, f%velocity(1, 1, v_next))
          end do
-         call m%grid%dependents%expand(dependents, ndim, f%acceleration)
+         call m%grid%dofs%distribute(due, ndim, f%acceleration)
       end associate
    end subroutine push_nodes
 
@@ -321,20 +314,20 @@ contains
       real(dp), intent(in) :: dt                        !! for which it has acted [s]
       integer, intent(in) :: turn
       integer :: block, first
-      associate (f => m%fields, n => c%nodes_until(turn), dependents => c%dependents(:c%dependents_until(turn)))
-         call assemble_sums(c%points_until(turn), c%points, m%blocks%slot, f%contribution, .false., .true., .false., &
+      associate (f => m%fields, due => c%due(turn), n => c%due(turn)%n_nodes)
+         call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .true., .false., &
                             f%mass_matrix%lumped, f%momentum, f%force)
-         call m%grid%dependents%collect(dependents, ndim, f%momentum)
+         call m%grid%dofs%condense(due, ndim, f%momentum)
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
-            call divide_some(min(nodes_per_block, n - first + 1), c%nodes(first), turn, m%constraints%free, &
+            call divide_some(min(nodes_per_block, n - first + 1), due%nodes(first), turn, m%constraints%free, &
                              f%mass_matrix%inverse_lumped, f%mass_matrix%lumped, m%blocks%groups%force_rate, f%momentum, &
                              f%velocity(1, 1, v_mapped), f%acceleration, c%partial_power(block))
          end do
          m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(c%partial_power(:(n - 1)/nodes_per_block + 1))
-         call m%grid%dependents%expand(dependents, ndim, f%velocity(:, :, v_mapped))
-         call clear(size(dependents), dependents, f%acceleration)
+         call m%grid%dofs%distribute(due, ndim, f%velocity(:, :, v_mapped))
+         call clear_hanging(due, ndim, f%acceleration)
       end associate
    end subroutine find_velocities
 
@@ -374,12 +367,12 @@ contains
       end do
    end subroutine end_intervals
 
-   !> Find what moves the particles: at dependent points, and at the corners of the cells that have fields there.
+   !> Find what moves the particles: at hanging nodes, and at the corners of the cells that have fields there.
    subroutine find_moves(c, m)
       type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k, b, l
-      call m%grid%dependents%expand(c%dependents, ndim, m%fields%velocity(:, :, v_next))
+      call m%grid%dofs%distribute(c%due(c%largest), ndim, m%fields%velocity(:, :, v_next))
       do k = 1, size(c%batches)
          if (c%batches(k)%kind == plain) cycle
          do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)

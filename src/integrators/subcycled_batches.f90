@@ -1,11 +1,11 @@
 !> What has its turns together with subcycling (`hampm_step_groups`): blocks of cells side by side, which
-!> a pass takes at once, and points in the order of how often their velocities change.
+!> a pass takes at once.
 module hampm_subcycled_batches
    use hampm_cell_blocks, only: cell_blocks_t, lanes
    use hampm_step_groups, only: plain
    implicit none
    private
-   public :: batch_t, find_batches, order_by_rate
+   public :: batch_t, find_batches
 
    !> Blocks side by side whose cells have their turns together.
    type :: batch_t
@@ -60,29 +60,4 @@ contains
          batch%velocity_rate = min(batch%velocity_rate, minval(blocks%groups%velocity_rate(blocks%nodes(:, l, b))))
       end do
    end function batch_of_block
-
-   !> Order points by a rate, and count those up to each.
-   pure subroutine order_by_rate(points, rate, largest, ordered, until)
-      integer, intent(in) :: points(:)
-      integer, intent(in) :: rate(:)             !! by point
-      integer, intent(in) :: largest             !! of the rates
-      integer, allocatable, intent(out) :: ordered(:), until(:)
-      integer :: k, g
-      allocate (ordered(size(points)), until(0:largest))
-      until = 0
-      do k = 1, size(points)
-         until(rate(points(k))) = until(rate(points(k))) + 1
-      end do
-      do g = 1, largest
-         until(g) = until(g) + until(g - 1)
-      end do
-      do k = size(points), 1, -1
-         associate (place => until(rate(points(k))))
-            ordered(place) = points(k)
-            place = place - 1
-         end associate
-      end do
-      until(:largest - 1) = until(1:)
-      until(largest) = size(points)
-   end subroutine order_by_rate
 end module hampm_subcycled_batches

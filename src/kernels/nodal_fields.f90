@@ -9,6 +9,7 @@ module hampm_nodal_fields
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble_rows => assemble, nodes_per_block
    use hampm_nodal_kernels, only: assemble_sums
+   use hampm_node_list, only: list_marked
    implicit none
    private
    public :: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped, keep_fields
@@ -18,8 +19,7 @@ module hampm_nodal_fields
    integer, parameter :: v_next = 2              !! v^(n+1) = v^n + a dt, which moves the particles
    integer, parameter :: v_mapped = 3            !! v^(n+1) as it is mapped anew from the velocities of the particles
 
-   !> Arrays by node go on over the hanging nodes (`hampm_grid`): nodal values there are means of those of their masters, and
-   !> sums are given to these.
+   !> Arrays by node go on over the hanging nodes (`hampm_dofs`): values are distributed to them, and their sums condensed.
    type :: nodal_fields_t
       type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells
       real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_points)
@@ -89,24 +89,17 @@ contains
       do node = 1, grid%n_points
          f%is_active(node) = touches_particles(grid, blocks, node)
       end do
-      do node = grid%n_nodes + 1, grid%n_points
-         if (f%is_active(node)) call grid%dependents%mark_parents(node, f%is_active)
-      end do
+      call grid%dofs%mark_masters(f%is_active)
       associate (matrix => f%mass_matrix)
          matrix%all%n_cells = blocks%n_occupied
          matrix%all%cells(:blocks%n_occupied) = blocks%occupied(:blocks%n_occupied)
-         matrix%all%n_points = 0
+         call list_marked(grid%n_nodes, f%is_active, matrix%all)
          do node = 1, grid%n_points
-            if (f%is_active(node)) then
-               matrix%all%n_points = matrix%all%n_points + 1
-               matrix%all%nodes(matrix%all%n_points) = node
-               if (node <= grid%n_nodes) matrix%all%n_nodes = matrix%all%n_points
-            else
-               matrix%lumped(node) = 0
-               f%velocity(:, node, :) = 0
-               f%acceleration(:, node) = 0
-               if (allocated(f%past)) f%past(:, node, :) = 0
-            end if
+            if (f%is_active(node)) cycle
+            matrix%lumped(node) = 0
+            f%velocity(:, node, :) = 0
+            f%acceleration(:, node) = 0
+            if (allocated(f%past)) f%past(:, node, :) = 0
          end do
          call find_coupled_region(grid, matrix)
       end associate
@@ -150,7 +143,7 @@ contains
    end function touches_particles
 
    !> Assemble the sums at each active point from the contributions of the cells around it: those of mass and mass matrix, of
-   !> momentum, and of the internal force. Forces at hanging nodes are not yet given to their masters.
+   !> momentum, and of the internal force. Forces at hanging nodes are not yet condensed.
    subroutine assemble(grid, blocks, f, mass, momentum, force)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
@@ -159,10 +152,8 @@ contains
       associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
          call assemble_sums(all%n_points, all%nodes, blocks%slot, f%contribution, mass, momentum, force, matrix%lumped, &
                             f%momentum, f%force)
-         associate (points => all%nodes(all%n_nodes + 1:all%n_points))
-            if (mass) call grid%dependents%collect(points, 1, matrix%lumped)
-            if (momentum) call grid%dependents%collect(points, ndim, f%momentum)
-         end associate
+         if (mass) call grid%dofs%condense(all, 1, matrix%lumped)
+         if (momentum) call grid%dofs%condense(all, ndim, f%momentum)
          if (mass) call invert_lumped(matrix)
          if (mass) call assemble_rows(grid, matrix)
       end associate

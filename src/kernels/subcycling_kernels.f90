@@ -5,7 +5,7 @@ module hampm_subcycling_kernels
    use hampm_nodal_kernels, only: over_mass, damped
    implicit none
    private
-   public :: add_impulses, push_some, divide_some, clear, sum_kick, sum_way
+   public :: add_impulses, push_some, divide_some, sum_kick, sum_way
 
 contains
 
@@ -81,19 +81,9 @@ contains
          if (force_rate(i) <= turn) &
             power = power + 2**force_rate(i)*(0.5_dp*lumped(i))*dot_product(velocity(:, i), velocity(:, i) + w)
          velocity(:, i) = w
+         acceleration(:, i) = 0
       end do
-      call clear(n, nodes, acceleration)
    end subroutine divide_some
-
-   !> Set a field to zero at some points.
-   pure subroutine clear(n, points, field)
-      integer, intent(in) :: n, points(n)
-      real(dp), intent(inout) :: field(ndim, *)
-      integer :: k
-      do k = 1, n
-         field(:, points(k)) = 0
-      end do
-   end subroutine clear
 
    !> Sum the velocities of the corners of a block up, each as many times as it acts for dt.
    pure subroutine sum_way(turn, velocity_rate, velocity, nodes, way)

@@ -25,7 +25,6 @@ module hampm_contact
    use hampm_grid, only: grid_t, element_of_slot
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
-   use hampm_nodal_motion, only: expand
    use hampm_place_table, only: place_table_t
    use hampm_text, only: to_text
    implicit none
@@ -193,7 +192,7 @@ contains
             field(d, i) = shared_values(c, k, matrix, field(d, i))
          end associate
       end do
-      if (any(c%touches)) call expand(grid, matrix%all, field)
+      if (any(c%touches)) call grid%dofs%distribute(matrix%all, ndim, field)
    end subroutine share_normal
 
    !> The values at a pair; where it is pressed, their mean by lumped mass.
@@ -249,8 +248,8 @@ contains
          end associate
       end do
       if (.not. any(c%touches)) return
-      call expand(grid, f%mass_matrix%all, f%acceleration)
-      call expand(grid, f%mass_matrix%all, f%velocity(:, :, v_next))
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
    end subroutine keep_apart
 
    !> Keep the gaps of faces that may touch.

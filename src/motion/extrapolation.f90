@@ -27,7 +27,7 @@ contains
       call map_field(grid, p, matrix, ndim, field, rhs)
       nodal = 0
       call solve_mass(solver, grid, matrix, rhs, nodal, failure)
-      call grid%dependents%expand(matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points), ndim, nodal)
+      call grid%dofs%distribute(matrix%all, ndim, nodal)
    end subroutine extrapolate
 
    !> Nodal values of a field of `width` components by the lumped mass matrix.
@@ -46,7 +46,7 @@ contains
                if (matrix%lumped(i) > 0) nodal(:, i) = nodal(:, i)/matrix%lumped(i)
             end associate
          end do
-         call grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), width, nodal)
+         call grid%dofs%distribute(all, width, nodal)
       end associate
    end subroutine extrapolate_lumped
 
@@ -69,6 +69,6 @@ contains
             end associate
          end do
       end do
-      call grid%dependents%collect(matrix%all%nodes(matrix%all%n_nodes + 1:matrix%all%n_points), width, sums)
+      call grid%dofs%condense(matrix%all, width, sums)
    end subroutine map_field
 end module hampm_extrapolation

@@ -3,13 +3,13 @@ module hampm_nodal_motion
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, nodes_per_block
    use hampm_mass_solver, only: mass_solver_t, solve_mass, by_lumped
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    use hampm_nodal_kernels, only: divide_by_mass, advance_velocities
    implicit none
    private
-   public :: find_velocity, accelerate, expand
+   public :: find_velocity, accelerate
 
 contains
 
@@ -25,7 +25,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (solver%iterates()) f%velocity(:, :, which) = f%velocity(:, :, latest)
       call solve(grid, solver, free, f%mass_matrix, f%momentum, f%velocity(:, :, which), failure)
-      call expand(grid, f%mass_matrix%all, f%velocity(:, :, which))
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
    end subroutine find_velocity
 
    !> Solve M x = b at the nodes. On entry `x` holds a guess.
@@ -65,7 +65,7 @@ contains
       if (solver%iterates()) call guess_acceleration(f)
       call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
       if (solver%iterates()) call remember_acceleration(f)
-      call expand(grid, f%mass_matrix%all, f%acceleration)
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       blocks = (f%mass_matrix%all%n_points - 1)/nodes_per_block + 1
       !$omp parallel do schedule(static) private(first)
       do block = 1, blocks
@@ -77,14 +77,6 @@ contains
       damping_power = damping_rate*sum(f%partial_power(1, :blocks))
       mapping_power = merge(sum(f%partial_power(2, :blocks)), 0.0_dp, audit)
    end subroutine accelerate
-
-   !> Find the values at the dependent points.
-   subroutine expand(grid, region, x)
-      type(grid_t), intent(in) :: grid
-      type(region_t), intent(in) :: region
-      real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
-      call grid%dependents%expand(region%nodes(region%n_nodes + 1:region%n_points), ndim, x)
-   end subroutine expand
 
    !> Take the line through the last two solutions as the guess of the next.
    subroutine guess_acceleration(f)

@@ -68,7 +68,7 @@ contains
       allocate (state%velocity(ndim, n), state%divergence(ndim, n))
    end subroutine fit_to_points
 
-   !> Solve M x = b and find x at the dependent points. On entry `x` holds a guess.
+   !> Solve M x = b and distribute x to the hanging nodes. On entry `x` holds a guess.
    subroutine solve(m, b, x, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in), contiguous :: b(:, :)       !! (ndim, n_points)
@@ -77,9 +77,7 @@ contains
       type(failure_t) :: unsolved
       call solve_aside(m%solver, m%grid, m%fields%mass_matrix, b, x, unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, when(m%steps, m%time)//unsolved%message)
-      associate (all => m%fields%mass_matrix%all)
-         call m%grid%dependents%expand(all%nodes(all%n_nodes + 1:all%n_points), ndim, x)
-      end associate
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 
    !> Internal forces of the particles as they are now; schemes that strain first have mapped those of the last step.
@@ -100,9 +98,7 @@ contains
          if (m%loads(k)%by_mass .eqv. by_mass) &
             call add_loads(m%loads(k:k), m%time, m%grid, m%particles, m%fields%force)
       end do
-      associate (all => m%fields%mass_matrix%all)
-         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
-      end associate
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
    end subroutine gather_loads
 
    !> Sum of the forces on the held components of nodes with particles [N].

@@ -18,6 +18,7 @@ module hampm_reference_step
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_loads, only: add_loads, book_work
    use hampm_motion, only: motion_t
+   use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
    implicit none
    private
@@ -137,12 +138,14 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: mass(:)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
+      type(node_list_t) :: nodes
       integer :: i
       do i = 1, m%grid%n_nodes
          if (mass(i) > 0) x(:, i) = x(:, i)/mass(i)
          where (m%constraints%fixed(:, i)) x(:, i) = 0
       end do
-      call m%grid%dependents%expand([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], ndim, x)
+      nodes = m%grid%dofs%every_node()
+      call m%grid%dofs%distribute(nodes, ndim, x)
    end subroutine divide_by_mass
 
    !> Strain the particles. H <- H + dt L (I + H), L being the gradient of a nodal velocity; in the total frame H <- H + dt L.
@@ -183,7 +186,8 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: width               !! components
       real(dp), intent(inout) :: x(width, *)     !! (width, n_points)
-      integer :: i
-      call m%grid%dependents%collect([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], width, x)
+      type(node_list_t) :: nodes
+      nodes = m%grid%dofs%every_node()
+      call m%grid%dofs%condense(nodes, width, x)
    end subroutine condense
 end module hampm_reference_step

@@ -62,15 +62,13 @@ contains
       type(motion_t), intent(inout) :: m
       m%fields%external = 0
       call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
-      associate (all => m%fields%mass_matrix%all)
-         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%external)
-      end associate
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
    end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
-      is_local = m%solver%by == by_lumped .and. m%grid%dependents%n == 0 .and. m%contact%n == 0 .and. .not. m%audit
+      is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. .not. m%audit
    end function is_local
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
@@ -150,9 +148,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       real(dp) :: damping_power, mapping_power
-      associate (all => m%fields%mass_matrix%all)
-         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, m%fields%force)
-      end associate
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) > 0) m%fields%force = m%fields%force + m%fields%external
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)

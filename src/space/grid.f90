@@ -8,16 +8,16 @@
 !> blends the side functions linearly to the opposite side, which gives the middle the weights of its nodes twice as strongly:
 !> its corner functions are negative inside, and with them lumped masses may be.)
 !>
-!> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at
-!> which there is no node are dependent points (`hampm_dependents`). Elements stand between points: the nodes and, numbered on from
-!> them, the dependent points. A kernel that visits elements need not know which is which.
+!> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at which none of
+!> its nodes stands are hanging nodes (`hampm_dofs`), numbered on from the nodes. A kernel that visits elements need not know
+!> which is which.
 !>
-!> Along a cut (`hampm_cuts`) there are points on either side, at one position. Where its sides are matched, a leaf across from
+!> Along a cut (`hampm_cuts`) there are nodes on either side, at one position. Where its sides are matched, a leaf across from
 !> finer ones is a transition element too.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_cuts, only: cut_t, place_seen, place_across
-   use hampm_dependents, only: dependents_t
+   use hampm_dofs, only: dofs_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
    use hampm_place_table, only: place_table_t
@@ -39,13 +39,13 @@ module hampm_grid
       real(dp), allocatable :: node_position(:, :)      !! [m], (ndim, n_points)
       real(dp), allocatable :: element_lower(:, :)      !! lower corner [m], (ndim, n_elements)
       real(dp), allocatable :: element_size(:)          !! edge length [m], (n_elements)
-      integer, allocatable :: element_nodes(:, :)       !! point at each corner, (corners, n_elements)
+      integer, allocatable :: element_nodes(:, :)       !! node at each corner, (corners, n_elements)
       integer, allocatable :: element_leaf(:)           !! leaf of which it is the whole or a quarter, (n_elements)
       integer, allocatable :: leaf_element(:)           !! first element of each leaf, (leaves + 1)
       integer, allocatable :: node_slot(:, :)           !! the corners of elements at which a point stands, in the order of the
                                                         !! elements: corner + corners (element - 1), 0 where there are
                                                         !! fewer; (corners, n_points)
-      type(dependents_t) :: dependents
+      type(dofs_t) :: dofs                              !! which nodes hang, and on which others
    contains
       procedure :: node_at
       procedure :: has_element_toward
@@ -97,10 +97,10 @@ contains
       end if
       grid%finest_cell = scale(forest%cell, -forest%finest_level())
       call connect_nodes(grid)
-      call find_parents(grid, points)
+      call find_masters(grid, points)
    end subroutine build_grid
 
-   !> About how many points so many leaves have.
+   !> About how many nodes so many leaves have.
    pure integer function expected_points(leaves)
       integer, intent(in) :: leaves
       expected_points = leaves + leaves/8 + 16
@@ -169,7 +169,7 @@ contains
       end do
    end function has_mid_node
 
-   !> Elements of the leaves, and the points at their corners, of which the new ones are dependent.
+   !> Elements of the leaves, and the nodes at their corners, of which the new ones hang.
    subroutine place_elements(grid, points)
       type(grid_t), intent(inout) :: grid
       type(place_table_t), intent(inout) :: points
@@ -193,83 +193,74 @@ contains
       end do
    end subroutine place_elements
 
-   !> For each point its position and the corners of elements at which it stands.
+   !> For each node its position and the corners of elements at which it stands.
    subroutine connect_nodes(grid)
       type(grid_t), intent(inout) :: grid
       integer :: e, corner, k
       grid%node_slot = 0
       do e = 1, grid%n_elements
          do corner = 1, corners
-            associate (point => grid%element_nodes(corner, e))
-               k = count(grid%node_slot(:, point) > 0) + 1
-               grid%node_slot(k, point) = corner + corners*(e - 1)
-               if (k == 1) grid%node_position(:, point) = grid%element_lower(:, e) &
-                                                          + corner_offset(corner)*grid%element_size(e)
+            associate (node => grid%element_nodes(corner, e))
+               k = count(grid%node_slot(:, node) > 0) + 1
+               grid%node_slot(k, node) = corner + corners*(e - 1)
+               if (k == 1) grid%node_position(:, node) = grid%element_lower(:, e) &
+                                                         + corner_offset(corner)*grid%element_size(e)
             end associate
          end do
       end do
    end subroutine connect_nodes
 
-   !> The weights of the dependent points.
-   subroutine find_parents(grid, points)
+   !> The masters of the hanging nodes and their weights.
+   subroutine find_masters(grid, points)
       type(grid_t), intent(inout) :: grid
       type(place_table_t), intent(in) :: points
       real(dp), allocatable :: weight(:, :)
       integer, allocatable :: node(:, :), count_of(:)
-      integer :: leaf, side, middle, n_corner, k
+      integer :: leaf, side, middle, k
       integer :: mids(sides), ends(2, sides)
-      associate (d => grid%dependents)
-         d%n_nodes = grid%n_nodes
-         d%n = grid%n_points - grid%n_nodes
-         allocate (weight(most_nodes_of_leaf, d%n), node(most_nodes_of_leaf, d%n), count_of(d%n))
+      associate (n_nodes => grid%n_nodes, n_hanging => grid%n_points - grid%n_nodes)
+         allocate (weight(most_nodes_of_leaf, n_hanging), node(most_nodes_of_leaf, n_hanging), count_of(n_hanging))
          count_of = 0
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
             do side = 1, sides
                mids(side) = points%number_of(middle_of_side(grid, leaf, side))
                ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, side_corner(side, k))), k=1, 2)]
-               if (mids(side) <= d%n_nodes) cycle
-               count_of(mids(side) - d%n_nodes) = 2
-               node(:2, mids(side) - d%n_nodes) = ends(:, side)
-               weight(:2, mids(side) - d%n_nodes) = 0.5_dp
+               if (mids(side) <= n_nodes) cycle
+               count_of(mids(side) - n_nodes) = 2
+               node(:2, mids(side) - n_nodes) = ends(:, side)
+               weight(:2, mids(side) - n_nodes) = 0.5_dp
             end do
-            middle = grid%element_nodes(corners, grid%leaf_element(leaf)) - d%n_nodes
-            n_corner = 0
+            middle = grid%element_nodes(corners, grid%leaf_element(leaf)) - n_nodes
+            count_of(middle) = 0
             do side = 1, sides
-               if (mids(side) <= d%n_nodes) then
-                  call add_parent(mids(side), 0.25_dp)
+               if (mids(side) <= n_nodes) then
+                  call add_master(mids(side), 0.25_dp)
                else
-                  call add_parent(ends(1, side), 0.125_dp)
-                  call add_parent(ends(2, side), 0.125_dp)
+                  call add_master(ends(1, side), 0.125_dp)
+                  call add_master(ends(2, side), 0.125_dp)
                end if
             end do
-            count_of(middle) = n_corner
          end do
-         allocate (d%start(d%n + 1))
-         d%start(1) = 1
-         do k = 1, d%n
-            d%start(k + 1) = d%start(k) + count_of(k)
-         end do
-         d%node = [(node(:count_of(k), k), k=1, d%n)]
-         d%weight = [(weight(:count_of(k), k), k=1, d%n)]
       end associate
+      call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
    contains
-      !> Add to the weight of a node in the middle.
-      subroutine add_parent(parent, share)
-         integer, intent(in) :: parent
-         real(dp), intent(in) :: share
+      !> Add to the weight of a master of the hanging node in the middle.
+      subroutine add_master(master, part)
+         integer, intent(in) :: master
+         real(dp), intent(in) :: part
          integer :: j
-         do j = 1, n_corner
-            if (node(j, middle) == parent) exit
+         do j = 1, count_of(middle)
+            if (node(j, middle) == master) exit
          end do
-         if (j > n_corner) then
-            n_corner = j
-            node(j, middle) = parent
+         if (j > count_of(middle)) then
+            count_of(middle) = j
+            node(j, middle) = master
             weight(j, middle) = 0
          end if
-         weight(j, middle) = weight(j, middle) + share
-      end subroutine add_parent
-   end subroutine find_parents
+         weight(j, middle) = weight(j, middle) + part
+      end subroutine add_master
+   end subroutine find_masters
 
    !> The corner at one end, 1 or 2, of a side of a leaf.
    pure integer function side_corner(side, end)
@@ -368,12 +359,12 @@ contains
       n = 0
       part = 0
       do c = 1, corners
-         associate (point => self%element_nodes(c, e), d => self%dependents)
-            if (point <= self%n_nodes) then
-               call add(point, 1.0_dp)
+         associate (node_here => self%element_nodes(c, e), d => self%dofs)
+            if (node_here <= self%n_nodes) then
+               call add(node_here, 1.0_dp)
             else
-               do j = d%start(point - d%n_nodes), d%start(point - d%n_nodes + 1) - 1
-                  call add(d%node(j), d%weight(j))
+               do j = d%first_master(node_here - d%n_nodes), d%first_master(node_here - d%n_nodes + 1) - 1
+                  call add(d%master(j), d%weight(j))
                end do
             end if
          end associate

@@ -78,14 +78,14 @@ contains
       end do
    end subroutine limit_groups
 
-   !> The least value of the cells around each point; those around a dependent point are around its nodes, too, and the value
-   !> of the point is the least of these.
+   !> The least value of the cells around each node. Those around a hanging node are around its masters, too, and its value is the
+   !> least of theirs.
    pure subroutine least_at_points(grid, occupied, value, least)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: occupied(:)
       integer, intent(in) :: value(:)            !! by element
-      integer, intent(out) :: least(:)           !! by point, huge where there are no particles
-      integer :: k, c, i, j
+      integer, intent(out) :: least(:)           !! by node, hanging nodes included; huge where there are no particles
+      integer :: k, c, i
       least = huge(least)
       do k = 1, size(occupied)
          do c = 1, size(grid%element_nodes, 1)
@@ -93,17 +93,6 @@ contains
             least(i) = min(least(i), value(occupied(k)))
          end do
       end do
-      associate (points => grid%dependents, n => grid%n_nodes)
-         do k = 1, points%n
-            do j = points%start(k), points%start(k + 1) - 1
-               least(points%node(j)) = min(least(points%node(j)), least(n + k))
-            end do
-         end do
-         do k = 1, points%n
-            do j = points%start(k), points%start(k + 1) - 1
-               least(n + k) = min(least(n + k), least(points%node(j)))
-            end do
-         end do
-      end associate
+      call grid%dofs%share_least(least)
    end subroutine least_at_points
 end module hampm_step_groups

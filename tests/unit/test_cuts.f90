@@ -91,13 +91,13 @@ contains
       strange = 0
       do point = grid%n_nodes + 1, grid%n_points
          if (.not. is_within(grid, point)) cycle
-         do k = grid%dependents%start(point - grid%n_nodes), grid%dependents%start(point - grid%n_nodes + 1) - 1
-            associate (parent => grid%dependents%node(k))
-               if (is_within(grid, parent) .and. (side_of(grid, parent) .neqv. side_of(grid, point))) strange = strange + 1
+         do k = grid%dofs%first_master(point - grid%n_nodes), grid%dofs%first_master(point - grid%n_nodes + 1) - 1
+            associate (master => grid%dofs%master(k))
+               if (is_within(grid, master) .and. (side_of(grid, master) .neqv. side_of(grid, point))) strange = strange + 1
             end associate
          end do
       end do
-      call check(strange == 0, 'dependent points within the cut take their values from their own side')
+      call check(strange == 0, 'hanging nodes within the cut take their values from their own side')
       call build_grid(refined(levels), whole, failure)
       call check(whole%n_nodes <= grid%n_nodes .and. whole%forest%same_leaves(grid%forest), 'the cut adds nodes only')
       if (levels > 0) call check(whole%n_elements > grid%n_elements, &

@@ -118,7 +118,7 @@ contains
       call run_and_look(m, steps, steps)
       call run_steps(swept, dt, steps)
       call check(m%operators%is_active .and. .not. swept%operators%is_active, scheme//': one is swept, the other answers')
-      call check((m%grid%dependents%n > 0) .eqv. levels > 0, 'the mesh is refined')
+      call check((m%grid%dofs%n_hanging > 0) .eqv. levels > 0, 'the mesh is refined')
       call check_same(m, swept, scheme//': cells answer as their particles do')
    end subroutine as_by_particles
 

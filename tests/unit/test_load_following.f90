@@ -8,6 +8,7 @@ program test_load_following
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, sort_anew
+   use hampm_node_list, only: node_list_t
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_splitting, only: start_families, spacing_of
    use hampm_tensors, only: identity
@@ -103,8 +104,9 @@ contains
       real(dp), intent(in) :: b(ndim), a(ndim, ndim)  !! u = b + A X
       character(*), intent(in) :: what
       type(load_t) :: load(1)
+      type(node_list_t) :: all_nodes
       real(dp) :: f(ndim, m%grid%n_points), moment, at(ndim, 3)
-      integer :: l, i
+      integer :: l
       at(:, traction) = [upper(1), centre(2)]
       at(:, at_point) = place_of_force
       at(:, body) = centre
@@ -116,7 +118,8 @@ contains
          call check_close(sum(load(1)%share), 1.0_dp, 1.0e-14_dp, what//': shares of load '//to_text(l))
          f = 0
          call add_loads(load, 0.0_dp, m%grid, m%particles, f)
-         call m%grid%dependents%collect([(i, i=m%grid%n_nodes + 1, m%grid%n_points)], ndim, f)
+         all_nodes = m%grid%dofs%every_node()
+         call m%grid%dofs%condense(all_nodes, ndim, f)
          moment = sum(m%grid%node_position(1, :)*f(2, :) - m%grid%node_position(2, :)*f(1, :))
          call check_close(maxval(abs(sum(f, dim=2) - force)), 0.0_dp, rounding*norm2(force), &
                           what//': resultant of load '//to_text(l))

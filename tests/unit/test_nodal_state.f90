@@ -222,7 +222,7 @@ contains
       forest = m%grid%forest
       call refine_box(forest, [0.35_dp, 0.1_dp], [0.65_dp, 0.3_dp], 2)
       call adopt_forest(m, forest, failure)
-      call check(.not. failure%failed() .and. m%grid%dependents%n > 0, 'the mesh is refined')
+      call check(.not. failure%failed() .and. m%grid%dofs%n_hanging > 0, 'the mesh is refined')
       do i = 1, m%particles%n
          m%particles%velocity(i, :) = v
          m%particles%gradient(i, :, :) = strain

@@ -129,7 +129,7 @@ contains
       call refresh_grid(m)
       call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
       associate (all => m%fields%mass_matrix%all, p => m%particles, blocks => m%blocks, f => m%fields)
-         call m%grid%dependents%collect(all%nodes(all%n_nodes + 1:all%n_points), ndim, f%force)
+         call m%grid%dofs%condense(all, ndim, f%force)
          stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient_of(1)))
          figures = 0
          do node = 1, m%grid%n_nodes

@@ -85,13 +85,13 @@ contains
          error(3) = maxval(abs(p%gradient(of, :, :) - r%gradient(theirs, :, :)))/maxval(abs(r%gradient))
       end associate
       path = 3
-      if (m%grid%dependents%n == 0 .and. .not. m%audit) path = 2
+      if (m%grid%dofs%n_hanging == 0 .and. .not. m%audit) path = 2
       if (m%operators%is_active) path = 1
       associate (worst => largest(path, merge(1, 2, m%particles%total_frame)))
          worst = max(worst, maxval(error))
       end associate
       what = scheme//', '//trim(paths(path))//merge(', total frame  ', ', updated frame', m%particles%total_frame)// &
-             merge(', hanging nodes', ', uniform      ', m%grid%dependents%n > 0)
+             merge(', hanging nodes', ', uniform      ', m%grid%dofs%n_hanging > 0)
       call check_close(maxval(error), 0.0_dp, rounding, what//': the motion is that of the reference step')
       call check_close(m%external_work, reference%external_work, rounding*abs(reference%external_work), what//': work of the loads')
       call check_close(m%damping_loss, reference%damping_loss, rounding*reference%damping_loss, what//': loss by damping')

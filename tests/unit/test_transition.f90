@@ -10,6 +10,7 @@ program test_transition
    use hampm_forest, only: forest_t, corner_offset, level_width
    use hampm_grid, only: grid_t, build_grid, most_nodes_of_leaf
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_node_list, only: node_list_t
    use hampm_random_forests, only: change_at_random
    use hampm_text, only: to_text
    implicit none
@@ -184,47 +185,49 @@ contains
       call check_quarters(what)
    end subroutine check_functions
 
-   !> Weights of dependent points.
+   !> Weights of the masters of hanging nodes.
    subroutine check_weights(what)
       character(*), intent(in) :: what
       real(dp) :: error
       integer :: k
       error = 0
-      associate (d => grid%dependents)
-         do k = 1, d%n
-            associate (weight => d%weight(d%start(k):d%start(k + 1) - 1), node => d%node(d%start(k):d%start(k + 1) - 1))
+      associate (d => grid%dofs)
+         do k = 1, d%n_hanging
+            associate (weight => d%weight(d%first_master(k):d%first_master(k + 1) - 1), &
+                       node => d%master(d%first_master(k):d%first_master(k + 1) - 1))
                error = max(error, abs(sum(weight) - 1), maxval(abs(matmul(grid%node_position(:, node), weight) &
                                                                    - grid%node_position(:, d%n_nodes + k))))
             end associate
          end do
-         call check(all(d%weight > 0), what//'weights of dependent points are positive')
-         call check(all(d%node <= grid%n_nodes .and. d%node > 0), what//'and weigh nodes')
+         call check(all(d%weight > 0), what//'weights of masters are positive')
+         call check(all(d%master <= grid%n_nodes .and. d%master > 0), what//'and masters have degrees of freedom')
       end associate
-      call check_close(error, 0.0_dp, rounding, what//'weights sum to one and have the point as their centre')
+      call check_close(error, 0.0_dp, rounding, what//'weights sum to one and have the hanging node as their centre')
    end subroutine check_weights
 
-   !> What a step does with dependent points: their values are those of the shape functions there, and what is summed at points does
-   !> the same work on the nodes that it is given to as it did where it was.
+   !> What a step does with hanging nodes: their values are those of the shape functions there, and what is summed at them does the
+   !> same work on their masters, to which it is condensed, as it did where it was.
    subroutine check_expansion(what)
       character(*), intent(in) :: what
       real(dp) :: x(ndim, grid%n_points), y(ndim, grid%n_points), error, work(2)
-      integer :: points(grid%dependents%n), k, e
-      points = [(grid%n_nodes + k, k=1, size(points))]
+      type(node_list_t) :: all
+      integer :: node, e
+      all = grid%dofs%every_node()
       call random_number(x)
       call random_number(y)
-      call grid%dependents%expand(points, ndim, x)
+      call grid%dofs%distribute(all, ndim, x)
       error = 0
-      do k = 1, size(points)
-         associate (place => grid%node_position(:, points(k)))
+      do node = grid%n_nodes + 1, grid%n_points
+         associate (place => grid%node_position(:, node))
             do e = 1, grid%n_elements
                if (touches(e, place)) error = max(error, maxval(abs(matmul(x(:, :grid%n_nodes), functions_at(e, place)) &
-                                                                    - x(:, points(k)))))
+                                                                    - x(:, node))))
             end do
          end associate
       end do
-      call check_close(error, 0.0_dp, rounding, what//'values at dependent points are those of the shape functions')
+      call check_close(error, 0.0_dp, rounding, what//'values at hanging nodes are those of the shape functions')
       work(1) = sum(x*y)
-      call grid%dependents%collect(points, ndim, y)
+      call grid%dofs%condense(all, ndim, y)
       work(2) = sum(x*y)
       call check_close(work(2)/work(1), 1.0_dp, rounding, what//'forces do the same work on the nodes they are given to')
       call check(maxval(abs(y(:, grid%n_nodes + 1:))) <= 0, what//'of which nothing is left behind')

@@ -1,0 +1,134 @@
+!> Which nodes of a grid have degrees of freedom, and what the other ones, the hanging nodes, have instead: weighted means of the
+!> values at some nodes, their masters. The hanging nodes of a transition element are the middle of a side beside which there is no
+!> finer cell, and the middle of the element.
+!>
+!> Nodes with degrees of freedom are numbered first and hanging nodes after them. With T the weights, values are x = T x_nodes; what
+!> is summed at hanging nodes belongs to their masters by the same weights, T transposed.
+!>
+!> All weights are positive and those of a hanging node add up to 1. So the lumped mass of a node is a sum of particle masses times
+!> positive numbers, velocities stay in the range of the particles', and by convexity (T x)**2 <= T x**2 the time step that is
+!> stable for all the small elements is stable for the transition element.
+module hampm_dofs
+   use hampm_kinds, only: dp
+   use hampm_node_list, only: node_list_t
+   implicit none
+   private
+   public :: dofs_t
+
+   !> The nodes with degrees of freedom, and the masters of the hanging nodes.
+   type :: dofs_t
+      integer :: n_nodes = 0                     !! number of nodes with degrees of freedom
+      integer :: n_hanging = 0                   !! number of hanging nodes, which are numbered on from these
+      integer, allocatable :: first_master(:)    !! first entry of each hanging node in the next two, (n_hanging + 1)
+      integer, allocatable :: master(:)          !! its masters
+      real(dp), allocatable :: weight(:)         !! their weights [-]
+   contains
+      procedure :: set_masters
+      procedure :: every_node
+      procedure :: distribute
+      procedure :: condense
+      procedure :: mark_masters
+      procedure :: share_least
+   end type dofs_t
+
+contains
+
+   !> Take the masters of all hanging nodes.
+   pure subroutine set_masters(self, n_nodes, count_of, master, weight)
+      class(dofs_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes             !! number of nodes with degrees of freedom
+      integer, intent(in) :: count_of(:)         !! number of masters of each hanging node
+      integer, intent(in) :: master(:, :)        !! masters, by hanging node
+      real(dp), intent(in) :: weight(:, :)       !! their weights [-]
+      integer :: k
+      self%n_nodes = n_nodes
+      self%n_hanging = size(count_of)
+      if (allocated(self%first_master)) deallocate (self%first_master)
+      allocate (self%first_master(self%n_hanging + 1))
+      self%first_master(1) = 1
+      do k = 1, self%n_hanging
+         self%first_master(k + 1) = self%first_master(k) + count_of(k)
+      end do
+      self%master = [(master(:count_of(k), k), k=1, self%n_hanging)]
+      self%weight = [(weight(:count_of(k), k), k=1, self%n_hanging)]
+   end subroutine set_masters
+
+   !> The list of all nodes.
+   pure function every_node(self) result(list)
+      class(dofs_t), intent(in) :: self
+      type(node_list_t) :: list
+      integer :: node
+      list%n_nodes = self%n_nodes
+      list%n_points = self%n_nodes + self%n_hanging
+      allocate (list%nodes, source=[(node, node=1, list%n_points)])
+   end function every_node
+
+   !> Distribute values to the hanging nodes of a list: x = T x_nodes.
+   pure subroutine distribute(self, list, width, x)
+      class(dofs_t), intent(in) :: self
+      class(node_list_t), intent(in) :: list
+      integer, intent(in) :: width               !! components
+      real(dp), intent(inout) :: x(width, *)     !! by node, hanging nodes included
+      real(dp) :: total(width)
+      integer :: k, j
+      do k = list%n_nodes + 1, list%n_points
+         associate (hanging => list%nodes(k))
+            total = 0
+            do j = self%first_master(hanging - self%n_nodes), self%first_master(hanging - self%n_nodes + 1) - 1
+               total = total + self%weight(j)*x(:, self%master(j))
+            end do
+            x(:, hanging) = total
+         end associate
+      end do
+   end subroutine distribute
+
+   !> Condense what was summed at the hanging nodes of a list to their masters, by T transposed; it is zero afterwards. Where there
+   !> is a `scale`, masters get it times their own.
+   pure subroutine condense(self, list, width, x, scale)
+      class(dofs_t), intent(in) :: self
+      class(node_list_t), intent(in) :: list
+      integer, intent(in) :: width               !! components
+      real(dp), intent(inout) :: x(width, *)     !! by node, hanging nodes included
+      real(dp), intent(in), optional :: scale(width, *)  !! by node
+      real(dp) :: part(width)
+      integer :: k, j
+      do k = list%n_nodes + 1, list%n_points
+         associate (hanging => list%nodes(k))
+            do j = self%first_master(hanging - self%n_nodes), self%first_master(hanging - self%n_nodes + 1) - 1
+               part = self%weight(j)*x(:, hanging)
+               if (present(scale)) part = scale(:, self%master(j))*part
+               x(:, self%master(j)) = x(:, self%master(j)) + part
+            end do
+            x(:, hanging) = 0
+         end associate
+      end do
+   end subroutine condense
+
+   !> Mark the masters of the hanging nodes that are marked.
+   pure subroutine mark_masters(self, marked)
+      class(dofs_t), intent(in) :: self
+      logical, intent(inout) :: marked(:)        !! by node, hanging nodes included
+      integer :: k
+      do k = 1, self%n_hanging
+         if (marked(self%n_nodes + k)) marked(self%master(self%first_master(k):self%first_master(k + 1) - 1)) = .true.
+      end do
+   end subroutine mark_masters
+
+   !> Let the masters of a hanging node have its value where that is less than theirs, and then hanging nodes the least value of
+   !> their masters.
+   pure subroutine share_least(self, value)
+      class(dofs_t), intent(in) :: self
+      integer, intent(inout) :: value(:)         !! by node, hanging nodes included
+      integer :: k, j
+      do k = 1, self%n_hanging
+         do j = self%first_master(k), self%first_master(k + 1) - 1
+            value(self%master(j)) = min(value(self%master(j)), value(self%n_nodes + k))
+         end do
+      end do
+      do k = 1, self%n_hanging
+         do j = self%first_master(k), self%first_master(k + 1) - 1
+            value(self%n_nodes + k) = min(value(self%n_nodes + k), value(self%master(j)))
+         end do
+      end do
+   end subroutine share_least
+end module hampm_dofs
