@@ -9,7 +9,8 @@
 module hampm_minimal_kernel
    use hampm_kinds, only: dp, long, ndim, corners
    use hampm_basis, only: edge_margin
-   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
+   use hampm_dofs, only: element_of_slot, corner_of_slot
+   use hampm_grid, only: grid_t
    use hampm_motion, only: motion_t
    implicit none
    private
@@ -519,12 +520,12 @@ contains
                g%id(place_of(g, e, s)) = q%id(i)
             end do
          end do
+         g%slot(:, :grid%n_nodes) = w*sums*g%n + 1
          do i = 1, grid%n_nodes
-            do c = 1, corners
-               g%slot(c, i) = w*sums*g%n + 1
-               if (grid%node_slot(c, i) == 0) cycle
-               e = element_of_slot(grid%node_slot(c, i)) - 1
-               g%slot(c, i) = w*sums*(e/w) + w*(corner_of_slot(grid%node_slot(c, i)) - 1) + mod(e, w) + 1
+            do c = grid%dofs%first_slot(i), grid%dofs%first_slot(i + 1) - 1
+               e = element_of_slot(grid%dofs%slot(c)) - 1
+               g%slot(c - grid%dofs%first_slot(i) + 1, i) = w*sums*(e/w) + w*(corner_of_slot(grid%dofs%slot(c)) - 1) &
+                                                            + mod(e, w) + 1
             end do
          end do
          allocate (at_rest(ndim, grid%n_nodes), source=0.0_dp)

@@ -4,9 +4,9 @@
 !> Linear fields come out exactly, at edges of bodies and beside cells of another size too, where the lumped mass matrix errs in
 !> the first order.
 module hampm_recovery
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_particles, only: particles_t
    implicit none
@@ -48,14 +48,15 @@ contains
       real(dp), intent(out) :: value(width)
       integer, intent(in), optional :: material
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
-      integer :: leaf(corners), n_leaves, n, e, i, k, d
-      call leaves_around(grid, node, n_leaves, leaf, edge)
+      integer :: n, e, i, k, d
+      integer, allocatable :: leaf(:)
+      call leaves_around(grid, node, leaf, edge)
       n = 0
       mean_x = 0
       spread_x = 0
       mean = 0
       moment = 0
-      do k = 1, n_leaves
+      do k = 1, size(leaf)
          do e = grid%leaf_element(leaf(k)), grid%leaf_element(leaf(k) + 1) - 1
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                if (present(material)) then
@@ -84,22 +85,16 @@ contains
    end subroutine fit
 
    !> The leaves at a node, and the edge of the smallest [m].
-   pure subroutine leaves_around(grid, node, n, leaf, edge)
+   pure subroutine leaves_around(grid, node, leaf, edge)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: node
-      integer, intent(out) :: n, leaf(corners)
+      integer, allocatable, intent(out) :: leaf(:)
       real(dp), intent(out) :: edge
-      integer :: c, found
-      n = 0
-      edge = huge(edge)
-      do c = 1, corners
-         if (grid%node_slot(c, node) == 0) exit
-         found = grid%element_leaf(element_of_slot(grid%node_slot(c, node)))
-         if (any(leaf(:n) == found)) cycle
-         n = n + 1
-         leaf(n) = found
-         edge = min(edge, grid%leaf_size(found))
-      end do
+      integer :: k
+      associate (of => grid%element_leaf, around => grid%dofs%elements_at(node))
+         allocate (leaf, source=pack(of(around), [(all(of(around(:k - 1)) /= of(around(k))), k=1, size(around))]))
+      end associate
+      edge = minval([(grid%leaf_size(leaf(k)), k=1, size(leaf))])
    end subroutine leaves_around
 
    !> S^-1 x of the matrix S of the spread of the places.

@@ -4,7 +4,7 @@ module hampm_mass_choice
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_nodal_rows, only: pattern_of_grid, row_width
+   use hampm_nodal_rows, only: pattern_of_grid
    use hampm_mass_solver, only: by_lumped, by_fmpm, by_cg, by_umfpack, by_banded
    implicit none
    private
@@ -68,17 +68,17 @@ contains
       real(dp) :: middle(ndim)
       integer :: e, status
       if (choice%by == by_lumped) return
-      allocate (matrix%cell(corners, corners, grid%n_elements), matrix%blend(grid%n_elements), &
-                matrix%is_quarter(grid%n_elements), matrix%cell_lumped(corners, grid%n_elements), &
-                matrix%row(row_width(grid), grid%n_points), stat=status)
-      if (status == 0 .and. choice%by == by_cg) allocate (matrix%cell_inverse(corners, corners, grid%n_elements), &
-                                                          matrix%inverse_row(row_width(grid), grid%n_points), &
-                                                          stat=status)
+      call pattern_of_grid(grid, matrix%pattern, status)
+      associate (width => matrix%pattern%width, m => grid%n_elements, n => grid%n_points)
+         if (status == 0) allocate (matrix%cell(corners, corners, m), matrix%blend(m), matrix%is_quarter(m), &
+                                    matrix%cell_lumped(corners, m), matrix%row(width, n), stat=status)
+         if (status == 0 .and. choice%by == by_cg) allocate (matrix%cell_inverse(corners, corners, m), &
+                                                             matrix%inverse_row(width, n), stat=status)
+      end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of cells')
          return
       end if
-      call pattern_of_grid(grid, matrix%pattern)
       matrix%is_solved = choice%by /= by_fmpm
       do e = 1, grid%n_elements
          matrix%is_quarter(e) = grid%is_transition(grid%element_leaf(e))

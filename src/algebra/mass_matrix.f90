@@ -163,8 +163,8 @@ contains
       integer :: k
       if (matrix%assembled .or. .not. allocated(matrix%cell)) return
       associate (region => matrix%coupled)
-         call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell, &
-                       size(matrix%row, 1), matrix%row)
+         call sum_rows(region%n_points, region%nodes, grid%dofs%first_slot, grid%dofs%slot, matrix%pattern%place, &
+                       matrix%cell, size(matrix%row, 1), matrix%row)
          if (allocated(matrix%cell_inverse)) then
             !$omp parallel do schedule(static)
             do k = 1, region%n_cells
@@ -172,8 +172,8 @@ contains
                   call invert_cell(matrix%cell_lumped(:, e), matrix%cell(:, :, e), matrix%cell_inverse(:, :, e))
                end associate
             end do
-            call sum_rows(region%n_points, region%nodes, grid%node_slot, matrix%pattern%place, matrix%cell_inverse, &
-                          size(matrix%row, 1), matrix%inverse_row)
+            call sum_rows(region%n_points, region%nodes, grid%dofs%first_slot, grid%dofs%slot, matrix%pattern%place, &
+                          matrix%cell_inverse, size(matrix%row, 1), matrix%inverse_row)
          end if
       end associate
       if (grid%dofs%n_hanging > 0) call add_lumped_quarters(grid, matrix)

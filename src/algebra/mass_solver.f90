@@ -10,14 +10,14 @@
 !>
 !> Held components are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
-   use hampm_kinds, only: dp, ndim, neighbours, most_neighbours, long
+   use hampm_kinds, only: dp, ndim, neighbours, long
    use hampm_archive, only: archive_t
    use hampm_constraints, only: constraints_t, hold
    use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
-   use hampm_nodal_rows, only: multiply_rows
+   use hampm_nodal_rows, only: unlike_neighbours, multiply_rows
    use hampm_nodal_vectors, only: block_count, block_size, dot_of_nodes, divide, weigh, combine, clear
    use hampm_text, only: to_text
    implicit none
@@ -282,13 +282,19 @@ contains
          !$omp parallel do schedule(static) private(first)
          do block = 1, blocks
             first = runs%of_block(block)
-            if (size(row, 1) == neighbours) then ! a constant, for which the compiler unrolls
-               call multiply_rows(neighbours, runs%of_block(block + 1) - first, runs%first(first), runs%last(first), &
-                                  runs%offset(1, first), row, s%inverse, x, y, s%partial(1, 1, block))
-            else
-               call multiply_rows(most_neighbours, runs%of_block(block + 1) - first, runs%first(first), runs%last(first), &
-                                  runs%offset(1, first), row, s%inverse, x, y, s%partial(1, 1, block))
-            end if
+            associate (n => runs%of_block(block + 1) - first)
+               select case (size(row, 1))
+               case (neighbours)                 ! a constant, for which the compiler unrolls
+                  call multiply_rows(neighbours, n, runs%first(first), runs%last(first), runs%offset(1, first), row, s%inverse, &
+                                     x, y, s%partial(1, 1, block))
+               case (unlike_neighbours)
+                  call multiply_rows(unlike_neighbours, n, runs%first(first), runs%last(first), runs%offset(1, first), row, &
+                                     s%inverse, x, y, s%partial(1, 1, block))
+               case default
+                  call multiply_rows(size(row, 1), n, runs%first(first), runs%last(first), runs%offset(1, first), row, &
+                                     s%inverse, x, y, s%partial(1, 1, block))
+               end select
+            end associate
          end do
          xax = sum(s%partial(:, 1, :blocks), dim=2)
          call grid%dofs%condense(region, ndim, y, s%inverse)

@@ -1,16 +1,22 @@
-!> Matrices by rows of nodes. The row of a node has a place for each node of the cells around it: for the node itself where
-!> there are fewer, with nothing in it. A matrix that is known by cells, as `mass_matrix_t` has it, is summed into its rows
-!> once, and multiplied by often: along runs of nodes whose neighbours are numbered as they are, so that no index is looked up.
+!> Matrices by rows of nodes, hanging nodes included. The row of a node has a place for each node of the cells around it: for the
+!> node itself where there are fewer, with nothing in it. A matrix that is known by cells, as `mass_matrix_t` has it, is summed into
+!> its rows once, and multiplied by often: along runs of nodes whose neighbours are numbered as they are, so that no index is looked
+!> up.
 module hampm_nodal_rows
-   use hampm_kinds, only: dp, ndim, corners, neighbours, most_neighbours
-   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_kinds, only: dp, ndim, corners, neighbours
+   use hampm_dofs, only: element_of_slot
+   use hampm_grid, only: grid_t
    implicit none
    private
-   public :: pattern_t, runs_t, row_width, pattern_of_grid, find_runs, sum_rows, multiply_rows
+   public :: pattern_t, runs_t, unlike_neighbours, pattern_of_grid, find_runs, sum_rows, multiply_rows
+
+   !> Nodes of four cells around a node, of any sizes
+   integer, parameter :: unlike_neighbours = corners*(corners - 1) + 1
 
    !> Where the entries of the rows stand.
    type :: pattern_t
-      integer, allocatable :: neighbour(:, :)    !! point of each place of a row, (width, n_points)
+      integer :: width = 0                       !! places of a row
+      integer, allocatable :: neighbour(:, :)    !! node of each place of a row, (width, n_points)
       integer, allocatable :: place(:, :)        !! in the row of the node at a slot, the place of each corner of the slot's
                                                  !! element, (corners, corners*n_elements)
    end type pattern_t
@@ -25,62 +31,83 @@ module hampm_nodal_rows
 
 contains
 
-   !> Places of a row: on a grid with cells of different sizes or with cuts there are more.
-   pure integer function row_width(grid)
-      type(grid_t), intent(in) :: grid
-      row_width = merge(neighbours, most_neighbours, grid%dofs%n_hanging == 0 .and. size(grid%cuts) == 0)
-   end function row_width
-
-   !> The pattern of a grid.
-   pure subroutine pattern_of_grid(grid, pattern)
+   !> The pattern of a grid. `status` is not zero where the memory does not suffice.
+   subroutine pattern_of_grid(grid, pattern, status)
       type(grid_t), intent(in) :: grid
       type(pattern_t), intent(out) :: pattern
-      integer :: node, c, k, slot, n, e
-      allocate (pattern%neighbour(row_width(grid), grid%n_points), pattern%place(corners, corners*grid%n_elements))
+      integer, intent(out) :: status
+      integer :: node, n
+      integer, allocatable :: row(:)
+      associate (first => grid%dofs%first_slot)
+         allocate (row(1 + (corners - 1)*maxval(first(2:) - first(:grid%n_points))))
+      end associate
       do node = 1, grid%n_points
-         associate (row => pattern%neighbour(:, node))
-            row = node
-            n = 1
-            do c = 1, corners
-               slot = grid%node_slot(c, node)
-               if (slot == 0) exit
-               e = element_of_slot(slot)
-               do k = 1, corners
-                  if (all(row(:n) /= grid%element_nodes(k, e))) then
-                     n = n + 1
-                     row(n) = grid%element_nodes(k, e)
-                  end if
-                  pattern%place(k, slot) = place_of(row, grid%element_nodes(k, e))
-               end do
-            end do
-         end associate
+         call find_neighbours(grid, node, row, n)
+         pattern%width = max(pattern%width, n)
+      end do
+      ! Products are fast where the compiler knows the width
+      if (pattern%width <= unlike_neighbours) pattern%width = merge(neighbours, unlike_neighbours, pattern%width <= neighbours)
+      allocate (pattern%neighbour(pattern%width, grid%n_points), pattern%place(corners, corners*grid%n_elements), stat=status)
+      if (status /= 0) return
+      do node = 1, grid%n_points
+         call find_neighbours(grid, node, row, n)
+         pattern%neighbour(:n, node) = row(:n)
+         pattern%neighbour(n + 1:, node) = node
+         call find_places(grid, node, row(:n), pattern%place)
       end do
    end subroutine pattern_of_grid
 
-   !> The place of a value among `values`.
-   pure integer function place_of(values, value) result(place)
-      integer, intent(in) :: values(:), value
-      do place = 1, size(values)
-         if (values(place) == value) return
+   !> The nodes of the cells around a node, the node itself first.
+   pure subroutine find_neighbours(grid, node, row, n)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node
+      integer, intent(inout) :: row(:)
+      integer, intent(out) :: n                         !! how many they are
+      integer :: j, k
+      row(1) = node
+      n = 1
+      do j = grid%dofs%first_slot(node), grid%dofs%first_slot(node + 1) - 1
+         do k = 1, corners
+            associate (other => grid%element_nodes(k, element_of_slot(grid%dofs%slot(j))))
+               if (any(row(:n) == other)) cycle
+               n = n + 1
+               row(n) = other
+            end associate
+         end do
       end do
-   end function place_of
+   end subroutine find_neighbours
+
+   !> The places of the corners of the cells around a node in its row.
+   pure subroutine find_places(grid, node, row, place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node
+      integer, intent(in) :: row(:)                     !! its neighbours
+      integer, intent(inout) :: place(:, :)             !! see `pattern_t`
+      integer :: j, k
+      do j = grid%dofs%first_slot(node), grid%dofs%first_slot(node + 1) - 1
+         associate (slot => grid%dofs%slot(j))
+            do k = 1, corners
+               place(k, slot) = findloc(row, grid%element_nodes(k, element_of_slot(slot)), dim=1)
+            end do
+         end associate
+      end do
+   end subroutine find_places
 
    !> The rows of some nodes from a matrix by cells, always summed in the order of the cells.
-   subroutine sum_rows(n, nodes, node_slot, place, cell, width, row)
+   subroutine sum_rows(n, nodes, first_slot, slots, place, cell, width, row)
       integer, intent(in) :: n, nodes(n)
-      integer, intent(in) :: node_slot(corners, *)      !! see `grid_t`
+      integer, intent(in) :: first_slot(*), slots(*)    !! see `dofs_t`
       integer, intent(in) :: place(corners, *)          !! see `pattern_t`
       real(dp), intent(in) :: cell(corners, *)          !! symmetric matrices, by slot
       integer, intent(in) :: width
       real(dp), intent(inout) :: row(width, *)          !! by node
       real(dp) :: total(width)
-      integer :: a, c, k, slot
-      !$omp parallel do schedule(static) private(total, c, k, slot)
+      integer :: a, j, k, slot
+      !$omp parallel do schedule(static) private(total, j, k, slot)
       do a = 1, n
          total = 0
-         do c = 1, corners
-            slot = node_slot(c, nodes(a))
-            if (slot == 0) exit
+         do j = first_slot(nodes(a)), first_slot(nodes(a) + 1) - 1
+            slot = slots(j)
             do k = 1, corners
                total(place(k, slot)) = total(place(k, slot)) + cell(k, slot)
             end do

@@ -1,9 +1,9 @@
 !> Values at one node from the particles in the cells around it.
 module hampm_patch
-   use hampm_kinds, only: dp, ndim, corners, most_neighbours
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot, is_toward
+   use hampm_grid, only: grid_t, is_toward
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
@@ -13,10 +13,10 @@ module hampm_patch
    !> The particles in the cells around a node, each with its shape functions.
    type :: patch_t
       integer :: n_nodes = 0
-      integer :: node(most_neighbours) = 0            !! nodes of these cells; the first is the one in the middle
+      integer, allocatable :: node(:)            !! nodes of these cells; the first is the one in the middle. (n_nodes or more)
       integer :: n = 0                           !! number of particles
       integer, allocatable :: particle(:)        !! (n)
-      real(dp), allocatable :: shape(:, :)       !! shape functions, (n_nodes, n)
+      real(dp), allocatable :: shape(:, :)       !! shape functions, (n_nodes or more, n)
       real(dp), allocatable :: gradient(:, :)    !! gradient of the function of the middle node [1/m], (ndim, n)
    end type patch_t
 
@@ -30,20 +30,20 @@ contains
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp), intent(in), optional :: toward(ndim)
-      integer :: k, i, c, e, local(corners), room
-      logical :: wanted(corners)
-      wanted = grid%node_slot(:, node) > 0
-      if (present(toward)) wanted = wanted .and. [(is_toward(grid%node_slot(c, node), toward), c=1, corners)]
-      associate (slots => pack(grid%node_slot(:, node), wanted))
-         room = sum(blocks%count_in(element_of_slot(slots)))
-         call new_patch(node, room, patch)
-         do k = 1, size(slots)
-            e = element_of_slot(slots(k))
-            if (blocks%count_in(e) == 0) cycle
-            call number_nodes(grid, e, patch, local)
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               call add_particle(grid, e, corner_of_slot(slots(k)), local, i, p%place_in_grid(i), patch)
-            end do
+      logical, allocatable :: wanted(:)
+      integer :: k, i, local(corners)
+      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
+         allocate (wanted, source=blocks%count_in(elements) > 0)
+         if (present(toward)) wanted = wanted .and. [(is_toward(corner(k), toward), k=1, size(corner))]
+         call new_patch(node, size(elements), sum(blocks%count_in(elements), mask=wanted), patch)
+         do k = 1, size(elements)
+            if (.not. wanted(k)) cycle
+            associate (e => elements(k))
+               call number_nodes(grid, e, patch, local)
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  call add_particle(grid, e, corner(k), local, i, p%place_in_grid(i), patch)
+               end do
+            end associate
          end do
       end associate
    end subroutine patch_around
@@ -74,22 +74,23 @@ contains
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp) :: place(ndim)
-      integer :: k, i, e, local(corners), room
-      associate (slots => pack(grid%node_slot(:, node), grid%node_slot(:, node) > 0))
+      integer :: k, i, local(corners), room
+      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
          room = 0
-         do k = 1, size(slots)
-            room = room + count([(began_in(element_of_slot(slots(k)), i), i=1, p%n)])
+         do k = 1, size(elements)
+            room = room + count([(began_in(elements(k), i), i=1, p%n)])
          end do
-         call new_patch(node, room, patch)
-         do k = 1, size(slots)
-            e = element_of_slot(slots(k))
-            if (.not. any([(began_in(e, i), i=1, p%n)])) cycle
-            call number_nodes(grid, e, patch, local)
-            do i = 1, p%n
-               if (.not. began_in(e, i)) cycle
-               place = p%reference(i, :)
-               call add_particle(grid, e, corner_of_slot(slots(k)), local, i, place, patch)
-            end do
+         call new_patch(node, size(elements), room, patch)
+         do k = 1, size(elements)
+            associate (e => elements(k))
+               if (.not. any([(began_in(e, i), i=1, p%n)])) cycle
+               call number_nodes(grid, e, patch, local)
+               do i = 1, p%n
+                  if (.not. began_in(e, i)) cycle
+                  place = p%reference(i, :)
+                  call add_particle(grid, e, corner(k), local, i, place, patch)
+               end do
+            end associate
          end do
       end associate
    contains
@@ -102,12 +103,14 @@ contains
       end function began_in
    end subroutine patch_of_material
 
-   !> A patch around a node, with room for particles.
-   pure subroutine new_patch(node, room, patch)
-      integer, intent(in) :: node, room
+   !> A patch around a node, with room for the nodes of a number of cells and for particles.
+   pure subroutine new_patch(node, cells, room, patch)
+      integer, intent(in) :: node, cells, room
       type(patch_t), intent(out) :: patch
-      allocate (patch%particle(room), patch%gradient(ndim, room))
-      allocate (patch%shape(most_neighbours, room), source=0.0_dp)
+      associate (nodes => 1 + (corners - 1)*cells)
+         allocate (patch%node(nodes), patch%particle(room), patch%gradient(ndim, room))
+         allocate (patch%shape(nodes, room), source=0.0_dp)
+      end associate
       patch%n_nodes = 1
       patch%node(1) = node
    end subroutine new_patch

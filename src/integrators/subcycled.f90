@@ -25,7 +25,7 @@ module hampm_subcycled
    use hampm_mass_matrix, only: nodes_per_block
    use hampm_motion, only: motion_t, update_particles, map_to_grid
    use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
-   use hampm_nodal_kernels, only: assemble_sums
+   use hampm_nodal_kernels, only: assemble_sums, add_crowded
    use hampm_node_list, only: node_list_t, lists_by_rate, clear_hanging
    use hampm_particle_pass, only: pass_report_t, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
    use hampm_particles, only: particles_t
@@ -237,6 +237,7 @@ contains
       associate (f => m%fields, rates => m%blocks%groups, due => c%due(turn), n => c%due(turn)%n_nodes)
          call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .false., .true., &
                             f%mass_matrix%lumped, f%momentum, f%force)
+         call add_crowded(m%blocks%crowded, f%contribution(1, 1, of_force, 0), ndim, f%force)
          call m%grid%dofs%condense(due, ndim, f%force)
          do k = 1, size(m%loads)
             factor = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**r*dt), r=0, turn)]
@@ -317,6 +318,7 @@ contains
       associate (f => m%fields, due => c%due(turn), n => c%due(turn)%n_nodes)
          call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .true., .false., &
                             f%mass_matrix%lumped, f%momentum, f%force)
+         call add_crowded(m%blocks%crowded, f%contribution(1, 1, of_momentum, 0), ndim, f%momentum)
          call m%grid%dofs%condense(due, ndim, f%momentum)
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1

@@ -10,7 +10,8 @@ module hampm_cell_blocks
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: deepest
-   use hampm_grid, only: grid_t, element_of_slot, corner_of_slot
+   use hampm_dofs, only: element_of_slot, corner_of_slot
+   use hampm_grid, only: grid_t
    use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
    implicit none
    private
@@ -50,6 +51,8 @@ module hampm_cell_blocks
       integer, allocatable :: slot(:, :)                !! where among the contributions of all blocks those of the cells around a
                                                         !! point to its mass stand, in the order of the cells; where there are
                                                         !! fewer, 1, which is zero; (corners, n_points)
+      integer, allocatable :: crowded(:, :)             !! nodes with more cells than that, and where the contributions of the other
+                                                        !! cells to the mass stand, in the order of the cells; (2, cells)
       ! With subcycling
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
@@ -262,27 +265,41 @@ contains
       if (status /= 0) call report_lack(failure)
    end subroutine fit_to_grid
 
-   !> Where around each point the contributions of its cells stand.
+   !> Where around each node the contributions of its cells stand.
    subroutine find_slots(blocks, grid)
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
       integer, allocatable :: first_slot(:)
-      integer :: b, l, e, point, c, k
+      integer :: b, l, node, k
       allocate (first_slot(grid%n_elements), source=0)
       do b = 1, blocks%n
          do l = 1, lanes
             if (blocks%cells(l, b) > 0) first_slot(blocks%cells(l, b)) = lanes*corners*n_sums*b + l
          end do
       end do
-      do point = 1, grid%n_points
-         do c = 1, corners
-            k = grid%node_slot(c, point)
-            blocks%slot(c, point) = 1
-            if (k == 0) cycle
-            e = first_slot(element_of_slot(k))
-            if (e > 0) blocks%slot(c, point) = e + lanes*(corner_of_slot(k) - 1)
-         end do
+      blocks%crowded = reshape([integer ::], [2, 0])
+      do node = 1, grid%n_points
+         associate (first => grid%dofs%first_slot(node), next => grid%dofs%first_slot(node + 1))
+            do k = first, min(next, first + corners) - 1
+               blocks%slot(k - first + 1, node) = place_of(grid%dofs%slot(k))
+            end do
+            blocks%slot(next - first + 1:, node) = 1
+            do k = first + corners, next - 1
+               blocks%crowded = reshape([blocks%crowded, node, place_of(grid%dofs%slot(k))], [2, size(blocks%crowded, 2) + 1])
+            end do
+         end associate
       end do
+   contains
+      !> Where the contribution of a cell to the mass at one of its corners stands; where the cell has no particles, a zero.
+      pure integer function place_of(slot)
+         integer, intent(in) :: slot
+         place_of = first_slot(element_of_slot(slot))
+         if (place_of == 0) then
+            place_of = 1
+         else
+            place_of = place_of + lanes*(corner_of_slot(slot) - 1)
+         end if
+      end function place_of
    end subroutine find_slots
 
    !> Whether the points of a block are those of cells side by side whose lower and upper points are each numbered on.

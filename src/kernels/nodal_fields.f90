@@ -3,12 +3,12 @@
 module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, n_sums
+   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, of_mass, of_momentum, of_force, n_sums
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_grid, only: grid_t
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble_rows => assemble, nodes_per_block
-   use hampm_nodal_kernels, only: assemble_sums
+   use hampm_nodal_kernels, only: assemble_sums, add_crowded
    use hampm_node_list, only: list_marked
    implicit none
    private
@@ -86,8 +86,9 @@ contains
          if (allocated(f%mass_matrix%cell_lumped)) f%mass_matrix%cell_lumped(:, e) = 0
          if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
       end do
-      do node = 1, grid%n_points
-         f%is_active(node) = touches_particles(grid, blocks, node)
+      f%is_active = .false.
+      do e = 1, blocks%n_occupied
+         f%is_active(grid%element_nodes(:, blocks%occupied(e))) = .true.
       end do
       call grid%dofs%mark_masters(f%is_active)
       associate (matrix => f%mass_matrix)
@@ -127,21 +128,6 @@ contains
       f%audit = 0
    end subroutine fit_to_blocks
 
-   !> Whether some element around a point is occupied.
-   pure logical function touches_particles(grid, blocks, point)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: point
-      integer :: c, e
-      touches_particles = .true.
-      do c = 1, corners
-         if (grid%node_slot(c, point) == 0) exit
-         e = element_of_slot(grid%node_slot(c, point))
-         if (blocks%count_in(e) > 0) return
-      end do
-      touches_particles = .false.
-   end function touches_particles
-
    !> Assemble the sums at each active point from the contributions of the cells around it: those of mass and mass matrix, of
    !> momentum, and of the internal force. Forces at hanging nodes are not yet condensed.
    subroutine assemble(grid, blocks, f, mass, momentum, force)
@@ -152,6 +138,11 @@ contains
       associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
          call assemble_sums(all%n_points, all%nodes, blocks%slot, f%contribution, mass, momentum, force, matrix%lumped, &
                             f%momentum, f%force)
+         if (size(blocks%crowded) > 0) then
+            if (mass) call add_crowded(blocks%crowded, f%contribution(1, 1, of_mass, 0), 1, matrix%lumped)
+            if (momentum) call add_crowded(blocks%crowded, f%contribution(1, 1, of_momentum, 0), ndim, f%momentum)
+            if (force) call add_crowded(blocks%crowded, f%contribution(1, 1, of_force, 0), ndim, f%force)
+         end if
          if (mass) call grid%dofs%condense(all, 1, matrix%lumped)
          if (momentum) call grid%dofs%condense(all, ndim, f%momentum)
          if (mass) call invert_lumped(matrix)

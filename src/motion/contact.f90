@@ -22,7 +22,7 @@ module hampm_contact
    use hampm_kinds, only: dp, ndim, long
    use hampm_archive, only: archive_t
    use hampm_cuts, only: cut_t, is_within
-   use hampm_grid, only: grid_t, element_of_slot
+   use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    use hampm_place_table, only: place_table_t
@@ -139,9 +139,7 @@ contains
       if (.not. allocated(matrix%blend)) return
       do k = 1, c%n
          do side = 1, sides
-            associate (slots => grid%node_slot(:, c%node(side, k)))
-               matrix%blend(element_of_slot(pack(slots, slots > 0))) = 1
-            end associate
+            matrix%blend(grid%dofs%elements_at(c%node(side, k))) = 1
          end do
       end do
    end subroutine lump_at_pairs

@@ -8,22 +8,30 @@
 !> All weights are positive and those of a hanging node add up to 1. So the lumped mass of a node is a sum of particle masses times
 !> positive numbers, velocities stay in the range of the particles', and by convexity (T x)**2 <= T x**2 the time step that is
 !> stable for all the small elements is stable for the transition element.
+!>
+!> Around a node there may be any number of elements. A slot is a corner of an element as one number; the slots at which the nodes
+!> stand are kept in compressed rows, each in the order of the elements, in which all sums at nodes are taken.
 module hampm_dofs
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, corners
    use hampm_node_list, only: node_list_t
    implicit none
    private
-   public :: dofs_t
+   public :: dofs_t, element_of_slot, corner_of_slot
 
-   !> The nodes with degrees of freedom, and the masters of the hanging nodes.
+   !> The nodes with degrees of freedom, the masters of the hanging nodes, and the elements around all nodes.
    type :: dofs_t
       integer :: n_nodes = 0                     !! number of nodes with degrees of freedom
       integer :: n_hanging = 0                   !! number of hanging nodes, which are numbered on from these
       integer, allocatable :: first_master(:)    !! first entry of each hanging node in the next two, (n_hanging + 1)
       integer, allocatable :: master(:)          !! its masters
       real(dp), allocatable :: weight(:)         !! their weights [-]
+      integer, allocatable :: first_slot(:)      !! first entry of each node, hanging nodes included, in the next, (n_points + 1)
+      integer, allocatable :: slot(:)            !! corner + corners (element - 1), ascending at each node, (corners n_elements)
    contains
       procedure :: set_masters
+      procedure :: connect
+      procedure :: elements_at
+      procedure :: corners_at
       procedure :: every_node
       procedure :: distribute
       procedure :: condense
@@ -52,6 +60,63 @@ contains
       self%master = [(master(:count_of(k), k), k=1, self%n_hanging)]
       self%weight = [(weight(:count_of(k), k), k=1, self%n_hanging)]
    end subroutine set_masters
+
+   !> Find the slots at which the nodes stand. `status` is not zero where the memory does not suffice.
+   subroutine connect(self, element_nodes, status)
+      class(dofs_t), intent(inout) :: self
+      integer, intent(in) :: element_nodes(:, :) !! node at each corner, (corners, n_elements)
+      integer, intent(out) :: status
+      integer :: e, c, node
+      if (allocated(self%slot)) deallocate (self%first_slot, self%slot)
+      allocate (self%first_slot(self%n_nodes + self%n_hanging + 1), self%slot(size(element_nodes)), stat=status)
+      if (status /= 0) return
+      associate (first => self%first_slot, n => self%n_nodes + self%n_hanging)
+         first = 0
+         do e = 1, size(element_nodes, 2)
+            do c = 1, corners
+               first(element_nodes(c, e)) = first(element_nodes(c, e)) + 1
+            end do
+         end do
+         do node = 2, n + 1                      ! the last entry of each node
+            first(node) = first(node - 1) + first(node)
+         end do
+         do e = size(element_nodes, 2), 1, -1
+            do c = corners, 1, -1
+               self%slot(first(element_nodes(c, e))) = c + corners*(e - 1)
+               first(element_nodes(c, e)) = first(element_nodes(c, e)) - 1
+            end do
+         end do
+         first = first + 1
+      end associate
+   end subroutine connect
+
+   !> The elements around a node, ascending.
+   pure function elements_at(self, node) result(elements)
+      class(dofs_t), intent(in) :: self
+      integer, intent(in) :: node
+      integer :: elements(self%first_slot(node + 1) - self%first_slot(node))
+      elements = element_of_slot(self%slot(self%first_slot(node):self%first_slot(node + 1) - 1))
+   end function elements_at
+
+   !> At which corner of each of these the node stands.
+   pure function corners_at(self, node) result(corner)
+      class(dofs_t), intent(in) :: self
+      integer, intent(in) :: node
+      integer :: corner(self%first_slot(node + 1) - self%first_slot(node))
+      corner = corner_of_slot(self%slot(self%first_slot(node):self%first_slot(node + 1) - 1))
+   end function corners_at
+
+   !> Element of a slot.
+   elemental integer function element_of_slot(slot) result(e)
+      integer, intent(in) :: slot
+      e = (slot + corners - 1)/corners
+   end function element_of_slot
+
+   !> Corner of a slot.
+   elemental integer function corner_of_slot(slot) result(corner)
+      integer, intent(in) :: slot
+      corner = mod(slot - 1, corners) + 1
+   end function corner_of_slot
 
    !> The list of all nodes.
    pure function every_node(self) result(list)

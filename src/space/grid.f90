@@ -23,7 +23,7 @@ module hampm_grid
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: grid_t, build_grid, element_of_slot, corner_of_slot, is_toward, most_nodes_of_leaf
+   public :: grid_t, build_grid, is_toward, most_nodes_of_leaf
 
    integer, parameter :: sides = 2*ndim
    integer, parameter :: most_nodes_of_leaf = corners + sides
@@ -42,10 +42,7 @@ module hampm_grid
       integer, allocatable :: element_nodes(:, :)       !! node at each corner, (corners, n_elements)
       integer, allocatable :: element_leaf(:)           !! leaf of which it is the whole or a quarter, (n_elements)
       integer, allocatable :: leaf_element(:)           !! first element of each leaf, (leaves + 1)
-      integer, allocatable :: node_slot(:, :)           !! the corners of elements at which a point stands, in the order of the
-                                                        !! elements: corner + corners (element - 1), 0 where there are
-                                                        !! fewer; (corners, n_points)
-      type(dofs_t) :: dofs                              !! which nodes hang, and on which others
+      type(dofs_t) :: dofs                              !! which nodes hang and on which others, and the elements around each
    contains
       procedure :: node_at
       procedure :: has_element_toward
@@ -88,16 +85,17 @@ contains
          if (status == 0) then
             call place_elements(grid, points)
             grid%n_points = points%n
-            allocate (grid%node_position(ndim, grid%n_points), grid%node_slot(corners, grid%n_points), stat=status)
+            call find_masters(grid, points)
+            call grid%dofs%connect(grid%element_nodes, status)
          end if
+         if (status == 0) allocate (grid%node_position(ndim, grid%n_points), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
          return
       end if
       grid%finest_cell = scale(forest%cell, -forest%finest_level())
-      call connect_nodes(grid)
-      call find_masters(grid, points)
+      call place_nodes(grid)
    end subroutine build_grid
 
    !> About how many nodes so many leaves have.
@@ -193,22 +191,17 @@ contains
       end do
    end subroutine place_elements
 
-   !> For each node its position and the corners of elements at which it stands.
-   subroutine connect_nodes(grid)
+   !> Positions of the nodes, each by the first of its elements.
+   subroutine place_nodes(grid)
       type(grid_t), intent(inout) :: grid
-      integer :: e, corner, k
-      grid%node_slot = 0
-      do e = 1, grid%n_elements
+      integer :: e, corner
+      do e = grid%n_elements, 1, -1
          do corner = 1, corners
-            associate (node => grid%element_nodes(corner, e))
-               k = count(grid%node_slot(:, node) > 0) + 1
-               grid%node_slot(k, node) = corner + corners*(e - 1)
-               if (k == 1) grid%node_position(:, node) = grid%element_lower(:, e) &
-                                                         + corner_offset(corner)*grid%element_size(e)
-            end associate
+            grid%node_position(:, grid%element_nodes(corner, e)) = grid%element_lower(:, e) &
+                                                                   + corner_offset(corner)*grid%element_size(e)
          end do
       end do
-   end subroutine connect_nodes
+   end subroutine place_nodes
 
    !> The masters of the hanging nodes and their weights.
    subroutine find_masters(grid, points)
@@ -287,12 +280,10 @@ contains
    pure real(dp) function smallest_leaf_at(self, node) result(smallest)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: node
-      integer :: c
-      smallest = huge(smallest)
-      do c = 1, corners
-         if (self%node_slot(c, node) == 0) exit
-         smallest = min(smallest, self%leaf_size(element_of_slot(self%node_slot(c, node))))
-      end do
+      integer :: k
+      associate (elements => self%dofs%elements_at(node))
+         smallest = minval([(self%leaf_size(elements(k)), k=1, size(elements))])
+      end associate
    end function smallest_leaf_at
 
    !> The node that stands at the place `x`; 0 where none does. Where there are two, on both sides of a cut, `toward` tells which is
@@ -310,24 +301,22 @@ contains
       end do
    end function node_at
 
-   !> Whether a point has an element on one side: one whose centre is in the direction `toward`.
-   pure logical function has_element_toward(self, point, toward) result(has)
+   !> Whether a node has an element on one side: one whose centre is in the direction `toward`.
+   pure logical function has_element_toward(self, node, toward) result(has)
       class(grid_t), intent(in) :: self
-      integer, intent(in) :: point
+      integer, intent(in) :: node
       real(dp), intent(in) :: toward(ndim)
-      integer :: c
-      has = .false.
-      do c = 1, corners
-         if (self%node_slot(c, point) == 0) exit
-         has = has .or. is_toward(self%node_slot(c, point), toward)
-      end do
+      integer :: k
+      associate (corner => self%dofs%corners_at(node))
+         has = any([(is_toward(corner(k), toward), k=1, size(corner))])
+      end associate
    end function has_element_toward
 
-   !> Whether the element of an entry of `node_slot` is on one side of the point, in the direction `toward`.
-   pure logical function is_toward(slot, toward)
-      integer, intent(in) :: slot
+   !> Whether an element is on one side of the node at one of its corners, in the direction `toward`.
+   pure logical function is_toward(corner, toward)
+      integer, intent(in) :: corner
       real(dp), intent(in) :: toward(ndim)
-      is_toward = dot_product(0.5_dp - corner_offset(corner_of_slot(slot)), toward) > 0
+      is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0
    end function is_toward
 
    !> The element that covers the place `x`; `outside` where there is none, or where `x` is not a number.
@@ -383,18 +372,6 @@ contains
          part(c, k) = part(c, k) + weight
       end subroutine add
    end subroutine element_matrix
-
-   !> Element of an entry of `node_slot`.
-   elemental integer function element_of_slot(slot) result(e)
-      integer, intent(in) :: slot
-      e = (slot + corners - 1)/corners
-   end function element_of_slot
-
-   !> Corner of an entry of `node_slot`.
-   pure integer function corner_of_slot(slot) result(corner)
-      integer, intent(in) :: slot
-      corner = mod(slot - 1, corners) + 1
-   end function corner_of_slot
 
    !> Local coordinate of the place `x` in element `e`, in [0, 1] inside it.
    pure function local_coordinate(self, e, x) result(xi)

@@ -146,6 +146,10 @@ contains
          end do
          do turn = 1, -1, -2
             p%displacement(:, 2) = turn*side*d
+            opening = crack_opening(tip, tip%nodes%behind, m%grid, p, m%blocks)
+            call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
+            p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
+            g_force = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)

@@ -1,10 +1,10 @@
 !> A grid with a cut: what is and what is not connected, on cells of one and of several sizes.
 program test_cuts
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_cuts, only: cut_t, cut_of, crosses
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid, element_of_slot
+   use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish
    implicit none
 
@@ -81,11 +81,8 @@ contains
       shared = 0
       do node = 1, grid%n_points
          if (.not. is_within(grid, node)) cycle
-         do k = 2, corners
-            if (grid%node_slot(k, node) == 0) exit
-            if (grid%element_lower(2, element_of_slot(grid%node_slot(k, node))) > tip(2) - 1.0e-9_dp &
-                .neqv. side_of(grid, node)) shared = shared + 1
-         end do
+         if (any(grid%element_lower(2, grid%dofs%elements_at(node)) > tip(2) - 1.0e-9_dp .neqv. side_of(grid, node))) &
+            shared = shared + 1
       end do
       call check(shared == 0, 'no point within the cut belongs to both sides')
       strange = 0
@@ -143,7 +140,9 @@ contains
    logical function side_of(grid, point)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: point
-      side_of = grid%element_lower(2, element_of_slot(grid%node_slot(1, point))) > tip(2) - 1.0e-9_dp
+      associate (elements => grid%dofs%elements_at(point))
+         side_of = grid%element_lower(2, elements(1)) > tip(2) - 1.0e-9_dp
+      end associate
    end function side_of
 
    !> A way crosses the cut where it starts between the ends and changes sides.

@@ -3,7 +3,7 @@ program test_grid
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid, element_of_slot, corner_of_slot
+   use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish
    implicit none
 
@@ -34,19 +34,20 @@ contains
    end subroutine corners_of_elements
 
    subroutine elements_of_nodes()
-      integer :: node, k, slot, last, wrong, seen(corners, grid%n_elements)
+      integer :: node, k, last, wrong, seen(corners, grid%n_elements)
       wrong = 0
       seen = 0
       do node = 1, grid%n_nodes
          last = 0
-         do k = 1, count(grid%node_slot(:, node) > 0)
-            slot = grid%node_slot(k, node)
-            associate (e => element_of_slot(slot), c => corner_of_slot(slot))
-               seen(c, e) = seen(c, e) + 1
-               if (grid%element_nodes(c, e) /= node .or. e <= last) wrong = wrong + 1
-               last = e
-            end associate
-         end do
+         associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
+            do k = 1, size(elements)
+               associate (e => elements(k), c => corner(k))
+                  seen(c, e) = seen(c, e) + 1
+                  if (grid%element_nodes(c, e) /= node .or. e <= last) wrong = wrong + 1
+                  last = e
+               end associate
+            end do
+         end associate
       end do
       call check(wrong == 0, 'the elements around a node have it as the corner that is noted, in ascending order')
       call check(all(seen == 1), 'every corner of every element is listed at one node, once')

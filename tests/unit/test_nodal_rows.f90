@@ -29,7 +29,7 @@ contains
       type(runs_t) :: runs
       real(dp), allocatable :: cell(:, :, :), row(:, :), ones(:, :), x(:, :), y(:, :), expected(:, :)
       real(dp) :: xax(ndim), part(ndim)
-      integer :: e, block, first
+      integer :: e, block, first, status
       call build_grid(forest_t([0.0_dp, 0.0_dp], 1.0_dp, [4, 3]), grid, failure)
       allocate (cell(corners, corners, grid%n_elements), row(neighbours, grid%n_nodes), x(ndim, grid%n_nodes), &
                 y(ndim, grid%n_nodes))
@@ -43,8 +43,9 @@ contains
             expected(:, at) = expected(:, at) + matmul(x(:, at), cell(:, :, e))
          end associate
       end do
-      call pattern_of_grid(grid, pattern)
-      call sum_rows(size(nodes), nodes, grid%node_slot, pattern%place, cell, neighbours, row)
+      call pattern_of_grid(grid, pattern, status)
+      call check(status == 0 .and. pattern%width == neighbours, 'on like cells each node has nine neighbours, itself included')
+      call sum_rows(size(nodes), nodes, grid%dofs%first_slot, grid%dofs%slot, pattern%place, cell, neighbours, row)
       call find_runs(pattern, nodes, 5, runs)
       y = 0
       xax = 0
