@@ -42,6 +42,8 @@ module hampm_cell_blocks
       integer, allocatable :: rows(:)                   !! largest number of particles of its cells, (n)
       logical, allocatable :: is_even(:)                !! whether these have equal numbers, (n)
       integer, allocatable :: material(:)               !! the material of all its particles, 0 where there are several, (n)
+      integer, allocatable :: alike(:)                  !! how many blocks, from this one on, are even and have as many rows of the
+                                                        !! same material: these can be done at once; (n)
       ! Where they are in the grid
       integer, allocatable :: nodes(:, :, :)            !! points at the corners of the cells, those of another cell where there is
                                                         !! none; (corners, lanes, n)
@@ -72,13 +74,13 @@ contains
       if (allocated(blocks%count_in)) then
          if (size(blocks%count_in) == n_elements) return
          deallocate (blocks%count_in, blocks%first_in, blocks%last_in, blocks%stride_in, blocks%occupied, blocks%cells, &
-                     blocks%first, blocks%rows, blocks%is_even, blocks%material)
+                     blocks%first, blocks%rows, blocks%is_even, blocks%material, blocks%alike)
       end if
       blocks%n = 0
       associate (most => (n_elements - 1)/lanes + 1 + deepest)  ! of each group the last block may not be full
          allocate (blocks%count_in(n_elements), blocks%first_in(n_elements), blocks%last_in(n_elements), &
                    blocks%stride_in(n_elements), blocks%occupied(n_elements), blocks%cells(lanes, most), blocks%first(most), &
-                   blocks%rows(most), blocks%is_even(most), blocks%material(most), stat=status)
+                   blocks%rows(most), blocks%is_even(most), blocks%material(most), blocks%alike(most), stat=status)
       end associate
       if (status /= 0) call report_lack(failure)
    end subroutine fit_to_elements
@@ -198,7 +200,7 @@ contains
       if (changed) blocks%layout = blocks%layout + 1
    end subroutine fill_blocks
 
-   !> Find the blocks of one material, once the particles stand in their order.
+   !> Find the blocks of one material, and those that follow each other and are alike, once the particles stand in their order.
    subroutine find_materials(blocks, material)
       type(cell_blocks_t), intent(inout) :: blocks
       integer, intent(in) :: material(:)         !! of each particle
@@ -207,6 +209,12 @@ contains
          associate (materials => material(blocks%first(b):blocks%last(b)))
             blocks%material(b) = merge(materials(1), 0, all(materials == materials(1)))
          end associate
+      end do
+      do b = blocks%n, 1, -1
+         blocks%alike(b) = 1
+         if (b == blocks%n .or. .not. blocks%is_even(b)) cycle
+         if (blocks%is_even(b + 1) .and. blocks%rows(b + 1) == blocks%rows(b) .and. blocks%material(b + 1) == blocks%material(b)) &
+            blocks%alike(b) = blocks%alike(b + 1) + 1
       end do
    end subroutine find_materials
 

@@ -21,13 +21,12 @@
 module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, of_force
-   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, apply_stiffness, add_to_sum
+   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
+   use hampm_element_kernels, only: n_masses, n_moments, apply_masses, apply_stiffnesses, add_to_sum
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: nodes_per_block
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
-   use hampm_particle_kernels, only: take_corners
    use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
@@ -154,42 +153,17 @@ contains
       integer, intent(in) :: listed(:)                  !! blocks
       if (.not. operators%is_active) then
          call pass_over(pass, dt, materials, p, blocks, f, listed)
-      else
-         call apply(operators, pass, dt, materials, blocks, f, listed)
-         if (.not. all(operators%has_operator(listed))) &
-            call pass_over(pass, dt, materials, p, blocks, f, pack(listed, .not. operators%has_operator(listed)))
+         return
       end if
+      if (pass%kick) call apply_masses(size(listed), listed, operators%has_operator, dt, f%acceleration, blocks%nodes, &
+                                       blocks%in_row, operators%masses, f%contribution(1, 1, 1, 1))
+      if (pass%strain_fraction > 0) &
+         call apply_stiffnesses(size(listed), listed, operators%has_operator, pass%strain_fraction*dt, &
+                                f%velocity(1, 1, pass%strain_by), materials, blocks%material, blocks%nodes, blocks%in_row, &
+                                blocks%inverse_size, operators%moments, f%contribution(1, 1, 1, 1))
+      if (.not. all(operators%has_operator(listed))) &
+         call pass_over(pass, dt, materials, p, blocks, f, pack(listed, .not. operators%has_operator(listed)))
    end subroutine pass_or_apply
-
-   !> What a pass adds to the contributions of those of some blocks that have operators.
-   pure subroutine apply(operators, pass, dt, materials, blocks, f, listed)
-      type(element_operators_t), intent(in) :: operators
-      type(pass_t), intent(in) :: pass
-      real(dp), intent(in) :: dt                        !! [s]
-      type(material_t), intent(in) :: materials(:)
-      type(cell_blocks_t), intent(in) :: blocks
-      type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: listed(:)                  !! blocks
-      real(dp) :: factor(lanes), a(lanes, corners, ndim)
-      integer :: j, b
-      do j = 1, size(listed)
-         b = listed(j)
-         if (.not. operators%has_operator(b)) cycle
-         if (pass%kick) then
-            factor = dt
-            call take_corners(1, factor, f%acceleration, blocks%nodes(1, 1, b), blocks%in_row(b), a)
-            call apply_mass(a, operators%masses(1, 1, b), f%contribution(1, 1, of_momentum, b))
-         end if
-         if (pass%strain_fraction > 0) then
-            factor = (pass%strain_fraction*dt)*blocks%inverse_size(:, b)
-            call take_corners(1, factor, f%velocity(1, 1, pass%strain_by), blocks%nodes(1, 1, b), blocks%in_row(b), a)
-            associate (m => materials(blocks%material(b)))
-               call apply_stiffness(m%lambda, m%mu, blocks%inverse_size(1, b), a, operators%moments(1, 1, b), &
-                                    f%contribution(1, 1, of_force, b))
-            end associate
-         end if
-      end do
-   end subroutine apply
 
    !> Do a pass over all blocks, and sum up at all points.
    subroutine pass_or_apply_everywhere(operators, pass, dt, materials, p, blocks, f)

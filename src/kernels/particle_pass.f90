@@ -117,89 +117,93 @@ contains
       do while (j <= size(listed))
          b = listed(j)
          n = length_of_batch()
-         call start_batch()
+         call do_batch(nodes(1, 1, b), in_row(b), blocks%lower(1, 1, b), blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
+         if (pass%map_matrix) call finish_matrices()
+         j = j + n
+      end do
+   contains
+
+      !> How many of the listed blocks, which are ascending, can be done together from the present one on.
+      pure integer function length_of_batch() result(length)
+         length = min(blocks%alike(b), size(listed) - j + 1, max(1, most_rows/blocks%rows(b)))
+         do while (listed(j + length - 1) /= b + length - 1)
+            length = length - 1
+         end do
+      end function length_of_batch
+
+      !> Do a batch.
+      subroutine do_batch(nodes, in_row, lower, inverse_size, contribution)
+         integer, intent(in) :: nodes(corners, lanes, n)
+         logical, intent(in) :: in_row(n)
+         real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n)
+         real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
+         real(dp) :: zeros(lanes)
+         integer :: k
+         zeros = f%contribution(:, 1, 1, 0)
+         step(:, :n) = dt
+         if (pass%kick) call take_corners(n, step, acceleration, nodes, in_row, kick_by)
+         if (pass%move) call take_corners(n, step, new_velocity, nodes, in_row, move_by)
+         if (pass%strain_fraction > 0) then
+            step(:, :n) = (pass%strain_fraction*dt)*inverse_size
+            call take_corners(n, step, strain_velocity, nodes, in_row, strain_by)
+         end if
+         if (pass%map_mass) call clear(n, corners, corners*n_sums, zeros, contribution(1, 1, of_mass, 1))
+         if (pass%map_momentum) call clear(n, corners*ndim, corners*n_sums, zeros, contribution(1, 1, of_momentum, 1))
+         if (pass%map_force) then
+            call clear(n, ndim*ndim, ndim*ndim, zeros, total)
+            call clear(n, ndim*ndim, ndim*ndim, zeros, moment)
+            call find_law()
+         end if
+         if (pass%move) call clear(n, 1, 1, zeros, beyond)
+         if (pass%map_matrix) call clear_matrices()
+         if (pass%audit) f%audit(:, b:b + n - 1) = 0
          s = 1
          do while (s <= blocks%rows(b))
             rows = min(most_rows, blocks%rows(b) - s + 1)
             if (blocks%is_even(b)) then
                i = blocks%first(b) + lanes*(s - 1)
                call pass_rows(p%n, p%mass(i), p%volume(i), p%reference(i, 1), p%local(i, 1), p%displacement(i, 1), &
-                              p%velocity(i, 1), p%gradient(i, 1, 1), p%material(i))
+                              p%velocity(i, 1), p%gradient(i, 1, 1), p%material(i), lower, inverse_size, contribution)
             else
                call load_rows()
-               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of)
+               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of, lower, inverse_size, contribution)
                call store_rows()
             end if
             s = s + rows
          end do
-         call finish_batch()
-         j = j + n
-      end do
-   contains
-
-      !> How many of the listed blocks, from the present one on, can be done together.
-      pure integer function length_of_batch() result(length)
-         length = 1
-         if (.not. blocks%is_even(b)) return
-         do while (j + length <= size(listed) .and. (length + 1)*blocks%rows(b) <= most_rows)
-            associate (next => b + length)
-               if (listed(j + length) /= next) exit
-               if (.not. (blocks%is_even(next) .and. blocks%rows(next) == blocks%rows(b) .and. &
-                          blocks%material(next) == blocks%material(b))) exit
-            end associate
-            length = length + 1
+         if (pass%map_force) call divergence(n, inverse_size, total, moment, contribution)
+         if (.not. pass%move) return
+         do k = 1, n
+            f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*blocks%rows(b)*edge_margin)
          end do
-      end function length_of_batch
+      end subroutine do_batch
 
-      !> Prepare the nodal fields of a batch and clear its sums.
-      subroutine start_batch()
-         integer :: k, l
-         step(:, :n) = dt
-         if (pass%kick) call take_corners(n, step, acceleration, nodes(1, 1, b), in_row(b), kick_by)
-         if (pass%move) call take_corners(n, step, new_velocity, nodes(1, 1, b), in_row(b), move_by)
-         if (pass%strain_fraction > 0) then
-            step(:, :n) = (pass%strain_fraction*dt)*blocks%inverse_size(:, b:b + n - 1)
-            call take_corners(n, step, strain_velocity, nodes(1, 1, b), in_row(b), strain_by)
-         end if
-         if (pass%map_mass) call clear(n, corners, corners*n_sums, f%contribution(1, 1, 1, 0), f%contribution(1, 1, of_mass, b))
-         if (pass%map_momentum) call clear(n, corners*ndim, corners*n_sums, f%contribution(1, 1, 1, 0), &
-                                           f%contribution(1, 1, of_momentum, b))
-         if (pass%map_force) then
-            call clear(n, ndim*ndim, ndim*ndim, f%contribution(1, 1, 1, 0), total)
-            call clear(n, ndim*ndim, ndim*ndim, f%contribution(1, 1, 1, 0), moment)
-         end if
-         if (pass%move) call clear(n, 1, 1, f%contribution(1, 1, 1, 0), beyond)
-         if (pass%map_matrix) then
-            do k = b, b + n - 1
-               do l = 1, lanes
-                  if (blocks%cells(l, k) > 0) f%mass_matrix%cell(:, :, blocks%cells(l, k)) = 0
-               end do
-            end do
-         end if
-         if (pass%audit) f%audit(:, b:b + n - 1) = 0
+      !> Find the law of a batch, if it is one linear law.
+      subroutine find_law()
          is_linear = blocks%material(b) > 0
-         if (is_linear) then
-            associate (m => materials(blocks%material(b)))
-               is_linear = m%linear
-               lambda = m%lambda
-               mu = m%mu
-            end associate
-         end if
-      end subroutine start_batch
+         if (.not. is_linear) return
+         associate (m => materials(blocks%material(b)))
+            is_linear = m%linear
+            lambda = m%lambda
+            mu = m%mu
+         end associate
+      end subroutine find_law
 
       !> Do some rows of particles of each block of a batch, whose arrays have the leading dimension `ld`.
-      subroutine pass_rows(ld, mass, volume, x, xi, u, v, h, material)
+      subroutine pass_rows(ld, mass, volume, x, xi, u, v, h, material, lower, inverse_size, contribution)
          integer, intent(in) :: ld, material(ld)
          real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
          real(dp), intent(inout) :: xi(ld, ndim), u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
+         real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n)
+         real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
          real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_rows)
          integer :: k, first
          if (pass%locate) then
             if (p%total_frame) then
-               call locate_reference(n, rows, ld, blocks%lower(1, 1, b), blocks%inverse_size(1, b), x, xi)
+               call locate_reference(n, rows, ld, lower, inverse_size, x, xi)
             else
                outside(:, :n) = 0
-               call locate_present(n, rows, ld, blocks%lower(1, 1, b), blocks%inverse_size(1, b), x, u, xi, outside)
+               call locate_present(n, rows, ld, lower, inverse_size, x, u, xi, outside)
             end if
          end if
          if (pass%kick) then
@@ -228,11 +232,10 @@ contains
          end if
          if (pass%move) then
             call add_field(n, rows, ld, xi, move_by, u)
-            if (.not. p%total_frame) call locate_present(n, rows, ld, blocks%lower(1, 1, b), blocks%inverse_size(1, b), x, u, xi, &
-                                                         beyond)
+            if (.not. p%total_frame) call locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
          end if
-         if (pass%map_mass) call add_mass(n, rows, ld, xi, mass, f%contribution(1, 1, 1, b))
-         if (pass%map_momentum) call add_momentum(n, rows, ld, xi, mass, v, f%contribution(1, 1, 1, b))
+         if (pass%map_mass) call add_mass(n, rows, ld, xi, mass, contribution)
+         if (pass%map_momentum) call add_momentum(n, rows, ld, xi, mass, v, contribution)
          if (pass%map_matrix) then
             do k = 1, n
                first = lanes*rows*(k - 1) + 1
@@ -249,6 +252,16 @@ contains
          end if
       end subroutine pass_rows
 
+      !> Begin the mass matrices of the cells of a batch.
+      subroutine clear_matrices()
+         integer :: k, l
+         do k = b, b + n - 1
+            do l = 1, lanes
+               if (blocks%cells(l, k) > 0) f%mass_matrix%cell(:, :, blocks%cells(l, k)) = 0
+            end do
+         end do
+      end subroutine clear_matrices
+
       !> Add the mass matrices of some rows of a block to those of its cells.
       subroutine add_block_matrices(rows, ld, xi, mass, block)
          integer, intent(in) :: rows, ld, block
@@ -263,6 +276,20 @@ contains
             end associate
          end do
       end subroutine add_block_matrices
+
+      !> Complete the mass matrices of the cells of a batch.
+      subroutine finish_matrices()
+         integer :: k, l
+         do k = b, b + n - 1
+            do l = 1, lanes
+               associate (e => blocks%cells(l, k), matrix => f%mass_matrix)
+                  if (e == 0) exit
+                  matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
+                  call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))
+               end associate
+            end do
+         end do
+      end subroutine finish_matrices
 
       !> Copy some rows of a block whose cells have different numbers of particles into the buffer.
       subroutine load_rows()
@@ -318,23 +345,6 @@ contains
          holds = .false.
          if (e > 0) holds = k <= blocks%count_in(e)
       end function holds
-
-      !> Complete the sums of a batch.
-      subroutine finish_batch()
-         integer :: k, l
-         if (pass%map_force) call divergence(n, blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, 1, b))
-         do k = 1, n
-            if (pass%move) f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*blocks%rows(b)*edge_margin)
-            if (.not. pass%map_matrix) cycle
-            do l = 1, lanes
-               associate (e => blocks%cells(l, b + k - 1), matrix => f%mass_matrix)
-                  if (e == 0) exit
-                  matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-                  call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))
-               end associate
-            end do
-         end do
-      end subroutine finish_batch
    end subroutine pass_between
 
    !> The mass matrices (6) of the cells of a block, whose particles have been located, by lane [kg].

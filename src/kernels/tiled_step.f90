@@ -68,7 +68,8 @@ contains
          integer :: s, k
          do s = 1, size(plan%stages)
             associate (first => plan%stages(s)%start(t), last => plan%stages(s)%start(t + 1) - 1)
-               !$omp parallel do schedule(static) if (last - first >= items_at_a_time)
+               if (last < first) cycle
+               !$omp parallel do schedule(static)
                do k = first, last, items_at_a_time
                   call do_items(s, k, min(k + items_at_a_time - 1, last))
                end do
