@@ -2,7 +2,8 @@
 module hampm_cell_values
    use hampm_kinds, only: dp, corners
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_grid, only: grid_t, most_nodes_of_leaf
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_grid, only: grid_t
    implicit none
    private
    public :: mean_of_nodes, is_occupied, sum_over_particles

@@ -6,7 +6,8 @@ module hampm_leaf_field
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_grid, only: grid_t, most_nodes_of_leaf
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
@@ -60,7 +61,7 @@ contains
       end do
       call dposv('L', n, ndim, matrix, most_nodes_of_leaf, rhs, most_nodes_of_leaf, info)
       if (info /= 0) return
-      call grid%element_matrix(e, n_here, in_element, part)
+      call grid%dofs%masters_of(grid%element_nodes(:, e), n_here, in_element, part)
       at_corner = 0
       do k = 1, n_here
          i = findloc(node(:n), in_element(k), dim=1)
@@ -112,7 +113,7 @@ contains
       integer :: in_element(most_nodes_of_leaf), place(most_nodes_of_leaf), n_here, k, d
       associate (e => p%cell(i))
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         call grid%element_matrix(e, n_here, in_element, part)
+         call grid%dofs%masters_of(grid%element_nodes(:, e), n_here, in_element, part)
          row(:, 0) = matmul(shape_functions(xi), part)
          row(:, 1:) = transpose(matmul(transpose(shape_gradients(xi, 1.0_dp)), part))
          value(:, 0) = p%displacement(i, :) - mean_u - matmul(mean_gradient, p%place_in_grid(i) - middle)

@@ -42,17 +42,21 @@ module hampm_banded
 
 contains
 
-   !> Number the rows of a pattern.
-   subroutine analyse(self, matrix)
+   !> Number the rows of a pattern. Fails where the memory does not suffice.
+   subroutine analyse(self, matrix, failure)
       class(banded_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
+      type(failure_t), intent(inout) :: failure
+      integer :: status
       self%place = reverse_cuthill_mckee(matrix)
       self%bandwidth = matrix%bandwidth(self%place)
       if (allocated(self%band)) deallocate (self%band)
-      allocate (self%band(self%bandwidth + 1, matrix%n))
+      allocate (self%band(self%bandwidth + 1, matrix%n), stat=status)
+      if (status /= 0) call failure%report(exit_computation, 'not enough memory for '//to_text(matrix%n)// &
+                                           ' rows with bands of '//to_text(self%bandwidth + 1)//' entries')
    end subroutine analyse
 
-   !> Factorise a matrix of the pattern that was analysed.
+   !> Factorise a matrix of the pattern that was analysed. Fails where it is not positive definite.
    subroutine factorise(self, matrix, failure)
       class(banded_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
@@ -67,9 +71,8 @@ contains
          end do
       end do
       call dpbtrf('L', matrix%n, self%bandwidth, self%band, self%bandwidth + 1, info)
-      if (info /= 0) call failure%report(exit_computation, 'mass matrix: not positive definite at row '//to_text(info)// &
-                                         ' of '//to_text(matrix%n)//'. Likely cause: the run is unstable; '// &
-                                         'reduce &method courant')
+      if (info /= 0) call failure%report(exit_computation, 'not positive definite at row '//to_text(info)//' of '// &
+                                         to_text(matrix%n))
    end subroutine factorise
 
    !> Solve with the factorised matrix.

@@ -13,9 +13,9 @@ module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, neighbours, long
    use hampm_archive, only: archive_t
    use hampm_constraints, only: constraints_t, hold
-   use hampm_direct, only: direct_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
+   use hampm_mass_factorisation, only: mass_factorisation_t
    use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
    use hampm_nodal_rows, only: unlike_neighbours, multiply_rows
    use hampm_nodal_vectors, only: block_count, block_size, dot_of_nodes, divide, weigh, combine, clear
@@ -40,7 +40,7 @@ module hampm_mass_solver
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm
       type(constraints_t), private :: constraints   !! which components are held
-      type(direct_t) :: direct
+      type(mass_factorisation_t) :: direct
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
       logical :: factorised = .false.               !! whether `direct` holds a factorisation to precondition with

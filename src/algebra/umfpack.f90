@@ -75,7 +75,7 @@ module hampm_umfpack
 
 contains
 
-   !> Analyse the pattern of a matrix.
+   !> Analyse the pattern of a matrix. Fails where the memory does not suffice.
    subroutine analyse(self, matrix, failure)
       class(umfpack_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
@@ -90,11 +90,10 @@ contains
       self%value = matrix%value
       status = umfpack_di_symbolic(matrix%n, matrix%n, self%column_start, self%row, self%value, self%symbolic, &
                                    self%control, info)
-      if (status /= 0) call failure%report(exit_computation, 'mass matrix: UMFPACK cannot analyse it (status '// &
-                                           to_text(int(status))//')')
+      if (status /= 0) call failure%report(exit_computation, 'UMFPACK cannot analyse it (status '//to_text(int(status))//')')
    end subroutine analyse
 
-   !> Factorise a matrix of the pattern that was analysed.
+   !> Factorise a matrix of the pattern that was analysed. Fails where it is singular.
    subroutine factorise(self, matrix, failure)
       class(umfpack_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
@@ -104,10 +103,8 @@ contains
       if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
       self%value = matrix%value
       status = umfpack_di_numeric(self%column_start, self%row, self%value, self%symbolic, self%numeric, self%control, info)
-      if (status /= 0) call failure%report(exit_computation, 'mass matrix: UMFPACK cannot factorise it (status '// &
-                                           to_text(int(status))//'): it is singular or memory does not suffice. '// &
-                                           'Likely cause: the run is unstable, reduce &method courant; or the grid is '// &
-                                           'too large for it, use &method solver = ''cg''')
+      if (status /= 0) call failure%report(exit_computation, 'UMFPACK cannot factorise it (status '//to_text(int(status))// &
+                                           '): it is singular or memory does not suffice')
    end subroutine factorise
 
    !> Solve with the factorised matrix.

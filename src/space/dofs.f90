@@ -12,11 +12,14 @@
 !> Around a node there may be any number of elements. A slot is a corner of an element as one number; the slots at which the nodes
 !> stand are kept in compressed rows, each in the order of the elements, in which all sums at nodes are taken.
 module hampm_dofs
-   use hampm_kinds, only: dp, corners
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_node_list, only: node_list_t
    implicit none
    private
-   public :: dofs_t, element_of_slot, corner_of_slot
+   public :: dofs_t, element_of_slot, corner_of_slot, most_nodes_of_leaf
+
+   !> A leaf has four corners and up to four nodes in the middle of its sides: no element depends on more.
+   integer, parameter :: most_nodes_of_leaf = corners + 2*ndim
 
    !> The nodes with degrees of freedom, the masters of the hanging nodes, and the elements around all nodes.
    type :: dofs_t
@@ -32,6 +35,7 @@ module hampm_dofs
       procedure :: connect
       procedure :: elements_at
       procedure :: corners_at
+      procedure :: masters_of
       procedure :: every_node
       procedure :: distribute
       procedure :: condense
@@ -105,6 +109,46 @@ contains
       integer :: corner(self%first_slot(node + 1) - self%first_slot(node))
       corner = corner_of_slot(self%slot(self%first_slot(node):self%first_slot(node + 1) - 1))
    end function corners_at
+
+   !> The nodes with degrees of freedom on which values at some nodes depend, as at those of an element, and their weights:
+   !>
+   !>    value at nodes(c) = sum over k of weight(c, k) * value at master(k).
+   !>
+   !> A node that does not hang is its own master.
+   pure subroutine masters_of(self, nodes, n, master, weight)
+      class(dofs_t), intent(in) :: self
+      integer, intent(in) :: nodes(:)
+      integer, intent(out) :: n                         !! number of masters
+      integer, intent(out) :: master(most_nodes_of_leaf)
+      real(dp), intent(out) :: weight(size(nodes), most_nodes_of_leaf) !! [-]
+      integer :: c, j, k
+      n = 0
+      weight = 0
+      do c = 1, size(nodes)
+         if (nodes(c) <= self%n_nodes) then
+            call enter(nodes(c), n, master, k)
+            weight(c, k) = weight(c, k) + 1
+         else
+            do j = self%first_master(nodes(c) - self%n_nodes), self%first_master(nodes(c) - self%n_nodes + 1) - 1
+               call enter(self%master(j), n, master, k)
+               weight(c, k) = weight(c, k) + self%weight(j)
+            end do
+         end if
+      end do
+   end subroutine masters_of
+
+   !> The place of a node in a list; a new node gets the next one.
+   pure subroutine enter(node, n, list, place)
+      integer, intent(in) :: node
+      integer, intent(inout) :: n                       !! number of nodes in the list
+      integer, intent(inout) :: list(:)
+      integer, intent(out) :: place
+      do place = 1, n
+         if (list(place) == node) return
+      end do
+      n = place
+      list(n) = node
+   end subroutine enter
 
    !> Element of a slot.
    elemental integer function element_of_slot(slot) result(e)

@@ -17,16 +17,15 @@
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_cuts, only: cut_t, place_seen, place_across
-   use hampm_dofs, only: dofs_t
+   use hampm_dofs, only: dofs_t, most_nodes_of_leaf
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: grid_t, build_grid, is_toward, most_nodes_of_leaf
+   public :: grid_t, build_grid, is_toward
 
    integer, parameter :: sides = 2*ndim
-   integer, parameter :: most_nodes_of_leaf = corners + sides
 
    !> Nodes and elements of a forest.
    type :: grid_t
@@ -51,7 +50,6 @@ module hampm_grid
       procedure :: is_transition
       procedure :: leaf_size
       procedure :: smallest_leaf_at
-      procedure :: element_matrix
    end type grid_t
 
 contains
@@ -336,42 +334,6 @@ contains
          e = e + int(place(d))*2**(d - 1)
       end do
    end function element_at
-
-   !> The nodes of an element and their part in its corners: value at corner c = sum of part(c, k) times value at node(k).
-   subroutine element_matrix(self, e, n, node, part)
-      class(grid_t), intent(in) :: self
-      integer, intent(in) :: e
-      integer, intent(out) :: n
-      integer, intent(out) :: node(most_nodes_of_leaf)
-      real(dp), intent(out) :: part(corners, most_nodes_of_leaf)
-      integer :: c, j
-      n = 0
-      part = 0
-      do c = 1, corners
-         associate (node_here => self%element_nodes(c, e), d => self%dofs)
-            if (node_here <= self%n_nodes) then
-               call add(node_here, 1.0_dp)
-            else
-               do j = d%first_master(node_here - d%n_nodes), d%first_master(node_here - d%n_nodes + 1) - 1
-                  call add(d%master(j), d%weight(j))
-               end do
-            end if
-         end associate
-      end do
-   contains
-      !> Add a node to those of corner c.
-      subroutine add(a, weight)
-         integer, intent(in) :: a
-         real(dp), intent(in) :: weight
-         integer :: k
-         do k = 1, n
-            if (node(k) == a) exit
-         end do
-         n = max(n, k)
-         node(k) = a
-         part(c, k) = part(c, k) + weight
-      end subroutine add
-   end subroutine element_matrix
 
    !> Local coordinate of the place `x` in element `e`, in [0, 1] inside it.
    pure function local_coordinate(self, e, x) result(xi)

@@ -2,9 +2,9 @@
 program test_refined_mass
    use hampm_kinds, only: dp, corners
    use hampm_constraints, only: constrain_box
+   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: most_nodes_of_leaf
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_mass_samples, only: choice_of
@@ -71,7 +71,7 @@ contains
       allocate (a(m%grid%n_nodes, m%grid%n_nodes), source=0.0_dp)
       associate (matrix => m%fields%mass_matrix)
          do k = 1, matrix%all%n_cells
-            call m%grid%element_matrix(matrix%all%cells(k), n, node, part)
+            call m%grid%dofs%masters_of(m%grid%element_nodes(:, matrix%all%cells(k)), n, node, part)
             by_node = matmul(transpose(part), matmul(matrix%cell(:, :, matrix%all%cells(k)), part))
             a(node(:n), node(:n)) = a(node(:n), node(:n)) + by_node(:n, :n)
          end do

@@ -67,7 +67,7 @@ contains
       integer :: trial
       call strip(20, 6, a)
       allocate (b(a%n), expected(a%n), x(a%n))
-      call banded%analyse(a)
+      call banded%analyse(a, failure)
       call umfpack%analyse(a, failure)
       do trial = 1, 3
          call fill_at_random(a)
@@ -92,7 +92,7 @@ contains
       type(failure_t) :: of_banded, of_umfpack
       call pattern_of_cliques(2, reshape([1, 2], [2, 1]), a)
       a%value = 1
-      call banded%analyse(a)
+      call banded%analyse(a, of_banded)
       call banded%factorise(a, of_banded)
       call check(of_banded%failed(), 'banded refuses a singular matrix')
       call umfpack%analyse(a, of_umfpack)

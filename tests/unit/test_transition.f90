@@ -1,14 +1,15 @@
 !> Elements beside finer ones: for every set of nodes in the middle of their sides their shape functions are what convergence,
 !> conservation and positive masses rest on.
 !>
-!> The shape functions are taken as functions of place by node, over all the grid: from `element_matrix` and the shape functions
+!> The shape functions are taken as functions of place by node, over all the grid: from `masters_of` and the shape functions
 !> of the element. What is expected of them follows from their definition alone.
 program test_transition
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_basis, only: shape_functions, shape_gradients
+   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset, level_width
-   use hampm_grid, only: grid_t, build_grid, most_nodes_of_leaf
+   use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_node_list, only: node_list_t
    use hampm_random_forests, only: change_at_random
@@ -100,7 +101,7 @@ contains
                  list_of(set)//': a node in the middle of a side makes a transition element')
       met = .false.
       do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
-         call grid%element_matrix(e, n, node, part)
+         call grid%dofs%masters_of(grid%element_nodes(:, e), n, node, part)
          met(node(:n)) = .true.
       end do
       call check(count(met) == corners + popcnt(set), list_of(set)//': of four to eight nodes, as the sides have it')
@@ -157,7 +158,7 @@ contains
       real(dp) :: n(grid%n_nodes)
       integer :: k, node(most_nodes_of_leaf)
       real(dp) :: part(corners, most_nodes_of_leaf)
-      call grid%element_matrix(e, k, node, part)
+      call grid%dofs%masters_of(grid%element_nodes(:, e), k, node, part)
       n = 0
       n(node(:k)) = matmul(shape_functions(grid%local_coordinate(e, x)), part(:, :k))
    end function functions_at
@@ -169,7 +170,7 @@ contains
       real(dp) :: gradient(ndim, grid%n_nodes)
       integer :: k, node(most_nodes_of_leaf)
       real(dp) :: part(corners, most_nodes_of_leaf)
-      call grid%element_matrix(e, k, node, part)
+      call grid%dofs%masters_of(grid%element_nodes(:, e), k, node, part)
       gradient = 0
       gradient(:, node(:k)) = matmul(transpose(shape_gradients(grid%local_coordinate(e, x), 1/grid%element_size(e))), &
                                      part(:, :k))

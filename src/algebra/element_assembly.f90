@@ -1,0 +1,65 @@
+!> Assembly of sparse matrices from matrices of elements, of any number of directions. The unknowns of an element are those of the
+!> nodes on which the values at its corners depend: of its corners or, where these are hanging nodes, of their masters.
+module hampm_element_assembly
+   use hampm_kinds, only: dp, corners
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_grid, only: grid_t
+   use hampm_numbering, only: numbering_t
+   use hampm_sparse, only: sparse_t, pattern_of_cliques
+   implicit none
+   private
+   public :: pattern_of_elements, matrix_by_masters, add_element
+
+contains
+
+   !> The pattern of a matrix in which all unknowns of each of some elements are coupled. Values are zero.
+   subroutine pattern_of_elements(grid, elements, numbering, matrix)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: elements(:)
+      type(numbering_t), intent(in) :: numbering
+      type(sparse_t), intent(out) :: matrix
+      integer, allocatable :: cliques(:, :)
+      real(dp) :: weight(corners, most_nodes_of_leaf)
+      integer :: masters(most_nodes_of_leaf), n, k
+      associate (directions => size(numbering%dof, 1), most => merge(corners, most_nodes_of_leaf, grid%dofs%n_hanging == 0))
+         allocate (cliques(directions*most, size(elements)), source=0)
+         do k = 1, size(elements)
+            call grid%dofs%masters_of(grid%element_nodes(:, elements(k)), n, masters, weight)
+            cliques(:directions*n, k) = reshape(numbering%dof(:, masters(:n)), [directions*n])
+         end do
+      end associate
+      call pattern_of_cliques(numbering%n, cliques, matrix)
+   end subroutine pattern_of_elements
+
+   !> The matrix of an element by masters, T transposed A T with A by its corners and T their weights. Rows and columns are by node,
+   !> the directions of a node one after the other.
+   pure function matrix_by_masters(directions, weight, by_corner) result(by_master)
+      integer, intent(in) :: directions
+      real(dp), intent(in) :: weight(corners, most_nodes_of_leaf)     !! T, see `masters_of`
+      real(dp), intent(in) :: by_corner(directions*corners, directions*corners)
+      real(dp) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf)
+      integer :: d, j
+      do j = 1, directions
+         do d = 1, directions
+            by_master(d::directions, j::directions) = &
+               matmul(transpose(weight), matmul(by_corner(d::directions, j::directions), weight))
+         end do
+      end do
+   end function matrix_by_masters
+
+   !> Add the matrix of an element; what it has for fixed degrees of freedom is left out.
+   pure subroutine add_element(numbering, masters, by_master, matrix)
+      type(numbering_t), intent(in) :: numbering
+      integer, intent(in) :: masters(:)          !! of the element
+      real(dp), intent(in) :: by_master(:, :)    !! see `matrix_by_masters`
+      type(sparse_t), intent(inout) :: matrix
+      integer :: unknown(size(numbering%dof, 1)*size(masters)), r, c
+      unknown = reshape(numbering%dof(:, masters), [size(unknown)])
+      do c = 1, size(unknown)
+         if (unknown(c) == 0) cycle
+         do r = 1, size(unknown)
+            if (unknown(r) > 0) call matrix%add(unknown(r), unknown(c), by_master(r, c))
+         end do
+      end do
+   end subroutine add_element
+end module hampm_element_assembly

@@ -1,0 +1,66 @@
+!> Numbering of unknowns: the degrees of freedom of some nodes, those apart that a Dirichlet constraint fixes. With the directions
+!> one by one it numbers what a mass matrix couples, with all of them together what a stiffness does.
+module hampm_numbering
+   use hampm_kinds, only: dp, corners
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_grid, only: grid_t
+   implicit none
+   private
+   public :: numbering_t, number_unknowns, nodes_of_elements
+
+   !> Unknowns by node and direction, and back.
+   type :: numbering_t
+      integer :: n = 0                           !! number of unknowns
+      integer, allocatable :: dof(:, :)          !! unknown of each direction of each node, 0 where there is none;
+                                                 !! (directions, n_nodes)
+      integer, allocatable :: node(:)            !! node of each unknown, (n)
+      integer, allocatable :: direction(:)       !! its direction, (n)
+   end type numbering_t
+
+contains
+
+   !> Number the unknowns of some nodes: in the order of these, the directions of a node one after the other.
+   pure subroutine number_unknowns(nodes, fixed, numbering)
+      integer, intent(in) :: nodes(:)            !! with degrees of freedom
+      logical, intent(in) :: fixed(:, :)         !! which are no unknowns, (directions, n_nodes)
+      type(numbering_t), intent(out) :: numbering
+      integer :: k, d
+      numbering%n = count(.not. fixed(:, nodes))
+      allocate (numbering%dof(size(fixed, 1), size(fixed, 2)), source=0)
+      allocate (numbering%node(numbering%n), numbering%direction(numbering%n))
+      numbering%n = 0
+      do k = 1, size(nodes)
+         do d = 1, size(fixed, 1)
+            if (fixed(d, nodes(k))) cycle
+            numbering%n = numbering%n + 1
+            numbering%dof(d, nodes(k)) = numbering%n
+            numbering%node(numbering%n) = nodes(k)
+            numbering%direction(numbering%n) = d
+         end do
+      end do
+   end subroutine number_unknowns
+
+   !> The nodes with degrees of freedom on which values in some elements depend, in the order in which these come to them.
+   pure subroutine nodes_of_elements(grid, elements, nodes)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: elements(:)
+      integer, allocatable, intent(out) :: nodes(:)
+      logical, allocatable :: met(:)
+      integer, allocatable :: list(:)
+      real(dp) :: weight(corners, most_nodes_of_leaf)
+      integer :: masters(most_nodes_of_leaf), n_here, n, k, j
+      allocate (met(grid%n_nodes), source=.false.)
+      allocate (list(grid%n_nodes))
+      n = 0
+      do k = 1, size(elements)
+         call grid%dofs%masters_of(grid%element_nodes(:, elements(k)), n_here, masters, weight)
+         do j = 1, n_here
+            if (met(masters(j))) cycle
+            met(masters(j)) = .true.
+            n = n + 1
+            list(n) = masters(j)
+         end do
+      end do
+      allocate (nodes, source=list(:n))
+   end subroutine nodes_of_elements
+end module hampm_numbering
