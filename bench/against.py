@@ -201,8 +201,12 @@ def time_case(builds, case, turns):
 
 def time(builds, wanted, options):
     """Processor time of bench_step."""
-    return [time_case(builds, case, options.turns if case.cells <= CELLS[-1] else min(options.turns, 9))
-            for case in CASES if wanted(str(case))]
+    rows = []
+    for case in sorted(CASES, key=lambda case: case.cells):
+        if wanted(str(case)):
+            rows.append(time_case(builds, case, options.turns if case.cells <= CELLS[-1] else min(options.turns, 9)))
+            print(*rows[-1][1:7], sep="  ", file=sys.stderr, flush=True)
+    return rows
 
 
 # --- builds -----------------------------------------------------------------------------------------------------------
