@@ -16,6 +16,9 @@ module hampm_guards
    private
    public :: check_state, check_tip, check_step
 
+   ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
+   ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
+   ! energy cannot come about so: an unstable run, which multiplies its energy in a few steps, is soon there, a stable one never.
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
    real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be told [-]
    real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be told [-]

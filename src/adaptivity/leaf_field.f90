@@ -14,7 +14,9 @@ module hampm_leaf_field
    private
    public :: twist_of_element, spatial_gradient
 
-   real(dp), parameter :: ridge = 1.0e-10_dp     !! keeps values that the particles leave open small
+   !> Added to the diagonal, of which the entries are about 1: values that the particles leave open stay small. Of the sixteen
+   !> digits of the others it takes none but the last six, and leaves six in solving for the open ones.
+   real(dp), parameter :: ridge = 1.0e-10_dp
 
    interface
       !> Solve a symmetric positive definite system, by LAPACK.

@@ -13,8 +13,9 @@ module hampm_recovery
    private
    public :: recover
 
-   real(dp), parameter :: least_spread = 1.0e-3_dp !! variance of the places of the particles, over the square of the smallest cell
-                                                   !! around, below which a slope is not trusted but kept small
+   !> Variance of the places of the particles, over the square of the smallest cell around, below which a slope is not trusted but
+   !> kept small: that of particles which stand evenly on a tenth of a cell, w**2/12 with w = 0.11.
+   real(dp), parameter :: least_spread = 1.0e-3_dp
 
 contains
 

@@ -26,7 +26,7 @@ module hampm_subcycled
    use hampm_motion, only: motion_t, update_particles, map_to_grid
    use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
    use hampm_nodal_kernels, only: assemble_sums, add_crowded
-   use hampm_node_list, only: node_list_t, lists_by_rate, clear_hanging
+   use hampm_node_list, only: node_list_t, lists_by_interval, clear_hanging
    use hampm_particle_pass, only: pass_report_t, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
@@ -159,7 +159,7 @@ contains
       end do
    end subroutine start_coarse_step
 
-   !> After a sort, or where the length of the coarse step has changed: find batches, rates and room.
+   !> After a sort, or where the length of the coarse step has changed: find batches, intervals and room.
    subroutine fit_to_sort(c, m)
       type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
@@ -169,7 +169,7 @@ contains
       associate (blocks => m%blocks, all => m%fields%mass_matrix%all)
          call limit_groups(m%grid, blocks%occupied(:blocks%n_occupied), c%largest, blocks%groups)
          call find_batches(blocks, c%batches)
-         call lists_by_rate(all, blocks%groups%velocity_rate, c%largest, c%due)
+         call lists_by_interval(all, blocks%groups%velocity_interval, c%largest, c%due)
          if (allocated(c%load)) deallocate (c%load)
          if (allocated(c%matrix)) deallocate (c%matrix, c%corner, c%in_row, c%kick, c%way, c%move, c%partial_power)
          associate (n => blocks%n)
@@ -234,20 +234,20 @@ contains
       integer, intent(in) :: turn                !! the largest group whose turn it is
       real(dp) :: factor(0:turn)                 ! of a load, by the interval for which it acts
       integer :: block, first, k, r
-      associate (f => m%fields, rates => m%blocks%groups, due => c%due(turn), n => c%due(turn)%n_nodes)
+      associate (f => m%fields, groups => m%blocks%groups, due => c%due(turn), n => c%due(turn)%n_nodes)
          call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .false., .true., &
                             f%mass_matrix%lumped, f%momentum, f%force)
          call add_crowded(m%blocks%crowded, f%contribution(1, 1, of_force, 0), ndim, f%force)
          call m%grid%dofs%condense(due, ndim, f%force)
          do k = 1, size(m%loads)
             factor = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**r*dt), r=0, turn)]
-            call add_impulses(n, due%nodes, turn, rates%force_rate, factor, c%load(:, :, k), f%force)
+            call add_impulses(n, due%nodes, turn, groups%force_interval, factor, c%load(:, :, k), f%force)
          end do
          !$omp parallel do schedule(static) private(first)
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
             call push_some(min(nodes_per_block, n - first + 1), due%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
-                           f%mass_matrix%inverse_lumped, rates%force_rate, rates%velocity_rate, f%force, &
+                           f%mass_matrix%inverse_lumped, groups%force_interval, groups%velocity_interval, f%force, &
                            f%velocity(1, 1, v_mapped), f%acceleration, f%velocity(1, 1, v_next))
          end do
          call m%grid%dofs%distribute(due, ndim, f%acceleration)
@@ -272,7 +272,7 @@ contains
       integer :: k, b
       do k = 1, size(c%batches)
          associate (batch => c%batches(k), f => m%fields)
-            if (batch%kick_rate > turn) cycle
+            if (batch%kick_interval > turn) cycle
             if (batch%kind == waiting) then
                do b = batch%blocks(1), batch%blocks(2)
                   call sum_kick(dt, f%acceleration, m%blocks%nodes(1, 1, b), c%matrix(1, 1, 1, b), c%kick(1, 1, 1, b), &
@@ -324,7 +324,7 @@ contains
          do block = 1, (n - 1)/nodes_per_block + 1
             first = (block - 1)*nodes_per_block + 1
             call divide_some(min(nodes_per_block, n - first + 1), due%nodes(first), turn, m%constraints%free, &
-                             f%mass_matrix%inverse_lumped, f%mass_matrix%lumped, m%blocks%groups%force_rate, f%momentum, &
+                             f%mass_matrix%inverse_lumped, f%mass_matrix%lumped, m%blocks%groups%force_interval, f%momentum, &
                              f%velocity(1, 1, v_mapped), f%acceleration, c%partial_power(block))
          end do
          m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(c%partial_power(:(n - 1)/nodes_per_block + 1))
@@ -340,9 +340,9 @@ contains
       integer, intent(in) :: turn
       integer :: k, b
       do k = 1, size(c%batches)
-         if (c%batches(k)%kind == plain .or. c%batches(k)%velocity_rate > turn) cycle
+         if (c%batches(k)%kind == plain .or. c%batches(k)%velocity_interval > turn) cycle
          do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
-            call sum_way(turn, m%blocks%groups%velocity_rate, m%fields%velocity(1, 1, v_mapped), m%blocks%nodes(1, 1, b), &
+            call sum_way(turn, m%blocks%groups%velocity_interval, m%fields%velocity(1, 1, v_mapped), m%blocks%nodes(1, 1, b), &
                          c%way(1, 1, 1, b))
          end do
       end do

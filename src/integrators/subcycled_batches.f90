@@ -11,8 +11,8 @@ module hampm_subcycled_batches
    type :: batch_t
       integer :: group = 0
       integer :: kind = plain                    !! the largest of the kinds of its cells, as which all are treated
-      integer :: kick_rate = 0                   !! when the first of its cells get forces
-      integer :: velocity_rate = 0               !! and when the velocity of the first of their corners changes
+      integer :: kick_interval = 0                   !! when the first of its cells get forces
+      integer :: velocity_interval = 0               !! and when the velocity of the first of their corners changes
       integer :: blocks(2) = 0                   !! the first and the last
    end type batch_t
 
@@ -32,8 +32,8 @@ contains
          if (n > 0) then
             if (found(n)%group == next%group .and. found(n)%kind == next%kind) then
                found(n)%blocks(2) = b
-               found(n)%kick_rate = min(found(n)%kick_rate, next%kick_rate)
-               found(n)%velocity_rate = min(found(n)%velocity_rate, next%velocity_rate)
+               found(n)%kick_interval = min(found(n)%kick_interval, next%kick_interval)
+               found(n)%velocity_interval = min(found(n)%velocity_interval, next%velocity_interval)
                cycle
             end if
          end if
@@ -50,14 +50,14 @@ contains
       integer :: l, e
       batch%blocks = b
       batch%group = blocks%groups%of_cell(blocks%cells(1, b))
-      batch%kick_rate = batch%group
-      batch%velocity_rate = batch%group
+      batch%kick_interval = batch%group
+      batch%velocity_interval = batch%group
       do l = 1, lanes
          e = blocks%cells(l, b)
          if (e == 0) exit
          batch%kind = max(batch%kind, blocks%groups%kind(e))
-         batch%kick_rate = min(batch%kick_rate, blocks%groups%kick_rate(e))
-         batch%velocity_rate = min(batch%velocity_rate, minval(blocks%groups%velocity_rate(blocks%nodes(:, l, b))))
+         batch%kick_interval = min(batch%kick_interval, blocks%groups%kick_interval(e))
+         batch%velocity_interval = min(batch%velocity_interval, minval(blocks%groups%velocity_interval(blocks%nodes(:, l, b))))
       end do
    end function batch_of_block
 end module hampm_subcycled_batches

@@ -10,23 +10,23 @@ module hampm_subcycling_kernels
 contains
 
    !> Add the impulses of a load over the intervals of some nodes to the forces there.
-   pure subroutine add_impulses(n, nodes, turn, force_rate, factor, load, force)
-      integer, intent(in) :: n, nodes(n), turn, force_rate(*)
-      real(dp), intent(in) :: factor(0:turn)            !! mean factor of the load in the interval of each rate
+   pure subroutine add_impulses(n, nodes, turn, force_interval, factor, load, force)
+      integer, intent(in) :: n, nodes(n), turn, force_interval(*)
+      real(dp), intent(in) :: factor(0:turn)            !! mean factor of the load in each interval
       real(dp), intent(in) :: load(ndim, *)             !! nodal forces with a factor of 1 [N]
       real(dp), intent(inout) :: force(ndim, *)
       integer :: k
       do k = 1, n
          associate (i => nodes(k))
-            if (force_rate(i) <= turn) force(:, i) = force(:, i) + 2**force_rate(i)*(factor(force_rate(i))*load(:, i))
+            if (force_interval(i) <= turn) force(:, i) = force(:, i) + 2**force_interval(i)*(factor(force_interval(i))*load(:, i))
          end associate
       end do
    end subroutine add_impulses
 
    !> As `push_nodes` for some nodes: their accelerations, and how far they carry particles.
-   pure subroutine push_some(n, nodes, turn, dt, damping_rate, free, inverse, force_rate, velocity_rate, force, velocity, &
+   pure subroutine push_some(n, nodes, turn, dt, damping_rate, free, inverse, force_interval, velocity_interval, force, velocity, &
                              acceleration, way)
-      integer, intent(in) :: n, nodes(n), turn, force_rate(*), velocity_rate(*)
+      integer, intent(in) :: n, nodes(n), turn, force_interval(*), velocity_interval(*)
       real(dp), intent(in) :: dt, damping_rate, free(ndim, *), inverse(*), force(ndim, *), velocity(ndim, *)
       real(dp), intent(inout) :: acceleration(ndim, *)
       real(dp), intent(inout) :: way(ndim, *)           !! [m/s], to be multiplied by dt
@@ -35,12 +35,12 @@ contains
       do k = 1, n
          i = nodes(k)
          after = velocity(:, i)
-         if (force_rate(i) <= turn) then
-            acceleration(:, i) = damped(over_mass(force(:, i), inverse(i), free(:, i)), 2**force_rate(i)*damping_rate, &
+         if (force_interval(i) <= turn) then
+            acceleration(:, i) = damped(over_mass(force(:, i), inverse(i), free(:, i)), 2**force_interval(i)*damping_rate, &
                                         velocity(:, i))
             after = after + dt*acceleration(:, i)
          end if
-         way(:, i) = way(:, i) + 2**velocity_rate(i)*after
+         way(:, i) = way(:, i) + 2**velocity_interval(i)*after
       end do
    end subroutine push_some
 
@@ -67,8 +67,8 @@ contains
 
    !> As `find_velocities` for some nodes. The power of the damping over its rate is sum 2**n D w . (w + w')/2, w' being the new
    !> velocity [kg m2/s2]: by the mean velocity, as forces of different times only balance each other over a longest interval.
-   pure subroutine divide_some(n, nodes, turn, free, inverse, lumped, force_rate, momentum, velocity, acceleration, power)
-      integer, intent(in) :: n, nodes(n), turn, force_rate(*)
+   pure subroutine divide_some(n, nodes, turn, free, inverse, lumped, force_interval, momentum, velocity, acceleration, power)
+      integer, intent(in) :: n, nodes(n), turn, force_interval(*)
       real(dp), intent(in) :: free(ndim, *), inverse(*), lumped(*), momentum(ndim, *)
       real(dp), intent(inout) :: velocity(ndim, *), acceleration(ndim, *)
       real(dp), intent(out) :: power
@@ -78,23 +78,23 @@ contains
       do k = 1, n
          i = nodes(k)
          w = over_mass(momentum(:, i), inverse(i), free(:, i))
-         if (force_rate(i) <= turn) &
-            power = power + 2**force_rate(i)*(0.5_dp*lumped(i))*dot_product(velocity(:, i), velocity(:, i) + w)
+         if (force_interval(i) <= turn) &
+            power = power + 2**force_interval(i)*(0.5_dp*lumped(i))*dot_product(velocity(:, i), velocity(:, i) + w)
          velocity(:, i) = w
          acceleration(:, i) = 0
       end do
    end subroutine divide_some
 
    !> Sum the velocities of the corners of a block up, each as many times as it acts for dt.
-   pure subroutine sum_way(turn, velocity_rate, velocity, nodes, way)
-      integer, intent(in) :: turn, velocity_rate(*), nodes(corners, lanes)
+   pure subroutine sum_way(turn, velocity_interval, velocity, nodes, way)
+      integer, intent(in) :: turn, velocity_interval(*), nodes(corners, lanes)
       real(dp), intent(in) :: velocity(ndim, *)
       real(dp), intent(inout) :: way(ndim, corners, lanes)
       integer :: l, c
       do l = 1, lanes
          do c = 1, corners
             associate (i => nodes(c, l))
-               if (velocity_rate(i) <= turn) way(:, c, l) = way(:, c, l) + 2**velocity_rate(i)*velocity(:, i)
+               if (velocity_interval(i) <= turn) way(:, c, l) = way(:, c, l) + 2**velocity_interval(i)*velocity(:, i)
             end associate
          end do
       end do

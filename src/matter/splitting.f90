@@ -13,7 +13,7 @@
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_failure, only: failure_t
-   use hampm_forest, only: forest_t, corner_offset, outside
+   use hampm_forest, only: forest_t, corner_offset, outside, deepest
    use hampm_particles, only: particles_t, take_particles
    use hampm_place_table, only: place_table_t
    use hampm_tensors, only: identity
@@ -156,7 +156,7 @@ contains
       key = 0
       do i = 1, p%n
          if (.not. marked(i) .or. p%level(i) == 0) cycle
-         key(1) = p%id(i)*64_long + p%level(i)
+         key(1) = p%id(i)*(deepest + 1_long) + p%level(i) ! a number for each pair of both
          key(2) = p%path(i)/corners
          call table%enter(key, f)
          found(f) = found(f) + 1

@@ -4,8 +4,9 @@
 !> layer of cells takes the step of that group: a buffer, without which the step that is stable would be shorter. So groups of cells
 !> that share a node differ by one at most.
 !>
-!> The rates follow: a node gets forces as often as the finest cell around it exerts them, and its velocity changes as often as that
-!> of any particle around it is known to. Cells among nodes that are faster than they are have to sum up what these do.
+!> The intervals of nodes follow: a node gets forces as often as the finest cell around it exerts them, and its velocity changes as
+!> often as that of any particle around it is known to. Cells among nodes that are faster than they are have to sum up what these
+!> do.
 module hampm_step_groups
    use hampm_grid, only: grid_t
    implicit none
@@ -22,10 +23,10 @@ module hampm_step_groups
       integer :: largest = 0                     !! group of the coarsest cells
       integer, allocatable :: by_size(:)         !! group of each cell with particles, (n_elements)
       integer, allocatable :: of_cell(:)         !! the same, not above a limit, (n_elements)
-      integer, allocatable :: kick_rate(:)       !! when forces meet a node of the cell, (n_elements)
+      integer, allocatable :: kick_interval(:)   !! when forces meet a node of the cell, (n_elements)
       integer, allocatable :: kind(:)            !! `plain`, `summing` or `waiting`, (n_elements)
-      integer, allocatable :: force_rate(:)      !! when forces act on a point, (n_points)
-      integer, allocatable :: velocity_rate(:)   !! when the velocity of a point changes, (n_points)
+      integer, allocatable :: force_interval(:)  !! when forces act on a node, (n_points)
+      integer, allocatable :: velocity_interval(:) !! when the velocity of a node changes, (n_points)
    end type step_groups_t
 
 contains
@@ -37,11 +38,11 @@ contains
       type(step_groups_t), intent(inout) :: groups
       integer, allocatable :: least(:)           ! group at a point
       integer :: k, finest
-      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_rate, groups%kind, &
-                                                 groups%force_rate, groups%velocity_rate)
-      allocate (groups%by_size(grid%n_elements), groups%of_cell(grid%n_elements), groups%kick_rate(grid%n_elements), &
+      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_interval, groups%kind, &
+                                                 groups%force_interval, groups%velocity_interval)
+      allocate (groups%by_size(grid%n_elements), groups%of_cell(grid%n_elements), groups%kick_interval(grid%n_elements), &
                 groups%kind(grid%n_elements), source=0)
-      allocate (least(grid%n_points), groups%force_rate(grid%n_points), groups%velocity_rate(grid%n_points), source=0)
+      allocate (least(grid%n_points), groups%force_interval(grid%n_points), groups%velocity_interval(grid%n_points), source=0)
       finest = exponent(minval(grid%element_size(occupied)))
       do k = 1, size(occupied)
          groups%by_size(occupied(k)) = exponent(grid%element_size(occupied(k))) - finest
@@ -56,7 +57,7 @@ contains
       call limit_groups(grid, occupied, groups%largest, groups)
    end subroutine find_groups
 
-   !> Let no cell take a longer step than those of a group, and find the rates.
+   !> Let no cell take a longer step than those of a group, and find the intervals.
    pure subroutine limit_groups(grid, occupied, limit, groups)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: occupied(:)
@@ -64,16 +65,16 @@ contains
       type(step_groups_t), intent(inout) :: groups
       integer :: k
       groups%of_cell = min(groups%by_size, limit)
-      call least_at_points(grid, occupied, groups%of_cell, groups%force_rate)
+      call least_at_points(grid, occupied, groups%of_cell, groups%force_interval)
       do k = 1, size(occupied)
-         groups%kick_rate(occupied(k)) = minval(groups%force_rate(grid%element_nodes(:, occupied(k))))
+         groups%kick_interval(occupied(k)) = minval(groups%force_interval(grid%element_nodes(:, occupied(k))))
       end do
-      call least_at_points(grid, occupied, groups%kick_rate, groups%velocity_rate)
+      call least_at_points(grid, occupied, groups%kick_interval, groups%velocity_interval)
       do k = 1, size(occupied)
          associate (e => occupied(k))
             groups%kind(e) = plain
-            if (minval(groups%velocity_rate(grid%element_nodes(:, e))) < groups%of_cell(e)) groups%kind(e) = summing
-            if (groups%kick_rate(e) < groups%of_cell(e)) groups%kind(e) = waiting
+            if (minval(groups%velocity_interval(grid%element_nodes(:, e))) < groups%of_cell(e)) groups%kind(e) = summing
+            if (groups%kick_interval(e) < groups%of_cell(e)) groups%kind(e) = waiting
          end associate
       end do
    end subroutine limit_groups

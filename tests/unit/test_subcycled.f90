@@ -95,10 +95,12 @@ contains
                least(grid%element_nodes(c, e)) = min(least(grid%element_nodes(c, e)), g%of_cell(e))
                most(grid%element_nodes(c, e)) = max(most(grid%element_nodes(c, e)), g%of_cell(e))
             end do
-            call check(g%kick_rate(e) == minval(g%force_rate(grid%element_nodes(:, e))), 'a cell is kicked when its nodes are')
+            call check(g%kick_interval(e) == minval(g%force_interval(grid%element_nodes(:, e))), &
+                       'a cell is kicked when its nodes are')
          end do
          call check(all(most - least <= 1 .or. most < 0), 'cells that share a node differ by one group at most')
-         call check(all(g%force_rate <= least .and. g%velocity_rate <= g%force_rate), 'nodes are as fast as the cells around them')
+         call check(all(g%force_interval <= least .and. g%velocity_interval <= g%force_interval), &
+                    'nodes are as fast as the cells around them')
          do b = 1, m%blocks%n
             associate (cells => m%blocks%cells(:, b))
                do k = 2, count(cells > 0)
