@@ -1,6 +1,6 @@
 !> Factorisation of a sparse symmetric matrix, by UMFPACK or by LAPACK's banded Cholesky, which needs it positive definite: analyse
-!> its pattern once, factorise its values as often as they change, and solve. What fails says what is the matter with the matrix;
-!> the caller knows whose it is.
+!> its pattern once, factorise its values as often as they change, and solve. A failure says what is the matter with the matrix; the
+!> caller knows what it is the matrix of.
 module hampm_factorisation
    use hampm_kinds, only: dp
    use hampm_banded, only: banded_t

@@ -210,8 +210,8 @@ contains
    !> x = A^-1 b at the unknowns of A, the matrix that was factorised; `x` stays at the others.
    subroutine solve(self, b, x)
       class(mass_factorisation_t), intent(inout) :: self
-      real(dp), intent(in) :: b(:, :)            !! (ndim, n_nodes or more)
-      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_nodes or more)
+      real(dp), intent(in) :: b(:, :)            !! (ndim, n_points)
+      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
       integer :: d, i
       do d = 1, ndim
          associate (factor => self%factors(self%of_direction(d)))

@@ -11,16 +11,16 @@ module hampm_mass_matrix
    use hampm_kinds, only: dp, corners
    use hampm_grid, only: grid_t
    use hampm_node_list, only: node_list_t, list_marked
-   use hampm_nodal_rows, only: pattern_t, runs_t, find_runs, sum_rows
+   use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
    private
    public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, invert_lumped, assemble, &
-             eigenvalue_floor, nodes_per_block
+             eigenvalue_floor, nodes_per_chunk
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
 
-   !> Sums over nodes are taken over blocks of this many nodes first, so that they do not depend on the number of threads.
-   integer, parameter :: nodes_per_block = 512
+   !> Sums over nodes are taken over chunks of this many nodes first, so that they do not depend on the number of threads.
+   integer, parameter :: nodes_per_chunk = 512
 
    !> Some nodes, the hanging nodes of which they are masters, and the elements around all these, each ascending.
    type, extends(node_list_t) :: region_t
@@ -35,7 +35,8 @@ module hampm_mass_matrix
       type(region_t) :: all                             !! the occupied cells and their nodes
       type(region_t) :: coupled                         !! the nodes of cells that are not lumped, and the occupied cells
                                                         !! around them
-      type(runs_t) :: runs                              !! its points, in blocks of `nodes_per_block`
+      type(spans_t) :: spans                            !! its nodes, hanging nodes included, in chunks of
+                                                        !! `nodes_per_chunk`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
       real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
@@ -88,7 +89,7 @@ contains
       end associate
       matrix%coupled%n_cells = size(matrix%coupled%cells)
       associate (region => matrix%coupled)
-         call find_runs(matrix%pattern, region%nodes(:region%n_points), nodes_per_block, matrix%runs)
+         call find_spans(matrix%pattern, region%nodes(:region%n_points), nodes_per_chunk, matrix%spans)
       end associate
    end subroutine find_coupled_region
 
@@ -192,8 +193,8 @@ contains
          associate (e => matrix%all%cells(k))
             if (.not. matrix%is_quarter(e)) cycle
             do c = 1, corners
-               associate (point => grid%element_nodes(c, e))
-                  lumped(point) = lumped(point) + max(matrix%cell_lumped(c, e) - sum(matrix%cell(:, c, e)), 0.0_dp)
+               associate (node => grid%element_nodes(c, e))
+                  lumped(node) = lumped(node) + max(matrix%cell_lumped(c, e) - sum(matrix%cell(:, c, e)), 0.0_dp)
                end associate
             end do
          end associate

@@ -8,7 +8,7 @@
 !>
 !> What an iteration leaves is divided by D: the sum of M x is then the sum of b to rounding, so that momentum is exact.
 !>
-!> Held components are eliminated: their unknowns are zero and their equations are left out.
+!> Components that a Dirichlet constraint fixes are eliminated: their unknowns are zero and their equations are left out.
 module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, neighbours, long
    use hampm_archive, only: archive_t
@@ -16,9 +16,9 @@ module hampm_mass_solver
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_mass_factorisation, only: mass_factorisation_t
-   use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_chunk
    use hampm_nodal_rows, only: unlike_neighbours, multiply_rows
-   use hampm_nodal_vectors, only: block_count, block_size, dot_of_nodes, divide, weigh, combine, clear
+   use hampm_nodal_vectors, only: chunk_count, chunk_size, dot_of_nodes, divide, weigh, combine, clear
    use hampm_text, only: to_text
    implicit none
    private
@@ -28,7 +28,7 @@ module hampm_mass_solver
 
    real(dp), parameter :: light = 1.0e-3_dp         !! mass of a light node over the mean mass of the nodes
    real(dp), parameter :: tolerance = 1.0e-13_dp    !! of the residual over the right-hand side, in the norm of D^-1: the
-                                                    !! particles' share of the error may be sqrt(20) times as large, and
+                                                    !! error at the particles may be sqrt(20) times as large, and
                                                     !! the error at nodes of little mass far larger
    integer, parameter :: norms = 2                  !! in which the residual is measured, see `start_residual`
    integer, parameter :: most_iterations = 1000
@@ -39,7 +39,7 @@ module hampm_mass_solver
    type :: mass_solver_t
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm
-      type(constraints_t), private :: constraints   !! which components are held
+      type(constraints_t), private :: constraints   !! which components are fixed
       type(mass_factorisation_t) :: direct
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
@@ -47,10 +47,10 @@ module hampm_mass_solver
       integer, private :: layout = 0                !! that of the matrix that was solved last
       integer, private :: version = 0               !! that of the matrix that was solved last
       real(dp), private :: light_mass = 0           !! [kg]
-      real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for held components,
+      real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for fixed components,
                                                           !! 1 at hanging nodes, (ndim, n_points)
       real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_points)
-      real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, blocks)
+      real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, chunks)
    contains
       procedure :: iterates
       procedure :: factorise_values
@@ -83,7 +83,7 @@ contains
       if (by == by_lumped) return
       associate (n => grid%n_points)
          allocate (s%inverse(ndim, n), s%r(ndim, n), s%z(ndim, n), s%d(ndim, n), s%q(ndim, n), &
-                   s%partial(ndim, 2*norms, n/nodes_per_block + 1), stat=status)
+                   s%partial(ndim, 2*norms, n/nodes_per_chunk + 1), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of nodes')
@@ -121,8 +121,8 @@ contains
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_nodes)
-      real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_nodes)
+      real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_points)
+      real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       if (s%by /= by_lumped .and. s%version /= matrix%version) call follow_matrix(s, matrix)
       select case (s%by)
@@ -144,8 +144,8 @@ contains
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_nodes)
-      real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_nodes)
+      real(dp), intent(in), contiguous :: b(:, :)   !! (ndim, n_points)
+      real(dp), intent(inout), contiguous :: x(:, :)  !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       logical :: was_factorised
       was_factorised = s%factorised
@@ -192,7 +192,7 @@ contains
    end subroutine add_series
 
    !> Preconditioned conjugate gradients, each component by itself (Saad 2003, algorithm 9.1). The residual is kept divided
-   !> by D: r = D^-1 (b - M x), and so is the product with the direction, q = D^-1 M d. Held components of either are 0.
+   !> by D: r = D^-1 (b - M x), and so is the product with the direction, q = D^-1 M d. Fixed components of either are 0.
    subroutine iterate(s, grid, matrix, b, x, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
@@ -266,7 +266,7 @@ contains
       end if
    end subroutine precondition
 
-   !> y = D^-1 A x without held components, A being given by rows of nodes, hanging nodes included, and x.A x. Values of `x` are
+   !> y = D^-1 A x without fixed components, A being given by rows of nodes, hanging nodes included, and x.A x. Values of `x` are
    !> distributed on the way.
    subroutine multiply(s, grid, matrix, row, x, y, xax)
       type(mass_solver_t), intent(inout) :: s
@@ -276,27 +276,27 @@ contains
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(inout), contiguous :: y(:, :)
       real(dp), intent(out) :: xax(ndim)
-      integer :: block, first
-      associate (runs => matrix%runs, blocks => size(matrix%runs%of_block) - 1, region => matrix%coupled)
+      integer :: chunk, first
+      associate (spans => matrix%spans, chunks => size(matrix%spans%of_chunk) - 1, region => matrix%coupled)
          call grid%dofs%distribute(region, ndim, x)
          !$omp parallel do schedule(static) private(first)
-         do block = 1, blocks
-            first = runs%of_block(block)
-            associate (n => runs%of_block(block + 1) - first)
+         do chunk = 1, chunks
+            first = spans%of_chunk(chunk)
+            associate (n => spans%of_chunk(chunk + 1) - first)
                select case (size(row, 1))
                case (neighbours)                 ! a constant, for which the compiler unrolls
-                  call multiply_rows(neighbours, n, runs%first(first), runs%last(first), runs%offset(1, first), row, s%inverse, &
-                                     x, y, s%partial(1, 1, block))
+                  call multiply_rows(neighbours, n, spans%first(first), spans%last(first), spans%offset(1, first), row, s%inverse, &
+                                     x, y, s%partial(1, 1, chunk))
                case (unlike_neighbours)
-                  call multiply_rows(unlike_neighbours, n, runs%first(first), runs%last(first), runs%offset(1, first), row, &
-                                     s%inverse, x, y, s%partial(1, 1, block))
+                  call multiply_rows(unlike_neighbours, n, spans%first(first), spans%last(first), spans%offset(1, first), row, &
+                                     s%inverse, x, y, s%partial(1, 1, chunk))
                case default
-                  call multiply_rows(size(row, 1), n, runs%first(first), runs%last(first), runs%offset(1, first), row, &
-                                     s%inverse, x, y, s%partial(1, 1, block))
+                  call multiply_rows(size(row, 1), n, spans%first(first), spans%last(first), spans%offset(1, first), row, &
+                                     s%inverse, x, y, s%partial(1, 1, chunk))
                end select
             end associate
          end do
-         xax = sum(s%partial(:, 1, :blocks), dim=2)
+         xax = sum(s%partial(:, 1, :chunks), dim=2)
          call grid%dofs%condense(region, ndim, y, s%inverse)
       end associate
    end subroutine multiply
@@ -314,16 +314,16 @@ contains
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(out) :: norm(ndim, norms), norm_of_b(ndim, norms)
       real(dp) :: sums(ndim, 2*norms), unused(ndim)
-      integer :: block, first
+      integer :: chunk, first
       call multiply(s, grid, matrix, matrix%row, x, s%q, unused)
       associate (region => matrix%coupled)
          !$omp parallel do schedule(static) private(first)
-         do block = 1, block_count(region)
-            first = (block - 1)*nodes_per_block + 1
-            call start_nodes(block_size(region, block), region%nodes(first), matrix%lumped, s%light_mass, s%inverse, b, s%q, s%r, &
-                             s%partial(1, 1, block))
+         do chunk = 1, chunk_count(region)
+            first = (chunk - 1)*nodes_per_chunk + 1
+            call start_nodes(chunk_size(region, chunk), region%nodes(first), matrix%lumped, s%light_mass, s%inverse, b, s%q, s%r, &
+                             s%partial(1, 1, chunk))
          end do
-         sums = sum(s%partial(:, :, :block_count(region)), dim=3)
+         sums = sum(s%partial(:, :, :chunk_count(region)), dim=3)
       end associate
       norm = sums(:, :norms)
       norm_of_b = sums(:, norms + 1:)
@@ -348,7 +348,7 @@ contains
       end do
    end subroutine start_nodes
 
-   !> Add the share of a node in the squares of both norms.
+   !> Add what a node contributes to the squares of both norms.
    pure subroutine add_norms(mass, light_mass, r, norm)
       real(dp), intent(in) :: mass, light_mass, r(ndim)
       real(dp), intent(inout) :: norm(ndim, norms)
@@ -365,15 +365,15 @@ contains
       real(dp), intent(in) :: step(ndim)
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(out) :: norm(ndim, norms)
-      integer :: block, first
+      integer :: chunk, first
       associate (region => matrix%coupled)
          !$omp parallel do schedule(static) private(first)
-         do block = 1, block_count(region)
-            first = (block - 1)*nodes_per_block + 1
-            call step_nodes(block_size(region, block), region%nodes(first), step, matrix%lumped, s%light_mass, s%d, s%q, x, s%r, &
-                            s%partial(1, 1, block))
+         do chunk = 1, chunk_count(region)
+            first = (chunk - 1)*nodes_per_chunk + 1
+            call step_nodes(chunk_size(region, chunk), region%nodes(first), step, matrix%lumped, s%light_mass, s%d, s%q, x, s%r, &
+                            s%partial(1, 1, chunk))
          end do
-         norm = sum(s%partial(:, :norms, :block_count(region)), dim=3)
+         norm = sum(s%partial(:, :norms, :chunk_count(region)), dim=3)
       end associate
    end subroutine step_along
 
@@ -409,13 +409,13 @@ contains
       type(region_t), intent(in) :: region
       real(dp), intent(in), contiguous :: x(:, :), y(:, :)
       real(dp) :: total(ndim)
-      integer :: block, first
+      integer :: chunk, first
       !$omp parallel do schedule(static) private(first)
-      do block = 1, block_count(region)
-         first = (block - 1)*nodes_per_block + 1
-         call dot_of_nodes(block_size(region, block), region%nodes(first), x, y, s%partial(1, 1, block))
+      do chunk = 1, chunk_count(region)
+         first = (chunk - 1)*nodes_per_chunk + 1
+         call dot_of_nodes(chunk_size(region, chunk), region%nodes(first), x, y, s%partial(1, 1, chunk))
       end do
-      total = sum(s%partial(:, 1, :block_count(region)), dim=2)
+      total = sum(s%partial(:, 1, :chunk_count(region)), dim=2)
    end function dot
 
    !> Keep what a solver has factorised, and its counts.

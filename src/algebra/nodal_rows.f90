@@ -1,14 +1,14 @@
 !> Matrices by rows of nodes, hanging nodes included. The row of a node has a place for each node of the cells around it: for the
 !> node itself where there are fewer, with nothing in it. A matrix that is known by cells, as `mass_matrix_t` has it, is summed into
-!> its rows once, and multiplied by often: along runs of nodes whose neighbours are numbered as they are, so that no index is looked
-!> up.
+!> its rows once, and multiplied by often: along spans of nodes whose neighbours are numbered as they are, so that no index is
+!> looked up.
 module hampm_nodal_rows
    use hampm_kinds, only: dp, ndim, corners, neighbours
    use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: pattern_t, runs_t, unlike_neighbours, pattern_of_grid, find_runs, sum_rows, multiply_rows
+   public :: pattern_t, spans_t, unlike_neighbours, pattern_of_grid, find_spans, sum_rows, multiply_rows
 
    !> Nodes of four cells around a node, of any sizes
    integer, parameter :: unlike_neighbours = corners*(corners - 1) + 1
@@ -21,13 +21,13 @@ module hampm_nodal_rows
                                                  !! element, (corners, corners*n_elements)
    end type pattern_t
 
-   !> Some nodes as runs of consecutive numbers, for all nodes of which a place of the row means the node at the same distance.
-   type :: runs_t
-      integer, allocatable :: of_block(:)        !! first run of each block of nodes, (blocks + 1)
-      integer, allocatable :: first(:)           !! first node of each run
-      integer, allocatable :: last(:)            !! last node of each run
-      integer, allocatable :: offset(:, :)       !! from a node to the one of each place of its row, (width, runs)
-   end type runs_t
+   !> Some nodes as spans of consecutive numbers, for all nodes of which a place of the row means the node at the same distance.
+   type :: spans_t
+      integer, allocatable :: of_chunk(:)        !! first span of each chunk of nodes, (chunks + 1)
+      integer, allocatable :: first(:)           !! first node of each span
+      integer, allocatable :: last(:)            !! last node of each span
+      integer, allocatable :: offset(:, :)       !! from a node to the one of each place of its row, (width, spans)
+   end type spans_t
 
 contains
 
@@ -116,21 +116,22 @@ contains
       end do
    end subroutine sum_rows
 
-   !> The runs of some nodes, in blocks of `block` nodes.
-   pure subroutine find_runs(pattern, nodes, block, runs)
+   !> The spans of some nodes, which are taken in chunks.
+   pure subroutine find_spans(pattern, nodes, per_chunk, spans)
       type(pattern_t), intent(in) :: pattern
-      integer, intent(in) :: nodes(:), block
-      type(runs_t), intent(out) :: runs
+      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: per_chunk                  !! nodes of a chunk
+      type(spans_t), intent(out) :: spans
       integer, dimension(size(pattern%neighbour, 1)) :: offset, last_offset
       integer :: place(size(nodes) + 1), a, n
       n = 0
-      allocate (runs%of_block((size(nodes) - 1)/block + 2))
+      allocate (spans%of_chunk((size(nodes) - 1)/per_chunk + 2))
       last_offset = 0
       do a = 1, size(nodes)
          offset = pattern%neighbour(:, nodes(a)) - nodes(a)
-         if (mod(a - 1, block) == 0) then
-            runs%of_block((a - 1)/block + 1) = n + 1
-            last_offset = 0                      ! no run goes on from block to block
+         if (mod(a - 1, per_chunk) == 0) then
+            spans%of_chunk((a - 1)/per_chunk + 1) = n + 1
+            last_offset = 0                      ! no span goes on from chunk to chunk
          end if
          if (a > 1 .and. all(offset == last_offset)) then
             if (nodes(a) == nodes(a - 1) + 1) cycle
@@ -139,33 +140,33 @@ contains
          place(n) = a
          last_offset = offset
       end do
-      runs%of_block(size(runs%of_block)) = n + 1
+      spans%of_chunk(size(spans%of_chunk)) = n + 1
       place(n + 1) = size(nodes) + 1
-      runs%first = nodes(place(:n))
-      runs%last = nodes(place(2:n + 1) - 1)
-      allocate (runs%offset(size(offset), n))
+      spans%first = nodes(place(:n))
+      spans%last = nodes(place(2:n + 1) - 1)
+      allocate (spans%offset(size(offset), n))
       do a = 1, n
-         runs%offset(:, a) = pattern%neighbour(:, runs%first(a)) - runs%first(a)
+         spans%offset(:, a) = pattern%neighbour(:, spans%first(a)) - spans%first(a)
       end do
-   end subroutine find_runs
+   end subroutine find_spans
 
-   !> y = S A x at the nodes of some runs, S being diagonal, and the sum of x.A x, by component.
+   !> y = S A x at the nodes of some spans, S being diagonal, and the sum of x.A x, by component.
    pure subroutine multiply_rows(width, n, first, last, offset, row, scale, x, y, xax)
       integer, intent(in) :: width                      !! places of a row
-      integer, intent(in) :: n, first(n), last(n), offset(width, n)  !! see `runs_t`
+      integer, intent(in) :: n, first(n), last(n), offset(width, n)  !! see `spans_t`
       real(dp), intent(in) :: row(width, *)             !! A, by node
       real(dp), intent(in) :: scale(ndim, *)            !! S, by node
       real(dp), intent(in) :: x(ndim, *)
       real(dp), intent(inout) :: y(ndim, *)
       real(dp), intent(out) :: xax(ndim)
       real(dp) :: total(ndim)
-      integer :: run, i, k
+      integer :: span, i, k
       xax = 0
-      do run = 1, n
-         do i = first(run), last(run)
+      do span = 1, n
+         do i = first(span), last(span)
             total = 0
             do k = 1, width
-               total = total + row(k, i)*x(:, i + offset(k, run))
+               total = total + row(k, i)*x(:, i + offset(k, span))
             end do
             y(:, i) = scale(:, i)*total
             xax = xax + total*x(:, i)

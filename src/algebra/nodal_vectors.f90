@@ -1,26 +1,26 @@
-!> Vectors of the nodes of a region: what iterations do with them. Sums are taken over blocks of nodes first, so that they do not
+!> Vectors of the nodes of a region: what iterations do with them. Sums are taken over chunks of nodes first, so that they do not
 !> depend on the number of threads.
 module hampm_nodal_vectors
    use hampm_kinds, only: dp, ndim
-   use hampm_mass_matrix, only: region_t, nodes_per_block
+   use hampm_mass_matrix, only: region_t, nodes_per_chunk
    implicit none
    private
-   public :: block_count, block_size, dot_of_nodes, divide, weigh, combine, clear
+   public :: chunk_count, chunk_size, dot_of_nodes, divide, weigh, combine, clear
 
 contains
 
-   !> Number of blocks of nodes.
-   pure integer function block_count(region)
+   !> Number of chunks of nodes.
+   pure integer function chunk_count(region)
       type(region_t), intent(in) :: region
-      block_count = (region%n_nodes - 1)/nodes_per_block + 1
-   end function block_count
+      chunk_count = (region%n_nodes - 1)/nodes_per_chunk + 1
+   end function chunk_count
 
-   !> Number of nodes of a block.
-   pure integer function block_size(region, block)
+   !> Number of nodes of a chunk.
+   pure integer function chunk_size(region, chunk)
       type(region_t), intent(in) :: region
-      integer, intent(in) :: block
-      block_size = min(nodes_per_block, region%n_nodes - (block - 1)*nodes_per_block)
-   end function block_size
+      integer, intent(in) :: chunk
+      chunk_size = min(nodes_per_chunk, region%n_nodes - (chunk - 1)*nodes_per_chunk)
+   end function chunk_size
 
    !> Sum of x y over some nodes, by component.
    pure subroutine dot_of_nodes(n, nodes, x, y, total)

@@ -22,7 +22,7 @@ module hampm_subcycled
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_load_history, only: load_history_t
    use hampm_loads, only: add_load
-   use hampm_mass_matrix, only: nodes_per_block
+   use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_motion, only: motion_t, update_particles, map_to_grid
    use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
    use hampm_nodal_kernels, only: assemble_sums, add_crowded
@@ -54,7 +54,7 @@ module hampm_subcycled
       real(dp), allocatable, private :: move(:, :, :, :)      !! the same of what moves particles, since the coarse step began [m/s]
       real(dp), allocatable, private :: matrix(:, :, :, :)    !! M of the cells that wait [kg], (lanes, corners, corners, n_blocks)
       real(dp), allocatable, private :: load(:, :, :)         !! of each load with a factor of 1 [N], (ndim, n_points, loads)
-      real(dp), allocatable, private :: partial_power(:)      !! workspace, by blocks of nodes
+      real(dp), allocatable, private :: partial_power(:)      !! workspace, by chunks of nodes
    contains
       procedure :: choose_steps
       procedure :: advance
@@ -173,7 +173,7 @@ contains
          if (allocated(c%load)) deallocate (c%load)
          if (allocated(c%matrix)) deallocate (c%matrix, c%corner, c%in_row, c%kick, c%way, c%move, c%partial_power)
          associate (n => blocks%n)
-            allocate (c%matrix(lanes, corners, corners, n), c%partial_power(all%n_nodes/nodes_per_block + 1))
+            allocate (c%matrix(lanes, corners, corners, n), c%partial_power(all%n_nodes/nodes_per_chunk + 1))
             allocate (c%kick(ndim, corners, lanes, n), c%way(ndim, corners, lanes, n), c%move(ndim, corners, lanes, n), &
                       source=0.0_dp)
             c%corner = reshape([(k, k=1, corners*lanes*n)], [corners, lanes, n])
@@ -233,7 +233,7 @@ contains
       integer, intent(in) :: s                   !! finest steps since the beginning of the coarse one
       integer, intent(in) :: turn                !! the largest group whose turn it is
       real(dp) :: factor(0:turn)                 ! of a load, by the interval for which it acts
-      integer :: block, first, k, r
+      integer :: chunk, first, k, r
       associate (f => m%fields, groups => m%blocks%groups, due => c%due(turn), n => c%due(turn)%n_nodes)
          call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .false., .true., &
                             f%mass_matrix%lumped, f%momentum, f%force)
@@ -244,9 +244,9 @@ contains
             call add_impulses(n, due%nodes, turn, groups%force_interval, factor, c%load(:, :, k), f%force)
          end do
          !$omp parallel do schedule(static) private(first)
-         do block = 1, (n - 1)/nodes_per_block + 1
-            first = (block - 1)*nodes_per_block + 1
-            call push_some(min(nodes_per_block, n - first + 1), due%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
+         do chunk = 1, (n - 1)/nodes_per_chunk + 1
+            first = (chunk - 1)*nodes_per_chunk + 1
+            call push_some(min(nodes_per_chunk, n - first + 1), due%nodes(first), turn, dt, m%damping_rate, m%constraints%free, &
                            f%mass_matrix%inverse_lumped, groups%force_interval, groups%velocity_interval, f%force, &
                            f%velocity(1, 1, v_mapped), f%acceleration, f%velocity(1, 1, v_next))
          end do
@@ -314,20 +314,20 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                        !! for which it has acted [s]
       integer, intent(in) :: turn
-      integer :: block, first
+      integer :: chunk, first
       associate (f => m%fields, due => c%due(turn), n => c%due(turn)%n_nodes)
          call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .true., .false., &
                             f%mass_matrix%lumped, f%momentum, f%force)
          call add_crowded(m%blocks%crowded, f%contribution(1, 1, of_momentum, 0), ndim, f%momentum)
          call m%grid%dofs%condense(due, ndim, f%momentum)
          !$omp parallel do schedule(static) private(first)
-         do block = 1, (n - 1)/nodes_per_block + 1
-            first = (block - 1)*nodes_per_block + 1
-            call divide_some(min(nodes_per_block, n - first + 1), due%nodes(first), turn, m%constraints%free, &
+         do chunk = 1, (n - 1)/nodes_per_chunk + 1
+            first = (chunk - 1)*nodes_per_chunk + 1
+            call divide_some(min(nodes_per_chunk, n - first + 1), due%nodes(first), turn, m%constraints%free, &
                              f%mass_matrix%inverse_lumped, f%mass_matrix%lumped, m%blocks%groups%force_interval, f%momentum, &
-                             f%velocity(1, 1, v_mapped), f%acceleration, c%partial_power(block))
+                             f%velocity(1, 1, v_mapped), f%acceleration, c%partial_power(chunk))
          end do
-         m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(c%partial_power(:(n - 1)/nodes_per_block + 1))
+         m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(c%partial_power(:(n - 1)/nodes_per_chunk + 1))
          call m%grid%dofs%distribute(due, ndim, f%velocity(:, :, v_mapped))
          call clear_hanging(due, ndim, f%acceleration)
       end associate

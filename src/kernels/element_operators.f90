@@ -24,7 +24,7 @@ module hampm_element_operators
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
    use hampm_element_kernels, only: n_masses, n_moments, apply_masses, apply_stiffnesses, add_to_sum
    use hampm_large_pages, only: prefer_large_pages
-   use hampm_mass_matrix, only: nodes_per_block
+   use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
@@ -177,8 +177,8 @@ contains
       integer :: k, b
       associate (all => f%mass_matrix%all)
          !$omp parallel do schedule(static)
-         do k = 1, all%n_points, nodes_per_block
-            call add_up(pass, dt, all%nodes(k:min(k + nodes_per_block - 1, all%n_points)), f, operators)
+         do k = 1, all%n_points, nodes_per_chunk
+            call add_up(pass, dt, all%nodes(k:min(k + nodes_per_chunk - 1, all%n_points)), f, operators)
          end do
       end associate
       !$omp parallel do schedule(static) private(b)

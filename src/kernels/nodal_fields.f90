@@ -7,7 +7,7 @@ module hampm_nodal_fields
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_large_pages, only: prefer_large_pages
-   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble_rows => assemble, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble_rows => assemble, nodes_per_chunk
    use hampm_nodal_kernels, only: assemble_sums, add_crowded
    use hampm_node_list, only: list_marked
    implicit none
@@ -37,7 +37,7 @@ module hampm_nodal_fields
       logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
       real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the audit [J], (2, blocks)
       logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
-      real(dp), allocatable :: partial_power(:, :)      !! workspace of sums over nodes, (2, number of blocks of nodes)
+      real(dp), allocatable :: partial_power(:, :)      !! workspace of sums over nodes, (2, number of chunks of nodes)
    end type nodal_fields_t
 
 contains
@@ -52,7 +52,7 @@ contains
          allocate (f%is_active(n), f%mass_matrix%lumped(n), f%mass_matrix%inverse_lumped(n), &
                    f%mass_matrix%all%nodes(n), f%mass_matrix%all%cells(m), f%momentum(ndim, n), &
                    f%force(ndim, n), f%external(ndim, n), f%acceleration(ndim, n), f%velocity(ndim, n, 3), &
-                   f%partial_power(2, n/nodes_per_block + 1), stat=status)
+                   f%partial_power(2, n/nodes_per_chunk + 1), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'grid: not enough memory for its nodes')

@@ -5,7 +5,7 @@ module hampm_tiled_step
    use hampm_cell_blocks, only: cell_blocks_t, of_mass, of_momentum, of_force
    use hampm_element_operators, only: element_operators_t, add_up, pass_or_apply
    use hampm_material, only: material_t
-   use hampm_mass_matrix, only: nodes_per_block
+   use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next, v_mapped
    use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product
    use hampm_particles, only: particles_t
@@ -129,12 +129,12 @@ contains
       integer :: k, first
       associate (all => f%mass_matrix%all)
          !$omp parallel do schedule(static) private(first)
-         do k = 1, (all%n_nodes - 1)/nodes_per_block + 1
-            first = (k - 1)*nodes_per_block + 1
-            f%partial_power(1, k) = damping_product(min(nodes_per_block, all%n_nodes - first + 1), all%nodes(first), &
+         do k = 1, (all%n_nodes - 1)/nodes_per_chunk + 1
+            first = (k - 1)*nodes_per_chunk + 1
+            f%partial_power(1, k) = damping_product(min(nodes_per_chunk, all%n_nodes - first + 1), all%nodes(first), &
                                                     f%mass_matrix%lumped, f%velocity(1, 1, v_n), f%velocity(1, 1, v_next))
          end do
-         total = sum(f%partial_power(1, :(all%n_nodes - 1)/nodes_per_block + 1))
+         total = sum(f%partial_power(1, :(all%n_nodes - 1)/nodes_per_chunk + 1))
       end associate
    end function sum_of_damping
 end module hampm_tiled_step

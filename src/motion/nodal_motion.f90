@@ -3,7 +3,7 @@ module hampm_nodal_motion
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t, nodes_per_block
+   use hampm_mass_matrix, only: mass_matrix_t, nodes_per_chunk
    use hampm_mass_solver, only: mass_solver_t, solve_mass, by_lumped
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    use hampm_nodal_kernels, only: divide_by_mass, advance_velocities
@@ -61,21 +61,21 @@ contains
       real(dp), intent(out) :: damping_power            !! sum alpha p_i . (v_i + a_i dt) [W]
       real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
       type(failure_t), intent(inout) :: failure
-      integer :: block, blocks, first
+      integer :: chunk, chunks, first
       if (solver%iterates()) call guess_acceleration(f)
       call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
       if (solver%iterates()) call remember_acceleration(f)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
-      blocks = (f%mass_matrix%all%n_points - 1)/nodes_per_block + 1
+      chunks = (f%mass_matrix%all%n_points - 1)/nodes_per_chunk + 1
       !$omp parallel do schedule(static) private(first)
-      do block = 1, blocks
-         first = (block - 1)*nodes_per_block + 1
-         call advance_velocities(min(nodes_per_block, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
+      do chunk = 1, chunks
+         first = (chunk - 1)*nodes_per_chunk + 1
+         call advance_velocities(min(nodes_per_chunk, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
                                  damping_rate, dt, audit .or. damping_rate > 0, f%momentum, f%force, f%velocity(1, 1, v_n), &
-                                 f%acceleration, f%velocity(1, 1, v_next), f%partial_power(1, block))
+                                 f%acceleration, f%velocity(1, 1, v_next), f%partial_power(1, chunk))
       end do
-      damping_power = damping_rate*sum(f%partial_power(1, :blocks))
-      mapping_power = merge(sum(f%partial_power(2, :blocks)), 0.0_dp, audit)
+      damping_power = damping_rate*sum(f%partial_power(1, :chunks))
+      mapping_power = merge(sum(f%partial_power(2, :chunks)), 0.0_dp, audit)
    end subroutine accelerate
 
    !> Take the line through the last two solutions as the guess of the next.

@@ -1,4 +1,5 @@
-!> Nodes whose velocity is held at zero in some directions.
+!> Dirichlet constraints: nodes whose velocity is fixed at zero in some directions. The user gives them as boxes, which are fitted
+!> to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
 module hampm_constraints
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
@@ -6,13 +7,13 @@ module hampm_constraints
    private
    public :: constraints_t, constrain_box, fit_constraints, hold
 
-   !> A box in which nodes are held.
+   !> A box in which nodes are fixed.
    type :: box_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! its corners [m]
-      logical :: components(ndim) = .false.      !! what it holds
+      logical :: components(ndim) = .false.      !! which components it fixes
    end type box_t
 
-   !> Boxes, and the nodes of the present grid that are held in them.
+   !> Boxes, and the nodes of the present grid that are fixed in them.
    type :: constraints_t
       type(box_t), allocatable, private :: boxes(:)
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
@@ -24,7 +25,7 @@ module hampm_constraints
 
 contains
 
-   !> Hold the `components` of all nodes within a box, its faces included.
+   !> Fix the `components` of all nodes within a box, its faces included.
    subroutine constrain_box(c, grid, lower, upper, components)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -36,7 +37,7 @@ contains
          call fit_constraints(c, grid)
       else
          call hold_in_box(c, grid, size(c%boxes))
-         call list_held(c, grid)
+         call list_fixed(c, grid)
       end if
    end subroutine constrain_box
 
@@ -52,10 +53,10 @@ contains
       do k = 1, size(c%boxes)
          call hold_in_box(c, grid, k)
       end do
-      call list_held(c, grid)
+      call list_fixed(c, grid)
    end subroutine fit_constraints
 
-   !> Hold the nodes in the k-th box.
+   !> Fix the nodes in the k-th box.
    pure subroutine hold_in_box(c, grid, k)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -71,16 +72,16 @@ contains
       end do
    end subroutine hold_in_box
 
-   !> What follows from the nodes that are held.
-   pure subroutine list_held(c, grid)
+   !> What follows from the nodes that are fixed.
+   pure subroutine list_fixed(c, grid)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       integer :: i
       where (c%fixed) c%free(:, :grid%n_nodes) = 0
       c%node = pack([(i, i=1, grid%n_nodes)], any(c%fixed, dim=1))
-   end subroutine list_held
+   end subroutine list_fixed
 
-   !> Whether a component of a node is held.
+   !> Whether a component of a node is fixed.
    pure logical function holds(self, node, component)
       class(constraints_t), intent(in) :: self
       integer, intent(in) :: node, component
@@ -88,10 +89,10 @@ contains
       if (allocated(self%fixed)) holds = self%fixed(component, node)
    end function holds
 
-   !> Set the held components of a nodal field to zero.
+   !> Set the fixed components of a nodal field to zero.
    pure subroutine hold(c, field)
       type(constraints_t), intent(in) :: c
-      real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_nodes)
+      real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_points)
       integer :: k
       if (.not. allocated(c%node)) return
       do k = 1, size(c%node)

@@ -13,7 +13,7 @@ program test_crowded_nodes
    use hampm_mass_samples, only: choice_of, dense_matrix
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, refresh_grid
-   use hampm_nodal_rows, only: pattern_t, runs_t, unlike_neighbours, pattern_of_grid, find_runs, sum_rows, multiply_rows
+   use hampm_nodal_rows, only: pattern_t, spans_t, unlike_neighbours, pattern_of_grid, find_spans, sum_rows, multiply_rows
    use hampm_patch, only: patch_t, patch_around, patch_mass, internal_force, fitted_displacement
    use hampm_recovery, only: recover
    use hampm_refined, only: refine_box
@@ -151,7 +151,7 @@ contains
       type(grid_t) :: grid
       type(failure_t) :: failure
       type(pattern_t) :: pattern
-      type(runs_t) :: runs
+      type(spans_t) :: spans
       real(dp), allocatable :: cell(:, :, :), row(:, :), ones(:, :), x(:, :), y(:, :), expected(:, :)
       real(dp) :: xax(ndim)
       integer :: e, i, status
@@ -176,9 +176,9 @@ contains
       allocate (row(pattern%width, grid%n_nodes))
       associate (nodes => [(i, i=1, grid%n_nodes)])
          call sum_rows(size(nodes), nodes, grid%dofs%first_slot, grid%dofs%slot, pattern%place, cell, pattern%width, row)
-         call find_runs(pattern, nodes, size(nodes), runs)
+         call find_spans(pattern, nodes, size(nodes), spans)
       end associate
-      call multiply_rows(pattern%width, size(runs%first), runs%first, runs%last, runs%offset, row, ones, x, y, xax)
+      call multiply_rows(pattern%width, size(spans%first), spans%first, spans%last, spans%offset, row, ones, x, y, xax)
       call check_close(maxval(abs(y - expected)), 0.0_dp, 1.0e-13_dp, 'a product by rows is that by cells at crowded nodes')
    end subroutine check_products
 

@@ -10,7 +10,7 @@ program test_nodal_rows
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, solve_mass
    use hampm_material, only: material_t
    use hampm_motion, only: motion_t, refresh_grid
-   use hampm_nodal_rows, only: pattern_t, runs_t, pattern_of_grid, find_runs, sum_rows, multiply_rows
+   use hampm_nodal_rows, only: pattern_t, spans_t, pattern_of_grid, find_spans, sum_rows, multiply_rows
    use hampm_samples, only: rectangle_t, place_bodies, start
    implicit none
    call repeat_random_numbers()
@@ -20,16 +20,16 @@ program test_nodal_rows
 
 contains
 
-   !> Products by rows are those by cells, also at some of the nodes only and over several blocks.
+   !> Products by rows are those by cells, also at some of the nodes only and over several chunks.
    subroutine rows_of_cells()
       integer, parameter :: nodes(13) = [1, 2, 3, 4, 6, 8, 9, 10, 11, 12, 13, 19, 20]
       type(grid_t) :: grid
       type(failure_t) :: failure
       type(pattern_t) :: pattern
-      type(runs_t) :: runs
+      type(spans_t) :: spans
       real(dp), allocatable :: cell(:, :, :), row(:, :), ones(:, :), x(:, :), y(:, :), expected(:, :)
       real(dp) :: xax(ndim), part(ndim)
-      integer :: e, block, first, status
+      integer :: e, chunk, first, status
       call build_grid(forest_t([0.0_dp, 0.0_dp], 1.0_dp, [4, 3]), grid, failure)
       allocate (cell(corners, corners, grid%n_elements), row(neighbours, grid%n_nodes), x(ndim, grid%n_nodes), &
                 y(ndim, grid%n_nodes))
@@ -46,17 +46,17 @@ contains
       call pattern_of_grid(grid, pattern, status)
       call check(status == 0 .and. pattern%width == neighbours, 'on like cells each node has nine neighbours, itself included')
       call sum_rows(size(nodes), nodes, grid%dofs%first_slot, grid%dofs%slot, pattern%place, cell, neighbours, row)
-      call find_runs(pattern, nodes, 5, runs)
+      call find_spans(pattern, nodes, 5, spans)
       y = 0
       xax = 0
-      do block = 1, 3
-         first = runs%of_block(block)
-         call multiply_rows(neighbours, runs%of_block(block + 1) - first, runs%first(first), runs%last(first), &
-                            runs%offset(1, first), &
+      do chunk = 1, 3
+         first = spans%of_chunk(chunk)
+         call multiply_rows(neighbours, spans%of_chunk(chunk + 1) - first, spans%first(first), spans%last(first), &
+                            spans%offset(1, first), &
                             row, ones, x, y, part)
          xax = xax + part
       end do
-      call check(sum(runs%last - runs%first + 1) == size(nodes), 'runs have every node once')
+      call check(sum(spans%last - spans%first + 1) == size(nodes), 'spans have every node once')
       call check_close(maxval(abs(y(:, nodes) - expected(:, nodes))), 0.0_dp, 1.0e-13_dp, 'a product by rows is that by cells')
       call check_close(maxval(abs(xax - sum(x(:, nodes)*expected(:, nodes), dim=2))), 0.0_dp, 1.0e-12_dp, &
                        'the quadratic form is x.A x')
