@@ -46,7 +46,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(crack_tip_t), intent(in) :: tip
-      type(mass_solver_t), intent(inout) :: extrapolation !! solver without held components
+      type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure

@@ -20,7 +20,7 @@ module hampm_measurements
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: measurements_t, new_measurements, fit_extrapolation, measure, take_row, declare_columns, energy_residual, &
+   public :: measurements_t, new_measurements, rebuild_extrapolation, measure, take_row, declare_columns, energy_residual, &
              keep_measurements
 
    !> What was measured last, with what is needed to measure again.
@@ -34,7 +34,7 @@ module hampm_measurements
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
-      type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without held components
+      type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       type(crack_values_t) :: crack              !! what was measured at the crack, if there is one
       type(history_t) :: history                 !! the columns and the latest row
@@ -64,12 +64,12 @@ contains
    end subroutine new_measurements
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
-   subroutine fit_extrapolation(motion, m, failure)
+   subroutine rebuild_extrapolation(motion, m, failure)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, constraints_t(), m%extrapolation, failure)
-   end subroutine fit_extrapolation
+   end subroutine rebuild_extrapolation
 
    !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the scene: the resultant of the loads
    !> normal to the crack, without their sign and shared by both arms where both are there, the distance from the first load to the

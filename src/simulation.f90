@@ -13,7 +13,7 @@ module hampm_simulation
    use hampm_guards, only: check_state, check_step, check_tip
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t
-   use hampm_measurements, only: measurements_t, new_measurements, fit_extrapolation, measure, take_row, &
+   use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure, take_row, &
                                  declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
    use hampm_progress, only: progress_t
@@ -69,7 +69,7 @@ contains
       call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       call use_threads(threads, s%motion%particles%n)
-      call fit_to_mesh(s, failure)
+      call rebuild_on_mesh(s, failure)
       if (failure%failed()) return
       call new_measurements(scene, s%motion, s%cracks, s%measurements)
    end subroutine build
@@ -91,7 +91,7 @@ contains
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%motion%particles%n)
-         call fit_to_mesh(s, failure)
+         call rebuild_on_mesh(s, failure)
          call keep_rest(checkpoint, s)
       end if
       call checkpoint%finish(failure)
@@ -160,13 +160,13 @@ contains
    end subroutine look_for_interruption
 
    !> Make time step, nodes around crack tips and extrapolations fit a new mesh.
-   subroutine fit_to_mesh(s, failure)
+   subroutine rebuild_on_mesh(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call limit_time_step(s)
       call s%cracks%find_nodes(s%motion%grid, failure)
-      if (.not. failure%failed()) call fit_extrapolation(s%motion, s%measurements, failure)
-   end subroutine fit_to_mesh
+      if (.not. failure%failed()) call rebuild_extrapolation(s%motion, s%measurements, failure)
+   end subroutine rebuild_on_mesh
 
    !> The longest time step follows the smallest occupied cell.
    subroutine limit_time_step(s)
@@ -260,7 +260,7 @@ contains
       if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
       call update_particles(s%motion)
       call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
-      if (adapted .and. .not. failure%failed()) call fit_to_mesh(s, failure)
+      if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine adapt
 
    !> Whether the time of an output has come.

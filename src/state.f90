@@ -14,7 +14,7 @@ module hampm_state
    use hampm_grid, only: grid_t, build_grid
    use hampm_loads, only: keep_loads
    use hampm_mass_solver, only: keep_solver
-   use hampm_motion, only: motion_t, fit_to_grid, fit_operators
+   use hampm_motion, only: motion_t, rebuild_on_grid, rebuild_operators
    use hampm_nodal_fields, only: keep_fields
    use hampm_particles, only: keep_particles
    use hampm_sorting, only: take_order
@@ -39,11 +39,11 @@ contains
       call keep_particles(m%particles, c)
       call keep_loads(m%loads, c)
       if (c%is_read .and. .not. c%failure%failed()) call form_order(c, m)
-      if (c%is_read .and. .not. c%failure%failed()) call fit_to_grid(m, c%failure)
+      if (c%is_read .and. .not. c%failure%failed()) call rebuild_on_grid(m, c%failure)
       if (c%failure%failed()) return
       call keep_fields(m%fields, m%blocks%n, m%mapped, c)
       if (m%mapped .and. .not. c%failure%failed()) then
-         if (c%is_read) call fit_operators(m)
+         if (c%is_read) call rebuild_operators(m)
          call keep_gains(m%operators, c)
       end if
       call keep_contact(m%contact, c)

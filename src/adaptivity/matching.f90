@@ -12,7 +12,7 @@ module hampm_matching
    use hampm_grid, only: build_grid
    use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_motion, only: motion_t, fit_to_grid, sort_particles, sort_anew, refresh_grid
+   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid
    use hampm_splitting, only: start_families, split, recombine
    implicit none
    private
@@ -37,7 +37,7 @@ contains
       if (failure%failed()) return
       call sort_particles(m, failure)
       if (failure%failed()) return
-      call fit_to_grid(m, failure)
+      call rebuild_on_grid(m, failure)
       if (failure%failed()) return
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
       call match_particles(m, failure)

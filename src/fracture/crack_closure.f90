@@ -58,7 +58,7 @@ contains
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
       type(mass_matrix_t), intent(in) :: matrix
-      type(mass_solver_t), intent(inout) :: solver     !! without held components
+      type(mass_solver_t), intent(inout) :: solver     !! without fixed components
       real(dp), intent(out) :: g(modes)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)

@@ -201,7 +201,7 @@ contains
       end associate
    end subroutine take_sample
 
-   !> Add the share of a particle in B J of each disc.
+   !> Add what a particle contributes to B J of each disc.
    pure subroutine add_to_j(s, q, dq, j)
       type(sample_t), intent(in) :: s
       real(dp), intent(in) :: q(:)               !! at the particle, by radius
@@ -211,7 +211,7 @@ contains
                         + (dot_product(s%divergence, s%slope) - s%energy_slope)*q)
    end subroutine add_to_j
 
-   !> Add the share of a particle in the interaction with the tip fields of unit K: 2 B/E' K of each disc.
+   !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc.
    pure subroutine add_to_interaction(s, domain, q, dq, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
@@ -230,7 +230,7 @@ contains
       end do
    end subroutine add_to_interaction
 
-   !> Add the share of the pressed faces in the interaction: the force F at each pair times the mean of the slope -[a_2],1 of the
+   !> Add what the pressed faces contribute to the interaction: the force F at each pair times the mean of the slope -[a_2],1 of the
    !> opening of unit K_I, weighted as the node gathers the pressure; K_II does not open. At the tip is one node, at which the
    !> forces of the faces cancel: the one there is continued from the first two pairs, as long as it presses.
    pure subroutine add_pressed_faces(domain, grid, q, state, k)

@@ -142,7 +142,7 @@ contains
       integer :: k
       call update_particles(m)
       if (.not. m%mapped) call map_to_grid(m)
-      call fit_to_sort(c, m)
+      call rebuild_batches(c, m)
       if (.not. m%particles%total_frame) call map_matrices(c, m%particles, m%blocks)
       call assemble(m%grid, m%blocks, m%fields, mass=.true., momentum=.false., force=.false.)
       call find_velocities(c, m, 0.0_dp, c%largest)
@@ -160,7 +160,7 @@ contains
    end subroutine start_coarse_step
 
    !> After a sort, or where the length of the coarse step has changed: find batches, intervals and room.
-   subroutine fit_to_sort(c, m)
+   subroutine rebuild_batches(c, m)
       type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       integer :: k
@@ -181,7 +181,7 @@ contains
          end associate
       end associate
       call map_matrices(c, m%particles, m%blocks)
-   end subroutine fit_to_sort
+   end subroutine rebuild_batches
 
    !> The mass matrices (6) of the cells that wait.
    subroutine map_matrices(c, p, blocks)

@@ -15,7 +15,7 @@ module hampm_cell_blocks
    use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
    implicit none
    private
-   public :: cell_blocks_t, fit_to_elements, form_blocks, place_blocks, find_materials, smallest_occupied_cell, lanes, &
+   public :: cell_blocks_t, resize_to_elements, form_blocks, place_blocks, find_materials, smallest_occupied_cell, lanes, &
              of_mass, of_momentum, of_force, n_sums
 
    integer, parameter :: lanes = 4               !! cells of a block
@@ -66,7 +66,7 @@ module hampm_cell_blocks
 contains
 
    !> Room for the elements of a grid. Fails where the memory does not suffice.
-   subroutine fit_to_elements(blocks, n_elements, failure)
+   subroutine resize_to_elements(blocks, n_elements, failure)
       type(cell_blocks_t), intent(inout) :: blocks
       integer, intent(in) :: n_elements
       type(failure_t), intent(inout) :: failure
@@ -83,7 +83,7 @@ contains
                    blocks%rows(most), blocks%is_even(most), blocks%material(most), blocks%alike(most), stat=status)
       end associate
       if (status /= 0) call report_lack(failure)
-   end subroutine fit_to_elements
+   end subroutine resize_to_elements
 
    !> Fail because the memory does not suffice.
    subroutine report_lack(failure)
@@ -236,7 +236,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(failure_t), intent(inout) :: failure
       integer :: b, l, e
-      call fit_to_grid(blocks, grid%n_points, failure)
+      call resize_to_grid(blocks, grid%n_points, failure)
       if (failure%failed()) return
       do b = 1, blocks%n
          do l = 1, lanes
@@ -252,7 +252,7 @@ contains
    end subroutine place_blocks
 
    !> Room for where the blocks and the points around them are.
-   subroutine fit_to_grid(blocks, n_points, failure)
+   subroutine resize_to_grid(blocks, n_points, failure)
       type(cell_blocks_t), intent(inout) :: blocks
       integer, intent(in) :: n_points
       type(failure_t), intent(inout) :: failure
@@ -271,7 +271,7 @@ contains
                    blocks%inverse_size(lanes, n), stat=status)
       end if
       if (status /= 0) call report_lack(failure)
-   end subroutine fit_to_grid
+   end subroutine resize_to_grid
 
    !> Where around each node the contributions of its cells stand.
    subroutine find_slots(blocks, grid)

@@ -77,7 +77,7 @@ contains
       integer :: node, e
       if (f%layout == blocks%layout) return
       call place_blocks(blocks, grid, failure)
-      if (.not. failure%failed()) call fit_to_blocks(blocks%n, f, failure)
+      if (.not. failure%failed()) call resize_to_blocks(blocks%n, f, failure)
       if (failure%failed()) return
       f%layout = blocks%layout
       do e = 1, grid%n_elements
@@ -107,7 +107,7 @@ contains
    end subroutine find_active_nodes
 
    !> Room for the contributions of a number of blocks.
-   subroutine fit_to_blocks(n_blocks, f, failure)
+   subroutine resize_to_blocks(n_blocks, f, failure)
       integer, intent(in) :: n_blocks
       type(nodal_fields_t), intent(inout) :: f
       type(failure_t), intent(inout) :: failure
@@ -126,7 +126,7 @@ contains
       f%contribution = 0
       f%left = .false.
       f%audit = 0
-   end subroutine fit_to_blocks
+   end subroutine resize_to_blocks
 
    !> Assemble the sums at each active point from the contributions of the cells around it: those of mass and mass matrix, of
    !> momentum, and of the internal force. Forces at hanging nodes are not yet condensed.

@@ -2,7 +2,7 @@
 !> particles stay in order, so that they are moved in stretches: particles that follow each other before and after.
 module hampm_sorting
    use hampm_kinds, only: dp, ndim, long
-   use hampm_cell_blocks, only: cell_blocks_t, fit_to_elements, form_blocks, find_materials
+   use hampm_cell_blocks, only: cell_blocks_t, resize_to_elements, form_blocks, find_materials
    use hampm_column_visitor, only: column_visitor_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: outside
@@ -43,8 +43,8 @@ contains
       type(cell_blocks_t), intent(inout) :: blocks
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: left(:)          !! by block
-      call fit(s, p%n, grid%n_elements, failure)
-      if (.not. failure%failed()) call fit_to_elements(blocks, grid%n_elements, failure)
+      call resize(s, p%n, grid%n_elements, failure)
+      if (.not. failure%failed()) call resize_to_elements(blocks, grid%n_elements, failure)
       if (.not. failure%failed()) call locate(s, p, grid, blocks, failure, left)
       if (failure%failed()) return
       call form_blocks(blocks, grid, p%cell(:p%n))
@@ -63,8 +63,8 @@ contains
       type(failure_t), intent(inout) :: failure
       fits = p%n > 0 .and. all(p%cell >= 1 .and. p%cell <= grid%n_elements)
       if (.not. fits) return
-      call fit(s, p%n, grid%n_elements, failure)
-      if (.not. failure%failed()) call fit_to_elements(blocks, grid%n_elements, failure)
+      call resize(s, p%n, grid%n_elements, failure)
+      if (.not. failure%failed()) call resize_to_elements(blocks, grid%n_elements, failure)
       if (failure%failed()) return
       call form_blocks(blocks, grid, p%cell)
       call find_places(s, p, blocks)
@@ -73,7 +73,7 @@ contains
    end subroutine take_order
 
    !> Room for the particles and elements that there are.
-   subroutine fit(s, n, n_elements, failure)
+   subroutine resize(s, n, n_elements, failure)
       type(sorting_t), intent(inout) :: s
       integer, intent(in) :: n, n_elements
       type(failure_t), intent(inout) :: failure
@@ -89,7 +89,7 @@ contains
       end if
       if (status == 0 .and. .not. allocated(s%next)) allocate (s%next(n_elements), s%changed(n_elements), stat=status)
       if (status /= 0) call failure%report(exit_computation, 'particles: not enough memory to sort '//to_text(n)//' particles')
-   end subroutine fit
+   end subroutine resize
 
    !> Set `cell` from the positions.
    subroutine locate(s, p, grid, blocks, failure, left)

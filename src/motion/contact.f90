@@ -29,7 +29,7 @@ module hampm_contact
    use hampm_text, only: to_text
    implicit none
    private
-   public :: contact_t, fit_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart, keep_contact
+   public :: contact_t, rebuild_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart, keep_contact
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
 
@@ -49,7 +49,7 @@ module hampm_contact
 contains
 
    !> Find the pairs of a new grid. Their gaps are those of the last grid, linear between its pairs and zero at tips.
-   subroutine fit_contact(c, grid)
+   subroutine rebuild_contact(c, grid)
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       type(contact_t) :: old
@@ -61,7 +61,7 @@ contains
       do k = 1, c%n
          call take_over(old, grid%cuts(c%cut(k)), c%cut(k), c%along(k), c%gap(k), c%touches(k))
       end do
-   end subroutine fit_contact
+   end subroutine rebuild_contact
 
    !> List the pairs of nodes of a grid, by their places.
    subroutine find_pairs(c, grid)

@@ -30,19 +30,19 @@ contains
          do k = 1, size(old%host)
             associate (host => old%host(k))
                if (.not. marked(host)) then
-                  call put(loads(l), n, old%share(k), first_child(host), old%offset(:, k), old%half(:, k), p)
+                  call put(loads(l), n, old%fraction(k), first_child(host), old%offset(:, k), old%half(:, k), p)
                else if (old%by_mass) then
                   do c = 1, corners
-                     call put(loads(l), n, old%share(k)/corners, first_child(host) + c - 1, old%offset(:, k), &
+                     call put(loads(l), n, old%fraction(k)/corners, first_child(host) + c - 1, old%offset(:, k), &
                               old%half(:, k), p)
                   end do
                else if (any(abs(old%half(:, k)) > 0)) then
                   do c = -1, 1, 2
-                     call put_on_child(loads(l), n, old%share(k)/2, first_child(host), &
+                     call put_on_child(loads(l), n, old%fraction(k)/2, first_child(host), &
                                        old%offset(:, k) + c*old%half(:, k)/2, old%half(:, k)/2, p)
                   end do
                else
-                  call put_on_child(loads(l), n, old%share(k), first_child(host), old%offset(:, k), old%half(:, k), p)
+                  call put_on_child(loads(l), n, old%fraction(k), first_child(host), old%offset(:, k), old%half(:, k), p)
                end if
             end associate
          end do
@@ -62,10 +62,10 @@ contains
    end function pieces
 
    !> Put a point on that child of a particle on whose side it is.
-   subroutine put_on_child(load, n, share, first_child, offset, half, p)
+   subroutine put_on_child(load, n, fraction, first_child, offset, half, p)
       type(load_t), intent(inout) :: load
       integer, intent(inout) :: n                !! number of points so far
-      real(dp), intent(in) :: share
+      real(dp), intent(in) :: fraction
       integer, intent(in) :: first_child
       real(dp), intent(in) :: offset(ndim)       !! from the parent [m]
       real(dp), intent(in) :: half(ndim)
@@ -77,20 +77,20 @@ contains
       end do
       associate (child => first_child + best - 1)
          ! The offset of a child counted by its own spacing is half of that counted by the parent's
-         call put(load, n, share, child, offset - 2*child_offset(p, child, best), half, p)
+         call put(load, n, fraction, child, offset - 2*child_offset(p, child, best), half, p)
       end associate
    end subroutine put_on_child
 
    !> Append a point.
-   subroutine put(load, n, share, host, offset, half, p)
+   subroutine put(load, n, fraction, host, offset, half, p)
       type(load_t), intent(inout) :: load
       integer, intent(inout) :: n
-      real(dp), intent(in) :: share
+      real(dp), intent(in) :: fraction
       integer, intent(in) :: host
       real(dp), intent(in) :: offset(ndim), half(ndim)
       type(particles_t), intent(in) :: p
       n = n + 1
-      load%share(n) = share
+      load%fraction(n) = fraction
       load%host(n) = host
       load%offset(:, n) = offset
       load%half(:, n) = half
@@ -101,8 +101,8 @@ contains
    subroutine resize(load, n)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: n
-      deallocate (load%share, load%host, load%offset, load%half, load%moved)
-      allocate (load%share(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
+      deallocate (load%fraction, load%host, load%offset, load%half, load%moved)
+      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
    end subroutine resize
 
    !> After a recombination. `reference` holds the reference positions before it.
@@ -127,15 +127,15 @@ contains
             offset = old%offset(:, k) + reference(old%host(k), :) - p%reference(host, :)
             if (old%by_mass) offset = 0
             if (is_merged(host) .and. point_of(host) > 0) then
-               call join(loads(l), point_of(host), old%share(k), offset, old%half(:, k), p)
+               call join(loads(l), point_of(host), old%fraction(k), offset, old%half(:, k), p)
             else
-               call put(loads(l), n, old%share(k), host, offset, old%half(:, k), p)
+               call put(loads(l), n, old%fraction(k), host, offset, old%half(:, k), p)
                point_of(host) = n
             end if
          end do
          old = loads(l)
          call resize(loads(l), n)
-         loads(l)%share = old%share(:n)
+         loads(l)%fraction = old%fraction(:n)
          loads(l)%host = old%host(:n)
          loads(l)%offset = old%offset(:, :n)
          loads(l)%half = old%half(:, :n)
@@ -158,13 +158,13 @@ contains
    end subroutine find_merged
 
    !> Join a point to another one of the same host, in their middle.
-   subroutine join(load, k, share, offset, half, p)
+   subroutine join(load, k, fraction, offset, half, p)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: k
-      real(dp), intent(in) :: share, offset(ndim), half(ndim)
+      real(dp), intent(in) :: fraction, offset(ndim), half(ndim)
       type(particles_t), intent(in) :: p
-      load%offset(:, k) = (load%share(k)*load%offset(:, k) + share*offset)/(load%share(k) + share)
-      load%share(k) = load%share(k) + share
+      load%offset(:, k) = (load%fraction(k)*load%offset(:, k) + fraction*offset)/(load%fraction(k) + fraction)
+      load%fraction(k) = load%fraction(k) + fraction
       load%half(:, k) = load%half(:, k) + half
       load%moved(:, k) = point_displacement(load, k, p)
    end subroutine join

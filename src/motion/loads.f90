@@ -21,7 +21,7 @@ module hampm_loads
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       type(load_history_t) :: history
-      real(dp), allocatable :: share(:)          !! part of the resultant at each point [-], (points)
+      real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)
       integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
       logical :: by_mass = .false.               !! whether it acts on all material of its hosts, else at the points
@@ -43,7 +43,7 @@ contains
       type(load_t), intent(inout) :: load
       integer :: k, n
       n = size(points, 2)
-      allocate (load%share(n), source=1/real(n, dp))
+      allocate (load%fraction(n), source=1/real(n, dp))
       allocate (load%host(n), load%offset(ndim, n))
       allocate (load%half(ndim, n), source=spread(half, 2, n))
       allocate (load%moved(ndim, n), source=0.0_dp)
@@ -60,7 +60,7 @@ contains
       type(load_t), intent(inout) :: load
       integer :: i
       load%host = pack([(i, i=1, p%n)], [(all(p%reference(i, :) >= lower .and. p%reference(i, :) <= upper), i=1, p%n)])
-      load%share = p%mass(load%host)/sum(p%mass(load%host))
+      load%fraction = p%mass(load%host)/sum(p%mass(load%host))
       load%by_mass = .true.
       allocate (load%offset(ndim, size(load%host)), load%half(ndim, size(load%host)), source=0.0_dp)
       allocate (load%moved(ndim, size(load%host)), source=0.0_dp)
@@ -100,7 +100,7 @@ contains
       integer :: k, c, node
       do k = 1, size(load%host)
          n = weights(load, k, grid, p)
-         point_force = load%share(k)*factor*load%force
+         point_force = load%fraction(k)*factor*load%force
          do c = 1, corners
             node = grid%element_nodes(c, p%cell(load%host(k)))
             force(:, node) = force(:, node) + n(c)*point_force
@@ -127,7 +127,7 @@ contains
             if (present(steps)) factor = sum([(load%history%factor(time + k*dt), k=0, steps - 1)])/steps
             do k = 1, size(load%host)
                u = point_displacement(load, k, p)
-               work = work + load%share(k)*factor*dot_product(load%force, u - load%moved(:, k))
+               work = work + load%fraction(k)*factor*dot_product(load%force, u - load%moved(:, k))
                load%moved(:, k) = u
             end do
          end associate
@@ -215,10 +215,10 @@ contains
             call archive%keep('points', n)
             if (archive%failure%failed()) return
             if (archive%is_read) then
-               deallocate (load%share, load%host, load%offset, load%half, load%moved)
-               allocate (load%share(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
+               deallocate (load%fraction, load%host, load%offset, load%half, load%moved)
+               allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
             end if
-            call archive%keep_reals('share', n, load%share)
+            call archive%keep_reals('fraction', n, load%fraction)
             call archive%keep_integers('host', n, load%host)
             call archive%keep_reals('offset', size(load%offset), load%offset)
             call archive%keep_reals('half', size(load%half), load%half)

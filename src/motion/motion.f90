@@ -2,8 +2,8 @@
 module hampm_motion
    use hampm_kinds, only: dp, ndim, long
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_constraints, only: constraints_t, fit_constraints
-   use hampm_contact, only: contact_t, fit_contact, lump_at_pairs
+   use hampm_constraints, only: constraints_t, rebuild_constraints
+   use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
    use hampm_cuts, only: crosses
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_failure, only: failure_t, exit_computation
@@ -22,7 +22,7 @@ module hampm_motion
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: motion_t, start_motion, fit_to_grid, sort_particles, sort_anew, update_particles, map_to_grid, fit_operators, &
+   public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, rebuild_operators, &
              refresh_grid, pass_on
 
    !> Everything that moves, and what moves it.
@@ -67,19 +67,19 @@ contains
       if (present(mass)) m%mass = mass
       m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
       if (.not. allocated(m%loads)) allocate (m%loads(0))
-      call fit_to_grid(m, failure)
+      call rebuild_on_grid(m, failure)
    end subroutine start_motion
 
    !> Make constraints, contact, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the
    !> memory does not suffice.
-   subroutine fit_to_grid(m, failure)
+   subroutine rebuild_on_grid(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
       m%plan = tiling_t()
       m%operators = element_operators_t()
-      call fit_constraints(m%constraints, m%grid)
-      call fit_contact(m%contact, m%grid)
+      call rebuild_constraints(m%constraints, m%grid)
+      call rebuild_contact(m%contact, m%grid)
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
@@ -87,7 +87,7 @@ contains
       call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
-   end subroutine fit_to_grid
+   end subroutine rebuild_on_grid
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)
@@ -104,13 +104,13 @@ contains
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
       call pass_over_all(map, 0.0_dp, m%materials, m%particles, m%blocks, m%fields, report)
-      call fit_operators(m)
+      call rebuild_operators(m)
       m%mapped = .true.
    end subroutine map_to_grid
 
    !> Find the cells that are passed without their particles, and their operators, from particles and contributions that fit each
    !> other.
-   subroutine fit_operators(m)
+   subroutine rebuild_operators(m)
       type(motion_t), intent(inout) :: m
       logical, allocatable :: is_loaded(:)
       integer :: k
@@ -121,7 +121,7 @@ contains
          is_loaded(m%particles%cell(m%loads(k)%host)) = .true.
       end do
       call find_operators(m%materials, is_loaded, m%particles, m%blocks, m%fields, m%operators)
-   end subroutine fit_operators
+   end subroutine rebuild_operators
 
    !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.
    subroutine refresh_grid(m)

@@ -18,7 +18,7 @@ module hampm_nodal_state
    type :: nodal_state_t
       real(dp), allocatable :: velocity(:, :)    !! v of M v = p [m/s], (ndim, n_points)
       real(dp), allocatable :: divergence(:, :)  !! (div stress)/rho: the acceleration by internal force and surface loads, without
-                                                 !! damping and body loads; 0 for held components [m/s2], (ndim, n_points)
+                                                 !! damping and body loads; 0 for fixed components [m/s2], (ndim, n_points)
       integer, allocatable :: face_node(:)       !! one node of each pair on the faces of cuts; not allocated without contact
       real(dp), allocatable :: pressing(:)       !! force with which the faces press on each other there [N]
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
@@ -29,7 +29,7 @@ contains
 
    !> The nodal state of the particles as they are now, by the mass matrix of the run:
    !>
-   !>    M v = p,   M d = f_internal + f_surface,   reaction = -sum over held components of (f_internal + f_loads).
+   !>    M v = p,   M d = f_internal + f_surface,   reaction = -sum over fixed components of (f_internal + f_loads).
    !>
    !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
    !> equal to a + alpha v - b. Where the faces of a cut are pressed together, each has its own normal components of v and d only
@@ -39,7 +39,7 @@ contains
       type(motion_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
       type(failure_t), intent(inout) :: failure
-      call fit_to_points(m%grid%n_points, state)
+      call resize_to_points(m%grid%n_points, state)
       call refresh_grid(m)
       state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
       call solve(m, m%fields%momentum, state%velocity, failure)
@@ -58,7 +58,7 @@ contains
    end subroutine find_nodal_state
 
    !> Room for a number of points.
-   subroutine fit_to_points(n, state)
+   subroutine resize_to_points(n, state)
       integer, intent(in) :: n
       type(nodal_state_t), intent(inout) :: state
       if (allocated(state%velocity)) then
@@ -66,7 +66,7 @@ contains
          deallocate (state%velocity, state%divergence)
       end if
       allocate (state%velocity(ndim, n), state%divergence(ndim, n))
-   end subroutine fit_to_points
+   end subroutine resize_to_points
 
    !> Solve M x = b and distribute x to the hanging nodes. On entry `x` holds a guess.
    subroutine solve(m, b, x, failure)
@@ -101,7 +101,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
    end subroutine gather_loads
 
-   !> Sum of the forces on the held components of nodes with particles [N].
+   !> Sum of the forces on the fixed components of nodes with particles [N].
    pure function force_on_held(m) result(force)
       type(motion_t), intent(in) :: m
       real(dp) :: force(ndim)

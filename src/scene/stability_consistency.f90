@@ -87,7 +87,7 @@ contains
       end do
    end subroutine largest_speeds
 
-   !> Size of the cells that the first step is for: those around a tip are there from the start, and with local time steps the
+   !> Size of the cells that the first step is for: those around a tip are there from the start, and with subcycling the
    !> largest cells take the longest step [m].
    pure real(dp) function smallest_cell(scene) result(cell)
       type(scene_t), intent(in) :: scene

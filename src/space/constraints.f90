@@ -5,7 +5,7 @@ module hampm_constraints
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: constraints_t, constrain_box, fit_constraints, hold
+   public :: constraints_t, constrain_box, rebuild_constraints, hold
 
    !> A box in which nodes are fixed.
    type :: box_t
@@ -34,7 +34,7 @@ contains
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
       c%boxes = [c%boxes, box_t(lower, upper, components)]
       if (.not. allocated(c%fixed)) then
-         call fit_constraints(c, grid)
+         call rebuild_constraints(c, grid)
       else
          call hold_in_box(c, grid, size(c%boxes))
          call list_fixed(c, grid)
@@ -42,7 +42,7 @@ contains
    end subroutine constrain_box
 
    !> Find the nodes of a grid that are in the boxes.
-   subroutine fit_constraints(c, grid)
+   subroutine rebuild_constraints(c, grid)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       integer :: k
@@ -54,7 +54,7 @@ contains
          call hold_in_box(c, grid, k)
       end do
       call list_fixed(c, grid)
-   end subroutine fit_constraints
+   end subroutine rebuild_constraints
 
    !> Fix the nodes in the k-th box.
    pure subroutine hold_in_box(c, grid, k)

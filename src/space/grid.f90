@@ -31,8 +31,8 @@ module hampm_grid
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
       type(cut_t), allocatable :: cuts(:)               !! and where it was cut then
-      integer :: n_nodes = 0
-      integer :: n_points = 0                           !! nodes and dependent points
+      integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
+      integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
       real(dp) :: finest_cell = 0                       !! size of the smallest leaf [m]
       real(dp), allocatable :: node_position(:, :)      !! [m], (ndim, n_points)

@@ -2,7 +2,7 @@
 program test_contact
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constrain_box
-   use hampm_contact, only: contact_t, fit_contact
+   use hampm_contact, only: contact_t, rebuild_contact
    use hampm_cuts, only: cut_t, cut_of
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
@@ -12,7 +12,7 @@ program test_contact
    use hampm_loads, only: load_on_particles, load_on_points
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, fit_to_grid, sort_particles
+   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_refined, only: refine_box
@@ -280,7 +280,7 @@ contains
       cuts%matched = matched
       call build_grid(forest, m%grid, failure, cuts)
       call sort_particles(m, failure)
-      call fit_to_grid(m, failure)
+      call rebuild_on_grid(m, failure)
       call check(.not. failure%failed(), 'the grid is refined on one side')
       call check(m%contact%n == n + merge(8, 0, matched), 'finer nodes have partners where the sides are matched')
       n = pressed(m)
@@ -313,7 +313,7 @@ contains
       cuts = cut_of(forest, 2, [0.3_dp, line], [0.9_dp, line], matched=.true.)
       call build_grid(forest, coarse, failure, cuts)
       c%wanted = .true.
-      call fit_contact(c, coarse)
+      call rebuild_contact(c, coarse)
       call check(c%n == 5, 'the nodes between the tips are pairs')
       call check(all(c%gap <= 0) .and. .not. any(c%touches), 'which begin without gap or pressure')
       c%gap = max(0.0_dp, place_along(c, coarse) - 0.4_dp)
@@ -321,13 +321,13 @@ contains
       do level = 1, 2
          call refine_box(forest, [0.0_dp, 0.0_dp], [0.8_dp, 1.4_dp], level)
          call build_grid(forest, fine, failure, cuts)
-         call fit_contact(c, fine)
+         call rebuild_contact(c, fine)
          x = place_along(c, fine)
          expected = merge(4*(0.9_dp - x), max(0.0_dp, x - 0.4_dp), x > 0.8_dp)
          wrong = count(abs(c%gap - expected) > 1.0e-12_dp .or. (c%touches .neqv. x < 0.4_dp + 1.0e-9_dp))
          call check(c%n > 5 .and. wrong == 0, 'gaps are linear between the pairs of the last grid')
       end do
-      call fit_contact(c, coarse)
+      call rebuild_contact(c, coarse)
       call check(c%n == 5 .and. all(abs(c%gap - max(0.0_dp, place_along(c, coarse) - 0.4_dp)) < 1.0e-12_dp), &
                  'and the same where pairs were')
    end subroutine new_grids

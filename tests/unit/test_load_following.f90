@@ -114,8 +114,8 @@ contains
          load(1) = m%loads(l)
          load(1)%force = force
          call check(all(load(1)%host >= 1 .and. load(1)%host <= m%particles%n) .and. &
-                    size(load(1)%share) == size(load(1)%host), what//': there is a host for each point of load '//to_text(l))
-         call check_close(sum(load(1)%share), 1.0_dp, 1.0e-14_dp, what//': shares of load '//to_text(l))
+                    size(load(1)%fraction) == size(load(1)%host), what//': there is a host for each point of load '//to_text(l))
+         call check_close(sum(load(1)%fraction), 1.0_dp, 1.0e-14_dp, what//': fractions of load '//to_text(l))
          f = 0
          call add_loads(load, 0.0_dp, m%grid, m%particles, f)
          all_nodes = m%grid%dofs%every_node()
@@ -140,7 +140,7 @@ contains
       share = 0
       associate (load => m%loads(body))
          do k = 1, size(load%host)
-            share(load%host(k)) = share(load%host(k)) + load%share(k)
+            share(load%host(k)) = share(load%host(k)) + load%fraction(k)
          end do
          call check_close(maxval(abs(share/(m%particles%mass/sum(m%particles%mass)) - 1)), 0.0_dp, rounding, &
                           what//': a body force acts in proportion to the mass')
@@ -167,7 +167,7 @@ contains
             open(k) = .false.
             spacing = spacing_of(p, load%host(k))
             error = max(error, abs(middle(1, k) - upper(1)), abs(middle(2, k) - load%half(2, k) - reached), &
-                        abs(load%share(k) - 2*load%half(2, k)/(upper(2) - lower(2))), abs(load%half(1, k)))
+                        abs(load%fraction(k) - 2*load%half(2, k)/(upper(2) - lower(2))), abs(load%half(1, k)))
             fit = max(fit, maxval(abs(load%offset(:, k) - [spacing(1)/2, 0.0_dp])), abs(2*load%half(2, k) - spacing(2)))
             reached = middle(2, k) + load%half(2, k)
          end do

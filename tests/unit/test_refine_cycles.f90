@@ -141,7 +141,7 @@ contains
       call check_close(maxval(drift), 0.0_dp, tolerance, what//': X, u, v and H')
       do l = 1, size(m%loads)
          call check(size(m%loads(l)%host) == size(before%loads(l)%host), what//': the load acts where it did')
-         call check_close(sum(m%loads(l)%share), 1.0_dp, tolerance, what//': shares of a load')
+         call check_close(sum(m%loads(l)%fraction), 1.0_dp, tolerance, what//': fractions of a load')
       end do
    end subroutine check_returned
 
