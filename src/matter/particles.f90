@@ -3,8 +3,9 @@
 !> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
 !> position and F, keeps all digits of small strains.
 !>
-!> A field of the particles, a column of numbers for each, is declared in `particles_t`, given room in `new_particles` and listed in
-!> `visit_columns`. Whatever treats all fields alike goes by that list: sorting, splitting, recombining, checkpoints.
+!> A field of the particles, a column of numbers for each, is declared in `particles_t`, given room in `new_particles`, moved in
+!> `move_particles` and listed in `visit_columns`. Whatever treats all fields alike goes by that list: sorting, splitting,
+!> recombining, checkpoints.
 module hampm_particles
    use hampm_kinds, only: dp, ndim, long
    use hampm_archive, only: archive_t
@@ -46,14 +47,15 @@ module hampm_particles
       procedure :: visit_columns
    end type particles_t
 
-   !> Columns on their way to other particles: packed from the old ones by `origin`, then unpacked to the new ones in the same
-   !> order.
+   !> A column on its way to other particles: packed from the old ones by `origin`, then unpacked to the new ones. One at a time, as
+   !> all of them would take as much memory as the particles.
    type, extends(column_visitor_t) :: transfer_t
       logical :: packs = .true.                         !! else unpacks
+      integer :: wanted = 0                             !! which of the columns, in the order of the visit
+      integer :: seen = 0                               !! how many have been visited
       integer, allocatable :: origin(:)                 !! which old particle each new one is made of
-      real(dp), allocatable :: real_values(:)
+      real(dp), allocatable :: real_values(:, :)
       integer(long), allocatable :: whole_values(:)
-      integer :: n_reals = 0, n_wholes = 0              !! how many have been packed or unpacked
    contains
       procedure :: reals => transfer_reals
       procedure :: integers => transfer_integers
@@ -155,7 +157,7 @@ contains
       if (archive%is_read) then
          call make_room(n, has_families, columns, p, fresh, archive%failure)
          if (archive%failure%failed()) return
-         p = fresh
+         call move_particles(fresh, p)
       end if
       call p%visit_columns(archive)
    end subroutine keep_particles
@@ -183,46 +185,69 @@ contains
       type(failure_t), intent(inout) :: failure
       type(particles_t) :: fresh
       type(transfer_t) :: transfer
-      integer :: columns
+      integer :: columns, k
       columns = 0
       if (allocated(p%history)) columns = size(p%history, 2)
       call make_room(size(origin), allocated(p%level), columns, p, fresh, failure)
       if (failure%failed()) return
       allocate (transfer%origin, source=origin)
-      allocate (transfer%real_values(0), transfer%whole_values(0))
-      call p%visit_columns(transfer)
-      transfer%packs = .false.
-      transfer%n_reals = 0
-      transfer%n_wholes = 0
-      call fresh%visit_columns(transfer)
-      p = fresh
+      call p%visit_columns(transfer)                    ! wants none, but counts
+      do k = 1, transfer%seen
+         transfer%wanted = k
+         transfer%packs = .true.
+         transfer%seen = 0
+         call p%visit_columns(transfer)
+         transfer%packs = .false.
+         transfer%seen = 0
+         call fresh%visit_columns(transfer)
+      end do
+      call move_particles(fresh, p)
    end subroutine take_particles
 
-   !> Pack or unpack a field of real numbers.
+   !> Put particles in the place of others, which are gone.
+   subroutine move_particles(from, to)
+      type(particles_t), intent(inout) :: from, to
+      to%n = from%n
+      to%total_frame = from%total_frame
+      call move_alloc(from%mass, to%mass)
+      call move_alloc(from%volume, to%volume)
+      call move_alloc(from%reference, to%reference)
+      call move_alloc(from%displacement, to%displacement)
+      call move_alloc(from%velocity, to%velocity)
+      call move_alloc(from%gradient, to%gradient)
+      call move_alloc(from%local, to%local)
+      call move_alloc(from%history, to%history)
+      call move_alloc(from%material, to%material)
+      call move_alloc(from%body, to%body)
+      call move_alloc(from%id, to%id)
+      call move_alloc(from%cell, to%cell)
+      call move_alloc(from%level, to%level)
+      call move_alloc(from%path, to%path)
+      call move_alloc(from%spacing, to%spacing)
+   end subroutine move_particles
+
+   !> Pack or unpack a field of real numbers, if it is wanted.
    subroutine transfer_reals(self, n, width, values)
       class(transfer_t), intent(inout) :: self
       integer, intent(in) :: n, width
       real(dp), intent(inout) :: values(n, width)
-      real(dp), allocatable :: longer(:)
-      integer :: d
-      associate (length => size(self%origin), done => self%n_reals)
-         if (self%packs .and. done + width*length > size(self%real_values)) then
-            allocate (longer(2*(done + width*length)))
-            longer(:done) = self%real_values(:done)
-            call move_alloc(longer, self%real_values)
-         end if
-         do d = 1, width
-            if (self%packs) then
-               self%real_values(done + 1:done + length) = values(self%origin, d)
-            else
-               values(:, d) = self%real_values(done + 1:done + length)
-            end if
-            done = done + length
+      integer :: d, i
+      self%seen = self%seen + 1
+      if (self%seen /= self%wanted) return
+      if (.not. self%packs) then
+         values = self%real_values
+         return
+      end if
+      if (allocated(self%real_values)) deallocate (self%real_values)
+      allocate (self%real_values(size(self%origin), width))
+      do d = 1, width
+         do i = 1, size(self%origin)
+            self%real_values(i, d) = values(self%origin(i), d)
          end do
-      end associate
+      end do
    end subroutine transfer_reals
 
-   !> Pack or unpack a field of integers.
+   !> Pack or unpack a field of integers, if it is wanted.
    subroutine transfer_integers(self, n, values)
       class(transfer_t), intent(inout) :: self
       integer, intent(in) :: n
@@ -233,25 +258,18 @@ contains
       values = int(wide)
    end subroutine transfer_integers
 
-   !> Pack or unpack a field of long integers.
+   !> Pack or unpack a field of long integers, if it is wanted.
    subroutine transfer_longs(self, n, values)
       class(transfer_t), intent(inout) :: self
       integer, intent(in) :: n
       integer(long), intent(inout) :: values(n)
-      integer(long), allocatable :: longer(:)
-      associate (length => size(self%origin), done => self%n_wholes)
-         if (self%packs) then
-            if (done + length > size(self%whole_values)) then
-               allocate (longer(2*(done + length)))
-               longer(:done) = self%whole_values(:done)
-               call move_alloc(longer, self%whole_values)
-            end if
-            self%whole_values(done + 1:done + length) = values(self%origin)
-         else
-            values = self%whole_values(done + 1:done + length)
-         end if
-         done = done + length
-      end associate
+      self%seen = self%seen + 1
+      if (self%seen /= self%wanted) return
+      if (self%packs) then
+         self%whole_values = values(self%origin)
+      else
+         values = self%whole_values
+      end if
    end subroutine transfer_longs
 
    !> Position of particle `i` [m].
