@@ -6,53 +6,47 @@ module hampm_element_kernels
    use hampm_cell_blocks, only: lanes, of_momentum, of_force, n_sums
    use hampm_material, only: material_t
    use hampm_particle_kernels, only: take_corners, divergence
+   use hampm_pass, only: pass_t
    implicit none
    private
-   public :: n_masses, n_moments, apply_masses, apply_stiffnesses, add_to_sum
+   public :: n_masses, n_moments, apply_operators, add_to_sum
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
 
 contains
 
-   !> Add to the momenta of those of some blocks that have operators what a kick of the particles does.
-   pure subroutine apply_masses(n, listed, has_operator, dt, acceleration, nodes, in_row, masses, contribution)
+   !> Add to the contributions of those of some blocks that have operators what a pass does: its kick and its strain in one loop,
+   !> over arrays whose addresses stay.
+   pure subroutine apply_operators(n, listed, has_operator, pass, dt, acceleration, velocity, materials, material, nodes, in_row, &
+                                   inverse_size, masses, moments, contribution)
       integer, intent(in) :: n, listed(n)               !! blocks, and by block:
       logical, intent(in) :: has_operator(*), in_row(*)
-      integer, intent(in) :: nodes(corners, lanes, *)
-      real(dp), intent(in) :: dt, acceleration(ndim, *), masses(lanes, n_masses, *)
-      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, *)
-      real(dp) :: factor(lanes), a(lanes, corners, ndim)
-      integer :: j, b
-      factor = dt
-      do j = 1, n
-         b = listed(j)
-         if (.not. has_operator(b)) cycle
-         call take_corners(1, factor, acceleration, nodes(1, 1, b), in_row(b), a)
-         call apply_mass(a, masses(1, 1, b), contribution(1, 1, of_momentum, b))
-      end do
-   end subroutine apply_masses
-
-   !> Add to the internal forces of those of some blocks that have operators what a strain of the particles does.
-   pure subroutine apply_stiffnesses(n, listed, has_operator, dt, velocity, materials, material, nodes, in_row, inverse_size, &
-                                     moments, contribution)
-      integer, intent(in) :: n, listed(n)               !! blocks, and by block:
-      logical, intent(in) :: has_operator(*), in_row(*)
-      type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: material(*), nodes(corners, lanes, *)
-      real(dp), intent(in) :: dt, velocity(ndim, *), inverse_size(lanes, *), moments(lanes, n_moments, *)
+      real(dp), intent(in) :: inverse_size(lanes, *), masses(lanes, n_masses, *), moments(lanes, n_moments, *)
       real(dp), intent(inout) :: contribution(lanes, corners, n_sums, *)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
+      real(dp), intent(in) :: acceleration(ndim, *), velocity(ndim, *)   !! at the points: that kicks, and that strains
+      type(material_t), intent(in) :: materials(:)
       real(dp) :: factor(lanes), a(lanes, corners, ndim)
       integer :: j, b
       do j = 1, n
          b = listed(j)
          if (.not. has_operator(b)) cycle
-         factor = dt*inverse_size(:, b)
-         call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
-         call apply_stiffness(materials(material(b))%lambda, materials(material(b))%mu, inverse_size(1, b), a, moments(1, 1, b), &
-                              contribution(1, 1, of_force, b))
+         if (pass%kick) then
+            factor = dt
+            call take_corners(1, factor, acceleration, nodes(1, 1, b), in_row(b), a)
+            call apply_mass(a, masses(1, 1, b), contribution(1, 1, of_momentum, b))
+         end if
+         if (pass%strain_fraction > 0) then
+            factor = pass%strain_fraction*dt*inverse_size(:, b)
+            call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
+            call apply_stiffness(materials(material(b))%lambda, materials(material(b))%mu, inverse_size(1, b), a, &
+                                 moments(1, 1, b), contribution(1, 1, of_force, b))
+         end if
       end do
-   end subroutine apply_stiffnesses
+   end subroutine apply_operators
 
    !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
    pure subroutine apply_mass(a, masses, sums)

@@ -22,7 +22,7 @@ module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
-   use hampm_element_kernels, only: n_masses, n_moments, apply_masses, apply_stiffnesses, add_to_sum
+   use hampm_element_kernels, only: n_masses, n_moments, apply_operators, add_to_sum
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_material, only: material_t
@@ -155,12 +155,9 @@ contains
          call pass_over(pass, dt, materials, p, blocks, f, listed)
          return
       end if
-      if (pass%kick) call apply_masses(size(listed), listed, operators%has_operator, dt, f%acceleration, blocks%nodes, &
-                                       blocks%in_row, operators%masses, f%contribution(1, 1, 1, 1))
-      if (pass%strain_fraction > 0) &
-         call apply_stiffnesses(size(listed), listed, operators%has_operator, pass%strain_fraction*dt, &
-                                f%velocity(1, 1, pass%strain_by), materials, blocks%material, blocks%nodes, blocks%in_row, &
-                                blocks%inverse_size, operators%moments, f%contribution(1, 1, 1, 1))
+      call apply_operators(size(listed), listed, operators%has_operator, pass, dt, f%acceleration, &
+                           f%velocity(1, 1, pass%strain_by), materials, blocks%material, blocks%nodes, blocks%in_row, &
+                           blocks%inverse_size, operators%masses, operators%moments, f%contribution(1, 1, 1, 1))
       if (.not. all(operators%has_operator(listed))) &
          call pass_over(pass, dt, materials, p, blocks, f, pack(listed, .not. operators%has_operator(listed)))
    end subroutine pass_or_apply
