@@ -91,7 +91,7 @@ contains
       end if
    end subroutine choose_integrator
 
-   !> Fail where the share of some node in the mass of a particle, which may stand at the very edge of a cell and be split, would
+   !> Fail where the part of some node in the mass of a particle, which may stand at the very edge of a cell and be split, would
    !> be no normal number.
    subroutine check_masses(p, failure)
       type(particles_t), intent(in) :: p

@@ -190,7 +190,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       integer :: k, b
       do k = 1, size(c%batches)
-         if (c%batches(k)%kind /= waiting) cycle
+         if (c%batches(k)%role /= waiting) cycle
          !$omp parallel do schedule(static)
          do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
             call cell_matrices(p, blocks, b, c%matrix(:, :, :, b))
@@ -273,7 +273,7 @@ contains
       do k = 1, size(c%batches)
          associate (batch => c%batches(k), f => m%fields)
             if (batch%kick_interval > turn) cycle
-            if (batch%kind == waiting) then
+            if (batch%role == waiting) then
                do b = batch%blocks(1), batch%blocks(2)
                   call sum_kick(dt, f%acceleration, m%blocks%nodes(1, 1, b), c%matrix(1, 1, 1, b), c%kick(1, 1, 1, b), &
                                 f%contribution(1, 1, of_momentum, b))
@@ -340,7 +340,7 @@ contains
       integer, intent(in) :: turn
       integer :: k, b
       do k = 1, size(c%batches)
-         if (c%batches(k)%kind == plain .or. c%batches(k)%velocity_interval > turn) cycle
+         if (c%batches(k)%role == plain .or. c%batches(k)%velocity_interval > turn) cycle
          do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
             call sum_way(turn, m%blocks%groups%velocity_interval, m%fields%velocity(1, 1, v_mapped), m%blocks%nodes(1, 1, b), &
                          c%way(1, 1, 1, b))
@@ -361,9 +361,9 @@ contains
       do k = 1, size(c%batches)
          associate (batch => c%batches(k))
             if (batch%group > ending) cycle
-            call pass_batch(c, m, batch, last_pass(batch, is_last, m%particles%total_frame), dt, by_corners=batch%kind >= summing)
-            if (batch%kind == waiting) c%kick(:, :, :, batch%blocks(1):batch%blocks(2)) = 0
-            if (batch%kind >= summing) c%way(:, :, :, batch%blocks(1):batch%blocks(2)) = 0
+            call pass_batch(c, m, batch, last_pass(batch, is_last, m%particles%total_frame), dt, by_corners=batch%role >= summing)
+            if (batch%role == waiting) c%kick(:, :, :, batch%blocks(1):batch%blocks(2)) = 0
+            if (batch%role >= summing) c%way(:, :, :, batch%blocks(1):batch%blocks(2)) = 0
             if (.not. is_last) call scale_forces(batch, m%fields)
          end associate
       end do
@@ -376,7 +376,7 @@ contains
       integer :: k, b, l
       call m%grid%dofs%distribute(c%due(c%largest), ndim, m%fields%velocity(:, :, v_next))
       do k = 1, size(c%batches)
-         if (c%batches(k)%kind == plain) cycle
+         if (c%batches(k)%role == plain) cycle
          do b = c%batches(k)%blocks(1), c%batches(k)%blocks(2)
             do l = 1, lanes
                c%move(:, :, l, b) = m%fields%velocity(:, m%blocks%nodes(:, l, b), v_next)
@@ -391,9 +391,9 @@ contains
       logical, intent(in) :: is_last, total_frame
       type(pass_t) :: pass
       pass%strain_fraction = 1
-      if (batch%kind == plain) pass%strain_fraction = 2**batch%group
+      if (batch%role == plain) pass%strain_fraction = 2**batch%group
       pass%strain_by = v_mapped
-      pass%kick = batch%kind == waiting
+      pass%kick = batch%role == waiting
       pass%move = is_last
       pass%map_mass = is_last .and. .not. total_frame
       pass%map_momentum = pass%kick .or. pass%map_mass

@@ -10,7 +10,7 @@ module hampm_subcycled_batches
    !> Blocks side by side whose cells have their turns together.
    type :: batch_t
       integer :: group = 0
-      integer :: kind = plain                    !! the largest of the kinds of its cells, as which all are treated
+      integer :: role = plain                    !! the highest of the roles of its cells: all are treated so
       integer :: kick_interval = 0                   !! when the first of its cells get forces
       integer :: velocity_interval = 0               !! and when the velocity of the first of their corners changes
       integer :: blocks(2) = 0                   !! the first and the last
@@ -30,7 +30,7 @@ contains
       do b = 1, blocks%n
          next = batch_of_block(blocks, b)
          if (n > 0) then
-            if (found(n)%group == next%group .and. found(n)%kind == next%kind) then
+            if (found(n)%group == next%group .and. found(n)%role == next%role) then
                found(n)%blocks(2) = b
                found(n)%kick_interval = min(found(n)%kick_interval, next%kick_interval)
                found(n)%velocity_interval = min(found(n)%velocity_interval, next%velocity_interval)
@@ -55,7 +55,7 @@ contains
       do l = 1, lanes
          e = blocks%cells(l, b)
          if (e == 0) exit
-         batch%kind = max(batch%kind, blocks%groups%kind(e))
+         batch%role = max(batch%role, blocks%groups%role(e))
          batch%kick_interval = min(batch%kick_interval, blocks%groups%kick_interval(e))
          batch%velocity_interval = min(batch%velocity_interval, minval(blocks%groups%velocity_interval(blocks%nodes(:, l, b))))
       end do

@@ -132,26 +132,26 @@ contains
       integer, intent(in) :: occupied(:)
       integer, allocatable, intent(out) :: cells(:)
       integer, intent(out) :: n                         !! number of `cells`, with those that are 0
-      integer :: next(plain:waiting, 0:groups%largest)  ! where the next cell of a kind of a group stands
-      integer :: g, kind, k
+      integer :: next(plain:waiting, 0:groups%largest)  ! where the next cell of a group and role stands
+      integer :: g, role, k
       next = 0
       do k = 1, size(occupied)
-         associate (total => next(groups%kind(occupied(k)), groups%of_cell(occupied(k))))
+         associate (total => next(groups%role(occupied(k)), groups%of_cell(occupied(k))))
             total = total + 1
          end associate
       end do
       n = 0
       do g = 0, groups%largest
-         do kind = waiting, plain, -1
-            k = next(kind, g)
-            next(kind, g) = n + 1
+         do role = waiting, plain, -1
+            k = next(role, g)
+            next(role, g) = n + 1
             n = n + k
          end do
          n = lanes*((n + lanes - 1)/lanes)
       end do
       allocate (cells(n), source=0)
       do k = 1, size(occupied)
-         associate (place => next(groups%kind(occupied(k)), groups%of_cell(occupied(k))))
+         associate (place => next(groups%role(occupied(k)), groups%of_cell(occupied(k))))
             cells(place) = occupied(k)
             place = place + 1
          end associate

@@ -56,7 +56,7 @@ contains
       end do
    end function linear_momentum
 
-   !> Angular momentum around the middle of mass, and the sum of its particles' shares at their largest, m |x| |v|, to which
+   !> Angular momentum around the middle of mass, and the sum of its particles' parts at their largest, m |x| |v|, to which
    !> belongs what rounding makes of a common velocity [kg m2/s].
    pure subroutine angular_momentum(p, total, largest)
       type(particles_t), intent(in) :: p

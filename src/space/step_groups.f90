@@ -24,7 +24,7 @@ module hampm_step_groups
       integer, allocatable :: by_size(:)         !! group of each cell with particles, (n_elements)
       integer, allocatable :: of_cell(:)         !! the same, not above a limit, (n_elements)
       integer, allocatable :: kick_interval(:)   !! when forces meet a node of the cell, (n_elements)
-      integer, allocatable :: kind(:)            !! `plain`, `summing` or `waiting`, (n_elements)
+      integer, allocatable :: role(:)            !! `plain`, `summing` or `waiting`, (n_elements)
       integer, allocatable :: force_interval(:)  !! when forces act on a node, (n_points)
       integer, allocatable :: velocity_interval(:) !! when the velocity of a node changes, (n_points)
    end type step_groups_t
@@ -38,10 +38,10 @@ contains
       type(step_groups_t), intent(inout) :: groups
       integer, allocatable :: least(:)           ! group at a point
       integer :: k, finest
-      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_interval, groups%kind, &
+      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_interval, groups%role, &
                                                  groups%force_interval, groups%velocity_interval)
       allocate (groups%by_size(grid%n_elements), groups%of_cell(grid%n_elements), groups%kick_interval(grid%n_elements), &
-                groups%kind(grid%n_elements), source=0)
+                groups%role(grid%n_elements), source=0)
       allocate (least(grid%n_points), groups%force_interval(grid%n_points), groups%velocity_interval(grid%n_points), source=0)
       finest = exponent(minval(grid%element_size(occupied)))
       do k = 1, size(occupied)
@@ -72,9 +72,9 @@ contains
       call least_at_points(grid, occupied, groups%kick_interval, groups%velocity_interval)
       do k = 1, size(occupied)
          associate (e => occupied(k))
-            groups%kind(e) = plain
-            if (minval(groups%velocity_interval(grid%element_nodes(:, e))) < groups%of_cell(e)) groups%kind(e) = summing
-            if (groups%kick_interval(e) < groups%of_cell(e)) groups%kind(e) = waiting
+            groups%role(e) = plain
+            if (minval(groups%velocity_interval(grid%element_nodes(:, e))) < groups%of_cell(e)) groups%role(e) = summing
+            if (groups%kick_interval(e) < groups%of_cell(e)) groups%role(e) = waiting
          end associate
       end do
    end subroutine limit_groups
