@@ -32,6 +32,7 @@ program test_element_assembly
       call check_patch(.false.)
    end do
    call check_messages()
+   deallocate (nodes, elements)
    call finish()
 
 contains

@@ -22,6 +22,7 @@ program test_numbering
    end do
    call check_numbering('together', constraints%fixed)
    call elements_of_hanging_nodes()
+   deallocate (nodes)
    call finish()
 
 contains
