@@ -21,8 +21,7 @@ module hampm_crack_measurements
       real(dp) :: stress_closure(modes) = 0      !! the same, stress closure [J/m2]
       real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
-      real(dp), allocatable :: radii(:)          !! of the domains [m]
-      real(dp), allocatable :: j(:)              !! J integral of each domain [J/m2]
+      real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies [N]
@@ -36,8 +35,7 @@ contains
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(out) :: values
       if (.not. scene%energy_release%domain_integral) return
-      allocate (values%radii, source=tip%radii)
-      allocate (values%j(size(values%radii)), source=0.0_dp)
+      allocate (values%j(size(tip%radii)), source=0.0_dp)
    end subroutine new_crack_values
 
    !> Measure, and find the first of the chosen energy release rates, of both modes together [J/m2]; not allocated where none is
@@ -96,7 +94,7 @@ contains
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
-            call history%record_radii('J_', 'J/m2', 'J integral', v%radii, v%j)
+            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
@@ -134,7 +132,7 @@ contains
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
-      domain%radius = values%radii
+      domain%radius = tip%radii
       call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, values%j, k)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
