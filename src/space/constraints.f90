@@ -3,6 +3,7 @@
 module hampm_constraints
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
+   use hampm_tolerance, only: position_tolerance
    implicit none
    private
    public :: constraints_t, constrain_box, rebuild_constraints, hold
@@ -61,10 +62,11 @@ contains
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: k
-      real(dp), parameter :: slack = 1.0e-6_dp          ! of the smallest cell
       real(dp) :: margin
       integer :: i
-      margin = slack*grid%finest_cell
+      associate (f => grid%forest)
+         margin = position_tolerance(f%cell, f%lower, f%lower + f%cell*f%cells)
+      end associate
       do i = 1, grid%n_nodes
          associate (x => grid%node_position(:, i), box => c%boxes(k))
             if (all(x >= box%lower - margin .and. x <= box%upper + margin)) c%fixed(:, i) = c%fixed(:, i) .or. box%components
