@@ -9,12 +9,13 @@ module hampm_guards
    use hampm_measurements, only: measurements_t
    use hampm_motion, only: motion_t
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
+   use hampm_placement, only: three_digits
    use hampm_splitting, only: spacing_of
    use hampm_text, only: to_text
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: check_state, check_tip, check_step
+   public :: check_state, check_tip, check_step, look_at_faces
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
    ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
@@ -26,6 +27,7 @@ module hampm_guards
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
+                              overlapped = 'the faces of the crack have gone through each other, ', &
                               crossed = 'stretched material has passed from cell to cell'
 
 contains
@@ -140,6 +142,24 @@ contains
          spacing_in_cell = maxval(spacing)/motion%grid%element_size(p%cell(i))
       end associate
    end function spacing_in_cell
+
+   !> Warn where the faces of the crack have gone through each other in the run.
+   subroutine look_at_faces(measurements, kind, contact, warning)
+      type(measurements_t), intent(in) :: measurements
+      character(*), intent(in) :: kind           !! of the crack
+      logical, intent(in) :: contact             !! whether its faces press on each other
+      character(:), allocatable, intent(inout) :: warning
+      character(:), allocatable :: remedy
+      associate (overlap => measurements%overlap)
+         if (contact .or. .not. overlap%is_notable()) return
+         remedy = '&crack contact = ''frictionless'''
+         if (kind /= 'line') remedy = 'a whole body with a &crack of kind = ''line'' and contact = ''frictionless'''
+         call warn(overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
+                   three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
+                   'other, at '//three_digits(overlap%time)//' s, last at '//three_digits(overlap%last_time)// &
+                   ' s: then G and K are those of material that cannot be. Use '//remedy, overlapped, warning)
+      end associate
+   end subroutine look_at_faces
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
    subroutine look_at_strain(motion, now, warning)

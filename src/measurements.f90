@@ -11,6 +11,7 @@ module hampm_measurements
    use hampm_cracks, only: cracks_t
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, angular_momentum
+   use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
@@ -37,6 +38,7 @@ module hampm_measurements
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       type(crack_values_t) :: crack              !! what was measured at the crack, if there is one
+      type(face_overlap_t) :: overlap            !! of the faces of the crack
       type(history_t) :: history                 !! the columns and the latest row
    end type measurements_t
 
@@ -122,8 +124,11 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
-      if (size(cracks%tips) > 0) &
+      if (size(cracks%tips) > 0) then
          call measure_crack(scene, motion, cracks%tips(1), m%extrapolation, m%crack, first_g, failure)
+         call m%overlap%look(m%crack%behind, motion%time)
+         call m%overlap%look(m%crack%mouth, motion%time)
+      end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
@@ -188,6 +193,7 @@ contains
       call archive%keep('strain_energy', m%strain_energy)
       call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
       call archive%keep('largest_inner_energy', m%largest_inner_energy)
+      call keep_overlap(m%overlap, archive)
       call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
    end subroutine keep_measurements
 end module hampm_measurements

@@ -1,6 +1,7 @@
 !> What the program does with its options.
 module hampm_program
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use hampm_caveats, only: notes_of
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_command_line, only: options_t, usage_text
    use hampm_failure, only: failure_t, exit_file, exit_stopped
@@ -12,7 +13,7 @@ module hampm_program
    use hampm_reading, only: read_scene, understand_scene
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build, rebuild, run, warnings, result_path
-   use hampm_summary, only: summary, solver_report
+   use hampm_summary, only: summary, solver_report, rest_report, rest_proposal
    use hampm_text, only: to_text
    use hampm_version, only: version
    implicit none
@@ -45,6 +46,7 @@ contains
       type(scene_t) :: scene
       type(simulation_t) :: simulation
       type(needs_t) :: needs
+      character(:), allocatable :: report
       if (options%resume /= '') then
          call resume(options, scene, needs, simulation, failure)
       else
@@ -56,6 +58,8 @@ contains
       if (failure%failed()) return
       if (options%check) then
          write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(scene, simulation, needs)
+         report = warnings(simulation)
+         if (len(report) > 0) call print_message(report, kind='warning: ')
       else
          call run_and_report(options, simulation, failure)
       end if
@@ -137,10 +141,14 @@ contains
          interruption%time_limit = options%time_limit
          interruption%step_limit = options%steps
       end associate
+      if (.not. options%quiet .and. options%resume == '') &
+         write (output_unit, '(a)', advance='no') with_prefix('note: ', as_lines(notes_of(simulation%scene)))
       call run(simulation, folder_of(options), options%quiet, failure)
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
+      if (.not. options%quiet .and. simulation%distance_from_rest >= 0) &
+         write (output_unit, '(a)') 'distance from rest: '//rest_report(simulation)
       report = warnings(simulation)
       if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report
@@ -148,10 +156,11 @@ contains
    !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
    function summary_as_comments(scene, simulation, needs) result(text)
       type(scene_t), intent(in) :: scene
-      type(simulation_t), intent(in) :: simulation
+      type(simulation_t), intent(inout) :: simulation
       type(needs_t), intent(in) :: needs
       character(:), allocatable :: text
-      text = with_prefix('! ', summary(simulation)//refinement_summary(scene)//needs_report(needs))
+      text = with_prefix('! ', summary(simulation)//rest_proposal(simulation)//refinement_summary(scene)//needs_report(needs))// &
+             with_prefix('! note: ', as_lines(notes_of(scene)))
    end function summary_as_comments
 
    !> How cells refine, and how deep; no line where they do not.
@@ -177,6 +186,14 @@ contains
       write (error_unit, '(a)', advance='no') with_prefix(prefix, message//new_line('a'))
       flush (error_unit)
    end subroutine print_message
+
+   !> A text of which every line ends with a line feed, from one in which it stands between lines.
+   pure function as_lines(text) result(lines)
+      character(*), intent(in) :: text
+      character(:), allocatable :: lines
+      lines = text
+      if (len(text) > 0) lines = text//new_line('a')
+   end function as_lines
 
    !> Put a prefix before every line of a text whose lines all end with a line feed.
    pure function with_prefix(prefix, text) result(prefixed)

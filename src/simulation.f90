@@ -4,20 +4,23 @@ module hampm_simulation
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, choose_integrator
+   use hampm_caveats, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_cracks, only: cracks_t, keep_cracks
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
-   use hampm_guards, only: check_state, check_step, check_tip
+   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure, take_row, &
                                  declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
+   use hampm_placement, only: three_digits
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
+   use hampm_rest, only: find_distance_from_rest
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: piece_t
@@ -44,6 +47,7 @@ module hampm_simulation
       class(integrator_t), allocatable :: integrator
       type(progress_t) :: progress
       type(interruption_t) :: interruption
+      real(dp) :: distance_from_rest = -1        !! of the last values, see `find_distance_from_rest`; below 0: not known [-]
       real(dp) :: longest_step = 0               !! time step (31) [s]
       real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
       integer(long) :: steps_left = 0            !! how many of these are not yet done
@@ -51,7 +55,8 @@ module hampm_simulation
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
-      character(:), allocatable :: warning       !! what the guards have warned of, a line each; not allocated where there is none
+      character(:), allocatable :: warning       !! of the scene and of the guards, a line each; not allocated where
+                                                 !! there is none
    end type simulation_t
 
 contains
@@ -63,6 +68,7 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%scene = scene
+      if (warnings_of(scene) /= '') s%warning = warnings_of(scene)
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
@@ -199,6 +205,9 @@ contains
       end do
       call show_progress(s, last=.true.)
       if (failure%code == exit_computation) call show_what_failed(s)
+      if (size(s%cracks%crack) > 0 .and. failure%code /= exit_stopped) &
+         call look_at_faces(s%measurements, trim(s%cracks%crack(1)%kind), s%cracks%crack(1)%contact, s%warning)
+      if (.not. failure%failed()) call measure_rest(s)
       call tell_end(s, failure)
       call s%results%close(failure)
       if (failure%failed()) return
@@ -315,6 +324,20 @@ contains
       call ieee_set_halting_mode(ieee_usual, halting)
    end subroutine show_what_failed
 
+   !> Measure how far from rest the last values are. Who damps a motion wants it to come to rest: then a distance is warned of.
+   subroutine measure_rest(s)
+      type(simulation_t), intent(inout) :: s
+      real(dp), parameter :: noticed = 0.01_dp   ! [-]
+      character(:), allocatable :: text
+      call find_distance_from_rest(s%motion, s%distance_from_rest)
+      if (s%distance_from_rest <= noticed .or. .not. s%motion%damping_rate > 0) return
+      text = 'the run is damped, but has not come to rest: its displacements are '//three_digits(100*s%distance_from_rest)// &
+             ' % from it, G and J about twice that. Use a later &run end_time and the &damping rate '// &
+             'that --check proposes'
+      if (allocated(s%warning)) text = s%warning//new_line('a')//text
+      s%warning = text
+   end subroutine measure_rest
+
    !> Write into the result how the run has ended and what it has warned of, so that the numbers do not go without that. A run that
    !> goes on later, or cannot write, has not ended.
    subroutine tell_end(s, failure)
@@ -325,6 +348,8 @@ contains
       case (exit_done)
          call s%results%add_attribute('/history', 'ended', 'done', failure)
          call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
+         if (s%distance_from_rest >= 0) &
+            call s%results%add_attribute('/history', 'distance_from_rest', s%distance_from_rest, failure)
       case (exit_computation)
          call s%results%add_attribute('/history', 'ended', failure%message, unwritten)
          call s%results%add_attribute('/history', 'warnings', warnings(s), unwritten)

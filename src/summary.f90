@@ -1,15 +1,18 @@
 !> What a simulation is and what its solver took, in words for people.
 module hampm_summary
-   use hampm_kinds, only: long
+   use hampm_kinds, only: dp, long
    use hampm_cell_values, only: is_occupied
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
-   use hampm_placement, only: point_text, length_text, decimal
+   use hampm_placement, only: point_text, length_text, decimal, three_digits
+   use hampm_rest, only: find_lowest_frequency, time_to_rest
    use hampm_simulation, only: simulation_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: summary, solver_report
+   public :: summary, solver_report, rest_report, rest_proposal
+
+   real(dp), parameter :: two_pi = 2*acos(-1.0_dp)
 
 contains
 
@@ -27,6 +30,33 @@ contains
          if (solver%direct%bandwidth() > 0) text = text//', bandwidth '//to_text(solver%direct%bandwidth())
       end associate
    end function solver_report
+
+   !> How far from rest the last values are, for people.
+   function rest_report(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      text = three_digits(s%distance_from_rest)//' (of the displacements, relative)'
+   end function rest_report
+
+   !> How to come to rest: the damping and the end time for the lowest frequency of the scene; '' where that is not known, as
+   !> something moves without any force.
+   function rest_proposal(s) result(text)
+      type(simulation_t), intent(inout) :: s
+      character(:), allocatable :: text
+      real(dp) :: frequency, steady
+      integer :: k
+      text = ''
+      call find_lowest_frequency(s%motion, frequency)
+      if (.not. frequency > 0) return
+      steady = 0
+      do k = 1, size(s%motion%loads)
+         steady = max(steady, s%motion%loads(k)%history%time_to_settle())
+      end do
+      if (steady >= huge(steady)) return
+      text = 'for rest        &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
+             three_digits(frequency/two_pi)//' Hz), &run end_time = '// &
+             three_digits(steady + time_to_rest(frequency))//new_line('a')
+   end function rest_proposal
 
    !> What a run of the scene would do, for people.
    function summary(s) result(text)

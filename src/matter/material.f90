@@ -22,6 +22,7 @@ module hampm_material
       real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
       real(dp) :: mu = 0                         !! shear modulus [Pa]
    contains
+      procedure :: small_strain_lambda
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
       procedure :: mapped_stress
@@ -53,6 +54,13 @@ contains
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
       if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
    end function new_material
+
+   !> The constant lambda with which, and with mu, the law is linear at small strain in the plane [Pa].
+   pure real(dp) function small_strain_lambda(self) result(lambda)
+      class(material_t), intent(in) :: self
+      lambda = self%lambda
+      if (self%plane_stress) lambda = self%young*self%poisson/(1 - self%poisson**2)
+   end function small_strain_lambda
 
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
    pure function kirchhoff_stress(self, h) result(stress)

@@ -17,6 +17,7 @@ module hampm_load_history
       real(dp), allocatable :: factors(:)        !! of a table [-]
    contains
       procedure :: factor
+      procedure :: time_to_settle
    end type load_history_t
 
 contains
@@ -40,6 +41,20 @@ contains
          factor = interpolate(self%times, self%factors, t)
       end select
    end function factor
+
+   !> The time from which on the factor stays the same; huge where there is none [s].
+   pure real(dp) function time_to_settle(self) result(time)
+      class(load_history_t), intent(in) :: self
+      time = self%start
+      select case (self%kind)
+      case ('ramp')
+         time = time + self%rise_time
+      case ('sine')
+         time = huge(time)
+      case ('table')
+         time = time + self%times(size(self%times))
+      end select
+   end function time_to_settle
 
    !> Piecewise linear interpolation, constant outside the table.
    pure real(dp) function interpolate(x, y, at)

@@ -2,10 +2,12 @@
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_crack_consistency, only: check_crack, check_energy_release
+   use hampm_joints, only: gap_between, groups_of_bodies
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, point_text
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, point_text, &
+                                length_text
    use hampm_refine_consistency, only: check_refine
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -36,6 +38,7 @@ contains
       call check_bodies(scene, settings, has_grid, mistakes)
       if (has_grid .and. mistakes%count == before) call check_particle_number(scene, settings, mistakes)
       has_bodies = has_grid .and. bodies_good(settings) .and. mistakes%count == before
+      if (has_bodies) call check_joints(scene, settings, mistakes)
       call check_refine(scene, settings, has_bodies, mistakes)
       call check_constraints(scene, settings, has_grid, mistakes)
       call check_loads(scene, settings, has_grid, mistakes)
@@ -179,6 +182,26 @@ contains
          end associate
       end do
    end subroutine check_bodies
+
+   !> In the total frame material never meets other material than it began with: bodies apart from the first one would go through it
+   !> or, less than a cell away, be joined to it.
+   pure subroutine check_joints(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: first(size(scene%bodies))
+      real(dp) :: gap
+      integer :: i, j
+      if (.not. settings%good(settings%find('method', 1), 'frame') .or. scene%method%frame /= 'total') return
+      first = groups_of_bodies(scene)
+      do i = 2, size(first)
+         if (first(i) < i) cycle
+         gap = minval([(gap_between(scene, i, j), j=1, size(first))], mask=first /= i)
+         call settings%complain(mistakes, settings%find('body', i), 'lower', 'the body must touch the others with &method '// &
+                                'frame = ''total'', not lie '//length_text(gap)//' m from the next: in that frame bodies never '// &
+                                'meet, and go through each other. Use frame = ''updated'', or a file for each body')
+      end do
+   end subroutine check_joints
 
    !> Both corners of a body are in the grid.
    pure subroutine check_within_grid(scene, settings, i, mistakes)

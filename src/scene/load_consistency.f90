@@ -1,5 +1,6 @@
 !> Whether constraints and loads act on something: on nodes of the lattice, on material.
 module hampm_load_consistency
+   use hampm_joints, only: holds_material
    use hampm_kinds, only: dp
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: tolerance, within, overlap, nodes_touched, on_face, point_text
@@ -12,13 +13,15 @@ module hampm_load_consistency
 
 contains
 
-   !> The box of a constraint holds at least one node of the lattice.
+   !> The box of a constraint holds at least one node of the lattice, and in the total frame material.
    pure subroutine check_constraints(scene, settings, has_grid, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_grid
       type(mistakes_t), intent(inout) :: mistakes
+      logical :: is_total
       integer :: i, entry
+      is_total = settings%good(settings%find('method', 1), 'frame') .and. scene%method%frame == 'total'
       do i = 1, size(scene%constraints)
          entry = settings%find('constraint', i)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
@@ -26,9 +29,15 @@ contains
             if (any(constraint%upper < constraint%lower)) then
                call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(constraint%lower))
             else if (has_grid) then
-               if (.not. nodes_touched(scene%grid, constraint%lower, constraint%upper)) &
+               if (.not. nodes_touched(scene%grid, constraint%lower, constraint%upper)) then
                   call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                          ' must hold at least one node of the grid (nodes are at lower + i*cell)')
+               else if (is_total .and. bodies_good(settings)) then
+                  if (.not. holds_material(scene, constraint%lower, constraint%upper)) &
+                     call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
+                                            ' must hold a node of a cell with material: in frame = ''total'' none comes there '// &
+                                            'later, and the constraint would hold nothing')
+               end if
             end if
          end associate
       end do

@@ -8,7 +8,7 @@ module hampm_placement
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, &
-             length_text, decimal
+             length_text, decimal, three_digits
 
 contains
 
@@ -94,6 +94,14 @@ contains
       text = to_text(0.0_dp)
       if (length > 0) text = to_text(decimal(length, length))
    end function length_text
+
+   !> A number as people read it.
+   pure function three_digits(x) result(text)
+      real(dp), intent(in) :: x                  !! not below 0
+      character(:), allocatable :: text
+      text = to_text(0.0_dp)
+      if (x > 0) text = to_text(decimal(x, 1e7_dp*x))
+   end function three_digits
 
    !> A number rounded to a decimal one, nine digits below the leading one of `scale`.
    elemental real(dp) function decimal(x, scale)

@@ -1,0 +1,97 @@
+!> How far a motion is from rest, and how soon it could be there.
+!>
+!> A motion under constant loads swings around, or creeps towards, the state in which forces balance. What it still has to give away
+!> on its way there is its kinetic energy and the energy of the deformation that is missing: where r is what is out of balance,
+!> internal force and loads together, the way to rest is K^-1 r, and its energy r . K^-1 r/2. So a run that is damped so much that
+!> it hardly moves is seen to be far from rest all the same.
+module hampm_rest
+   use hampm_kinds, only: dp, ndim
+   use hampm_energy, only: kinetic_energy, strain_energy
+   use hampm_failure, only: failure_t
+   use hampm_motion, only: motion_t, update_particles
+   use hampm_nodal_state, only: unbalanced_force
+   use hampm_stiffness, only: stiffness_t, new_stiffness
+   implicit none
+   private
+   public :: find_distance_from_rest, find_lowest_frequency, time_to_rest
+
+   !> Unknowns of the largest stiffness that is factorised for this: about ten seconds and 3 GB.
+   integer, parameter :: most_unknowns = 1000000
+   integer, parameter :: turns = 40              !! of inverse iteration, at most
+   real(dp), parameter :: settled = 1e-4_dp      !! relative change of the frequency at which it ends
+
+   !> Critically damped, (1 + t w) exp(-t w) of a mode is left: a ten-thousandth after this many 1/w.
+   real(dp), parameter :: radians_to_rest = 12.0_dp
+
+contains
+
+   !> Distance from rest: the square root of the energy that is to be given away on the way there, over the strain energy at rest,
+   !> which is |u + w|**2 K/2 with w the way: E - f . w + r . w/2, f being the internal forces. It is that of displacements,
+   !> relative; G, J and the energies are off by about twice as much, K by as much. Where no load is left at the end the strain
+   !> energy at rest is none, and a part of the present one stands for it. Negative where it is not known: nothing is strained, the
+   !> scene is too large, or memory does not suffice.
+   subroutine find_distance_from_rest(m, distance)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(out) :: distance
+      type(stiffness_t) :: k
+      type(failure_t) :: failure                 ! nobody is told: the run is at its end, and its numbers stand
+      real(dp), parameter :: least = 1e-6_dp     ! of the present strain energy
+      real(dp), allocatable :: force(:, :), internal(:, :), way(:)
+      real(dp) :: stored, missing
+      distance = -1
+      call update_particles(m)
+      stored = strain_energy(m%particles, m%materials)
+      if (.not. stored > 0 .or. ndim*m%fields%mass_matrix%all%n_nodes > most_unknowns) return
+      call unbalanced_force(m, force, internal)
+      call new_stiffness(m, k, failure)
+      if (.not. failure%failed() .and. k%numbering%n > 0) then
+         allocate (way(k%numbering%n))
+         call k%solve(k%gather(force), way)
+         missing = dot_product(k%gather(force), way)/2
+         distance = sqrt((kinetic_energy(m%particles) + max(0.0_dp, missing)) &
+                         /max(least*stored, stored - dot_product(k%gather(internal), way) + missing))
+         if (.not. distance <= huge(distance)) distance = -1
+      end if
+      call k%release()
+   end subroutine find_distance_from_rest
+
+   !> The lowest angular frequency at which the material of a motion can swing [1/s], by inverse iteration. 0 where it is not known:
+   !> a body can move without any force, or the scene is too large.
+   subroutine find_lowest_frequency(m, frequency)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(out) :: frequency
+      type(stiffness_t) :: k
+      type(failure_t) :: failure                 ! nobody is told: the frequency is not known
+      real(dp), allocatable :: x(:), y(:), force(:, :), internal(:, :)
+      real(dp) :: square, last
+      integer :: turn, i
+      frequency = 0
+      if (ndim*m%fields%mass_matrix%all%n_nodes > most_unknowns) return
+      call unbalanced_force(m, force, internal)  ! nodes have their masses now
+      call new_stiffness(m, k, failure)
+      if (.not. failure%failed() .and. k%numbering%n > 0) then
+         allocate (x(k%numbering%n), y(k%numbering%n))
+         do i = 1, size(x)
+            x(i) = 1 + 0.5_dp*sin(1.7_dp*i)      ! has a part of every mode
+         end do
+         last = 0
+         do turn = 1, turns
+            x = x/sqrt(sum(k%mass*x**2))
+            call k%solve(k%mass*x, y)
+            square = sum(k%mass*x*y)/sum(k%mass*y**2) - k%shift
+            x = y
+            if (abs(square - last) <= settled*square) exit
+            last = square
+         end do
+         if (square > 100*k%shift) frequency = sqrt(square)
+      end if
+      call k%release()
+   end subroutine find_lowest_frequency
+
+   !> How long it takes until a ten-thousandth of the lowest mode is left, where it is damped critically, with a rate of twice its
+   !> angular frequency [s].
+   pure real(dp) function time_to_rest(frequency) result(time)
+      real(dp), intent(in) :: frequency          !! [1/s]
+      time = radians_to_rest/frequency
+   end function time_to_rest
+end module hampm_rest

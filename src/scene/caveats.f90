@@ -1,0 +1,181 @@
+!> What a user should know of a scene that can be run, before its numbers are believed: where they mean something else than one
+!> may think (`warnings_of`), and what the method makes of it (`notes_of`). A line each.
+module hampm_caveats
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_placement, only: body_at
+   use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes
+   use hampm_placement, only: length_text, three_digits, upper_corner
+   use hampm_scene, only: scene_t, material_spec_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: warnings_of, notes_of
+
+   ! What solids have: waves pass at 10 m/s through gel and at 18 km/s through diamond; what is as heavy as stone or metal is as
+   ! stiff. Beyond these there is more likely another unit; scenes without units have speeds about 1.
+   real(dp), parameter :: slowest = 0.3_dp       !! bar wave [m/s]
+   real(dp), parameter :: fastest = 3e4_dp       !! the same
+   real(dp), parameter :: heavy = 2000           !! density [kg/m3] of what has no wave slower than
+   real(dp), parameter :: slow_for_heavy = 100   !! this [m/s]
+   real(dp), parameter :: largest = 1000         !! extent of a grid [m]
+   real(dp), parameter :: smallest = 1e-7_dp     !! the same
+
+contains
+
+   !> Where numbers of the scene mean something else than they seem to.
+   pure function warnings_of(scene) result(text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: text
+      text = ''
+      call look_at_constraints(scene, text)
+      call look_at_gaps(scene, text)
+      call look_at_points(scene, text)
+      call look_at_interfaces(scene, text)
+   end function warnings_of
+
+   !> What the method makes of the scene, and which units look wrong.
+   pure function notes_of(scene) result(text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(scene%materials)
+         call look_at_units(scene%materials(i), text)
+      end do
+      associate (extent => maxval(upper_corner(scene%grid) - scene%grid%lower))
+         if (extent > largest .or. extent < smallest) &
+            call add(text, '&grid: it is '//length_text(extent)//' m large; lengths are in m')
+      end associate
+      call look_at_bodies(scene, text)
+   end function notes_of
+
+   !> Add a line.
+   pure subroutine add(text, line)
+      character(:), allocatable, intent(inout) :: text
+      character(*), intent(in) :: line
+      if (text /= '') text = text//new_line('a')
+      text = text//line
+   end subroutine add
+
+   !> Constraints that hold nothing yet: a wall, or a slip of the pen.
+   pure subroutine look_at_constraints(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer :: k
+      do k = 1, size(scene%constraints)
+         if (holds_material(scene, scene%constraints(k)%lower, scene%constraints(k)%upper)) cycle
+         call add(text, '&constraint('//to_text(k)//') holds no node of a cell with material: it does nothing before material '// &
+                  'comes there')
+      end do
+   end subroutine look_at_constraints
+
+   !> Bodies that do not touch but have cells at a common node are joined there.
+   pure subroutine look_at_gaps(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer :: i, j
+      do i = 2, size(scene%bodies)
+         do j = 1, i - 1
+            if (do_touch(scene, i, j) .or. .not. share_nodes(scene, i, j)) cycle
+            call add(text, 'bodies '//to_text(j)//' and '//to_text(i)//' are '//length_text(gap_between(scene, i, j))// &
+                     ' m apart, but no whole cell is free between them: they act on each other from the start, as if they '// &
+                     'touched. Use smaller &grid cell, or a &crack where they are to part')
+         end do
+      end do
+   end subroutine look_at_gaps
+
+   !> One particle a cell leaves modes of the cell without stiffness.
+   pure subroutine look_at_points(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer :: body
+      if (.not. scene%crack%present .or. .not. scene%energy_release%nodal_force) return
+      body = body_at(scene, scene%crack%tip)
+      if (body == 0) return
+      if (scene%bodies(body)%points_per_cell > 1) return
+      call add(text, 'G_nodal_force is 14 to 21 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
+               'estimator ''domain_integral''')
+   end subroutine look_at_points
+
+   !> Modes are found for a crack in one material: the fields around a tip at an interface are others, and mix the modes. (Domain
+   !> integrals are refused there.)
+   pure subroutine look_at_interfaces(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      real(dp) :: tip(ndim), aside(ndim)
+      integer :: around(4), k
+      associate (crack => scene%crack)
+         if (.not. crack%present) return
+         tip = crack%tip
+         do k = 1, 4
+            aside = 0.25_dp*scene%grid%cell*(merge(1, -1, k <= 2)*crack%direction + merge(1, -1, mod(k, 2) == 0) &
+                                             *[-crack%direction(2), crack%direction(1)])
+            around(k) = material_at(scene, tip + aside)
+         end do
+      end associate
+      if (any(around > 0 .and. .not. are_alike(scene, around, maxval(around)))) &
+         call add(text, 'the tip of the crack is between two materials: the parts of modes I and II have no meaning there, '// &
+                  'only their sum has')
+   end subroutine look_at_interfaces
+
+   !> The material at a point, 0 for none.
+   pure integer function material_at(scene, x)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: body
+      material_at = 0
+      body = body_at(scene, x)
+      if (body > 0) material_at = scene%bodies(body)%material_index
+   end function material_at
+
+   !> Whether two materials have the same constants.
+   elemental logical function are_alike(scene, i, j)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i, j
+      are_alike = i == j
+      if (are_alike .or. min(i, j) == 0) return
+      associate (a => scene%materials(i), b => scene%materials(j))
+         are_alike = a%law == b%law .and. .not. (abs(a%young - b%young) > 0 .or. abs(a%poisson - b%poisson) > 0)
+      end associate
+   end function are_alike
+
+   !> Constants of a material that are in other units, more likely than not.
+   pure subroutine look_at_units(material, text)
+      type(material_spec_t), intent(in) :: material
+      character(:), allocatable, intent(inout) :: text
+      real(dp) :: speed
+      speed = sqrt(material%young/material%density)
+      if (speed >= slowest .and. speed <= fastest .and. (speed >= slow_for_heavy .or. material%density < heavy)) return
+      call add(text, '&material '''//trim(material%name)//''': waves would pass at '// &
+               three_digits(speed)//' m/s; young is in Pa, density in kg/m3 (steel: 210e9 and 7850)')
+   end subroutine look_at_units
+
+   !> What bodies do to each other.
+   pure subroutine look_at_bodies(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer, parameter :: most_named = 6
+      character(:), allocatable :: pairs
+      integer :: i, j, touching, apart
+      touching = 0
+      apart = 0
+      pairs = ''
+      do i = 2, size(scene%bodies)
+         do j = 1, i - 1
+            if (.not. do_touch(scene, i, j)) then
+               apart = apart + 1
+               cycle
+            end if
+            touching = touching + 1
+            if (touching > most_named) cycle
+            if (touching > 1) pairs = pairs//', '
+            pairs = pairs//to_text(j)//' and '//to_text(i)
+         end do
+      end do
+      if (touching > most_named) pairs = pairs//' and '//to_text(touching - most_named)//' other pairs'
+      if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are joined as one, but where a &crack parts them')
+      if (apart > 0 .and. scene%method%frame == 'updated') call add(text, 'bodies that meet act on each other from about a '// &
+         'cell apart ('//to_text(scene%grid%cell)//' m) on, by the nodes that their cells have in common, and stick as long '// &
+         'as they are so near; smaller cells make both less')
+   end subroutine look_at_bodies
+end module hampm_caveats

@@ -1,0 +1,94 @@
+!> How the bodies of a scene hang together before anything moves. On a grid material knows other material by the nodes that both
+!> have: bodies that touch are joined, and bodies that do not touch, but have cells at a common node, act on each other all the
+!> same.
+module hampm_joints
+   use hampm_kinds, only: dp, ndim
+   use hampm_body_group, only: body_t
+   use hampm_placement, only: tolerance
+   use hampm_scene, only: scene_t
+   implicit none
+   private
+   public :: do_touch, share_nodes, gap_between, groups_of_bodies, holds_material
+
+contains
+
+   !> Whether two bodies of a scene have a common point.
+   pure logical function do_touch(scene, i, j)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i, j                !! which bodies
+      do_touch = gap_between(scene, i, j) <= tolerance(scene%grid)
+   end function do_touch
+
+   !> Distance between two bodies of a scene [m].
+   pure real(dp) function gap_between(scene, i, j) result(gap)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i, j                !! which bodies
+      associate (a => scene%bodies(i), b => scene%bodies(j))
+         gap = norm2(max(a%lower - b%upper, b%lower - a%upper, 0.0_dp))
+      end associate
+   end function gap_between
+
+   !> Whether cells of the lattice that two bodies reach into have a common node.
+   pure logical function share_nodes(scene, i, j)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i, j                !! which bodies
+      share_nodes = all(first_node(scene, scene%bodies(i)) <= last_node(scene, scene%bodies(j)) .and. &
+                        first_node(scene, scene%bodies(j)) <= last_node(scene, scene%bodies(i)))
+   end function share_nodes
+
+   !> Whether a box holds a node, of the lattice, of a cell that any body reaches into.
+   pure logical function holds_material(scene, lower, upper)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
+      real(dp), dimension(ndim) :: first, last   ! nodes of the box, from the lower corner of the lattice [cells]
+      integer :: i
+      associate (grid => scene%grid, tol => tolerance(scene%grid))
+         first = (lower - tol - grid%lower)/grid%cell
+         last = (upper + tol - grid%lower)/grid%cell
+      end associate
+      holds_material = .false.
+      do i = 1, size(scene%bodies)
+         associate (body => scene%bodies(i))
+            holds_material = holds_material .or. &
+                             all(first_whole(max(first, first_node(scene, body))) <= min(last, last_node(scene, body)))
+         end associate
+      end do
+   end function holds_material
+
+   !> Lower corner of the cells that a body reaches into, from the lower corner of the lattice [cells].
+   pure function first_node(scene, body) result(node)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      real(dp) :: node(ndim)
+      node = aint((body%lower - scene%grid%lower + tolerance(scene%grid))/scene%grid%cell)
+   end function first_node
+
+   !> Their upper corner.
+   pure function last_node(scene, body) result(node)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      real(dp) :: node(ndim)
+      node = first_whole((body%upper - scene%grid%lower - tolerance(scene%grid))/scene%grid%cell)
+   end function last_node
+
+   !> The first whole number that is not below a number, which may be too large for an integer.
+   elemental real(dp) function first_whole(x)
+      real(dp), intent(in) :: x
+      first_whole = aint(x)
+      if (first_whole < x) first_whole = first_whole + 1
+   end function first_whole
+
+   !> For each body the first one that it is joined to, by itself or through others that touch.
+   pure function groups_of_bodies(scene) result(first)
+      type(scene_t), intent(in) :: scene
+      integer :: first(size(scene%bodies))
+      integer :: i, j
+      do i = 1, size(first)
+         first(i) = i
+         do j = 1, i - 1
+            if (.not. do_touch(scene, i, j)) cycle
+            where (first(:i) == max(first(i), first(j))) first(:i) = min(first(i), first(j))
+         end do
+      end do
+   end function groups_of_bodies
+end module hampm_joints
