@@ -3,7 +3,7 @@ module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, on_face, point_text, length_text
+   use hampm_placement, only: tolerance, upper_corner, nearest_node, within, overlap, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -30,7 +30,8 @@ contains
       if (.not. on_node(scene%grid, scene%crack%tip)) &
          call settings%complain(mistakes, entry, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
                                 point_text(scene%grid%lower)//', cell = '//to_text(scene%grid%cell)//', up to '// &
-                                point_text(upper_corner(scene%grid)))
+                                point_text(upper_corner(scene%grid))//'; the nearest is '// &
+                                point_text(nearest_node(scene%grid, scene%crack%tip)))
       if (mistakes%count > before) return
       if (.not. (on_node(scene%grid, node(scene, -1)) .and. on_node(scene%grid, node(scene, 1)))) then
          call settings%complain(mistakes, entry, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')

@@ -158,13 +158,26 @@ contains
       part = trim(adjustl(part(:index(part, separator) - 1)))
    end function part
 
+   !> Names, one after the other.
+   pure function listed(names) result(text)
+      character(*), intent(in) :: names(:)
+      character(:), allocatable :: text
+      integer :: i
+      text = trim(names(1))
+      do i = 2, size(names)
+         text = text//', '//trim(names(i))
+      end do
+   end function listed
+
    !> Complaint about a group that does not exist.
    pure function unknown_group(name) result(message)
       character(*), intent(in) :: name
       character(:), allocatable :: message
       character(name_len) :: names(size(groups))
       names = groups%name
-      message = 'there is no group &'//printable(name, 40)//did_you_mean(name, names)
+      message = did_you_mean(name, names)
+      if (message == '') message = '; groups are '//listed(names)
+      message = 'there is no group &'//printable(name, 40)//message
       if (name == '') message = 'the name of a group is missing behind ''&'''
    end function unknown_group
 
@@ -178,6 +191,7 @@ contains
       first = first_key(group)
       names = keys(first:first + size(names) - 1)%name
       question = did_you_mean(name, names)
+      if (question == '') question = '; its keys are '//listed(names)
       do i = size(keys), 1, -1
          if (keys(i)%name == name) question = '; '''//name//''' is a key of &'//trim(keys(i)%group)
       end do

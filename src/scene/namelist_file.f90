@@ -149,6 +149,9 @@ contains
       ended = .true.
       if (at_end(s)) then
          call mistakes%add(start//': &'//name//': its ''/'' is missing: the file ends before')
+      else if (ends_old_style(s)) then
+         call mistakes%add(location(s)//': &'//name//': a group ends with ''/'', not with ''&end''')
+         call skip_word_behind(s)
       else if (peek(s) == '&') then
          call mistakes%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
       else if (peek(s) == '/') then
@@ -157,6 +160,26 @@ contains
          ended = .false.
       end if
    end subroutine check_end
+
+   !> Whether `&end` comes next, with which groups ended before Fortran 90.
+   pure logical function ends_old_style(s)
+      type(scanner_t), intent(in) :: s
+      type(scanner_t) :: ahead
+      character(:), allocatable :: name
+      ends_old_style = .false.
+      if (at_end(s) .or. peek(s) /= '&') return
+      ahead = s
+      call advance(ahead)
+      call take_name(ahead, name)
+      ends_old_style = name == 'end'
+   end function ends_old_style
+
+   !> Pass over a character and the word behind it.
+   pure subroutine skip_word_behind(s)
+      type(scanner_t), intent(inout) :: s
+      call advance(s)
+      call skip_word(s)
+   end subroutine skip_word_behind
 
    !> `key = values`.
    pure subroutine scan_assignment(s, entry, mistakes)
@@ -337,6 +360,7 @@ contains
       type(mistakes_t) :: nobody
       do
          call skip_blanks(s)
+         if (ends_old_style(s)) call skip_word_behind(s)
          if (at_end(s) .or. peek(s) == '&') return
          if (peek(s) == '/') exit
          if (index('''"', peek(s)) > 0) then

@@ -8,7 +8,7 @@ module hampm_placement
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, &
-             length_text, decimal, three_digits
+             length_text, decimal, three_digits, nearest_node
 
 contains
 
@@ -68,6 +68,14 @@ contains
       on_face = count(flat) == 1 .and. all(at_end .or. .not. flat) .and. within(lower, upper, body%lower, body%upper, tol)
    end function on_face
 
+   !> The node of the lattice that is nearest to a point [m].
+   pure function nearest_node(grid, point) result(node)
+      type(grid_spec_t), intent(in) :: grid
+      real(dp), intent(in) :: point(ndim)
+      real(dp) :: node(ndim)
+      node = grid%lower + grid%cell*max(0.0_dp, min(real(grid%cells, dp), anint((point - grid%lower)/grid%cell)))
+   end function nearest_node
+
    !> Number of material points that a body is filled with; a real number, because an integer might not hold it.
    pure real(dp) function particle_number(body, cell)
       type(body_t), intent(in) :: body
@@ -75,14 +83,17 @@ contains
       particle_number = product(max(anint((body%upper - body%lower)/(cell/body%points_per_cell)), 1.0_dp))
    end function particle_number
 
-   !> A position as text.
+   !> A position as text, to 13 digits of its largest component: beyond are the roundings of what it was found from.
    pure function point_text(point) result(text)
       real(dp), intent(in) :: point(ndim)
       character(:), allocatable :: text
+      real(dp) :: shown(ndim)
       integer :: d
-      text = '('//to_text(point(1))
+      shown = point
+      if (any(abs(point) > 0)) shown = decimal(point, 1e-3_dp*maxval(abs(point)))
+      text = '('//to_text(shown(1))
       do d = 2, ndim
-         text = text//', '//to_text(point(d))
+         text = text//', '//to_text(shown(d))
       end do
       text = text//')'
    end function point_text

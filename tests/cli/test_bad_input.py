@@ -83,6 +83,9 @@ SYNTAX = [
     ("upper = 0.1, 0.01", "upper = 0.1,,0.01", "0.1,,", "a value is missing before the comma"),
     ("points_per_cell = 2", "points_per_cell 2", "points_per_cell 2", "&body points_per_cell: '=' is missing"),
     ("name = 'aluminium'", "name = 'aluminium", "name", "the closing ' of 'aluminium is missing on this line"),
+    ("density = 2700", "density = 2700\n  colour = 'red'", "colour",
+     "&material has no key 'colour'; its keys are name, law, young, poisson, density"),
+    ("&damping", "&unheard_of", "&unheard_of", "there is no group &unheard_of; groups are run, grid, material, body, constraint, "),
     ("&damping", "&dampng", "&dampng", "there is no group &dampng; did you mean 'damping'?"),
     ("&damping", "&", "&\n", "the name of a group is missing behind '&'"),
     ("&damping", "damping", "damping", "'damping' stands outside of the groups"),
@@ -202,7 +205,7 @@ CRACK_LINE = [
     ("length = 0.0", "length = 0.0101", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells at least"),
     ("length = 0.0", "length = 1.25e-3", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells"),
     ("length = 0.0", "length = 0.005", "radii", "radii = 4e-3, 6e-3, 8e-3: must be in [0.0025, 0.005] [m]"),
-    (TIP, "tip = 0.05, 1.0", "tip", "must be a node of the grid: lower + i*cell with lower = (0.0, 0.0), cell = 0.00125, up to (0.1, 0.02125)"),
+    (TIP, "tip = 0.05, 1.0", "tip", "cell = 0.00125, up to (0.1, 0.02125); the nearest is (0.05, 0.02125)"),
     ("contact = 'none'", "contact = 'frictionles'", "contact", "must be 'none' or 'frictionless'; did you mean 'frictionless'?"),
     (RADII, "radii = 4e-3, 12e-3", "radii", "radii = 4e-3, 12e-3: " + WITHIN),
     (RADII, "radii = 2e-3, 8e-3", "radii", "radii = 2e-3, 8e-3: " + WITHIN),
@@ -221,6 +224,23 @@ def test_one_mistake_is_refused_with_its_line(hampm, tmp_path, old, new, fragmen
     if fragment in new:
         line += new[: new.index(fragment)].count("\n")
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: ", phrase)
+
+
+def test_groups_that_end_as_before_fortran_90_get_a_message_each(hampm, tmp_path):
+    text = GOOD.replace("\n/\n", "\n&end\n")
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, "&run: a group ends with '/', not with '&end'")
+    assert len(result.stderr.splitlines()) == text.count("&end")
+
+
+def test_positions_are_shown_without_their_rounding(hampm, tmp_path):
+    """0.1 + 2*0.1 is 0.30000000000000004 in binary."""
+    text = changed(("lower = 0.0, 0.0\n  cell = 1.25e-3\n  cells = 80, 9", "lower = 0.1, 0.1\n  cell = 0.1\n  cells = 2, 2"))
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, "must be within the grid, from (0.1, 0.1) to (0.3, 0.3)")
+    assert "0000000" not in result.stderr
 
 
 @pytest.mark.parametrize(("old", "new", "key", "phrase"), [
