@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps tip
+         bench against minimal masses adaptivity extremes tradeoff local_steps tip vtk
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -91,6 +91,15 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
 	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
+
+# The oldest version that reads the snapshots, unless another is named
+version ?= 9.4.2
+vtk: setup  ## hold the snapshots to another version of VTK than that of requirements.txt: make vtk [version=9.4.2]
+	@$(MAKE) --no-print-directory $(O)/results_driver
+	@test -x build/vtk-$(version)/bin/pytest || { $(PYTHON) -m venv build/vtk-$(version) && \
+		build/vtk-$(version)/bin/python -m pip install --quiet --disable-pip-version-check vtk==$(version) \
+		$(shell grep -E '^(numpy|h5py|pytest)=' requirements.txt); }
+	build/vtk-$(version)/bin/python -m pytest -q tests/output
 
 bench:  ## measure time, memory and instructions of a step beside the least that they could be: one table
 	@tools/setup.sh valgrind

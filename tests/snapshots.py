@@ -5,20 +5,26 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 
-def read_steps(path):
-    """Times and, for every time, the two blocks, particles and mesh."""
+def reader_of(path):
+    """VTK's reader of a result file, which has been asked what there is, as ParaView and PyVista do."""
     reader = vtkHDFReader()
     reader.SetFileName(str(path))
     reader.UpdateInformation()
+    return reader
+
+
+def read_steps(path):
+    """Times and, for every time, the two blocks, particles and mesh."""
+    reader = reader_of(path)
     times = list(reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()))
     steps = []
     for time in times:
         reader.UpdateTimeStep(time)
         data = reader.GetOutputDataObject(0)
-        assert data.GetNumberOfPartitionedDataSets() == 2
-        copies = [data.GetPartition(block, 0).NewInstance() for block in range(2)]
+        assert data.GetNumberOfBlocks() == 2
+        copies = [data.GetBlock(block).NewInstance() for block in range(2)]
         for block, copy in enumerate(copies):
-            copy.DeepCopy(data.GetPartition(block, 0))
+            copy.DeepCopy(data.GetBlock(block))
         steps.append(copies)
     return times, steps
 

@@ -3,6 +3,9 @@
 !>
 !> Layout: /VTKHDF/<piece> holds the data of all snapshots one after the other, /VTKHDF/<piece>/Steps where each
 !> snapshot begins, and /VTKHDF/Assembly the tree of pieces. Nothing is made before the first snapshot.
+!>
+!> VTK from 9.6.2 on asks /VTKHDF/Steps how many snapshots there are and takes it for one more piece, which older versions
+!> do too. It is a link to the first piece, which therefore has what VTK looks for in both: NSteps and Values.
 module hampm_snapshots
    use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long, ndim
@@ -133,14 +136,15 @@ contains
       end do
    end subroutine write_snapshot
 
-   !> Tell VTK how many snapshots there are.
+   !> Tell VTK how many snapshots there are, at the piece and at its steps.
    subroutine note_steps(series, file, failure)
       type(piece_series_t), intent(in) :: series
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
-      associate (path => series%of(times)%path)
-         call file%put_attribute(path(:index(path, '/', back=.true.) - 1), 'NSteps', int(series%of(times)%length), failure)
-      end associate
+      character(:), allocatable :: steps
+      steps = folder_of(series%of(times)%path)
+      call file%put_attribute(steps, 'NSteps', int(series%of(times)%length), failure)
+      call file%put_attribute(folder_of(steps), 'NSteps', int(series%of(times)%length), failure)
    end subroutine note_steps
 
    !> How many entries each dataset has, or is to have where it has not been looked at since the file is continued.
@@ -228,7 +232,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: i
       allocate (self%pieces(size(pieces)))
-      call make_typed_group(file, root, 'PartitionedDataSetCollection', failure)
+      call make_typed_group(file, root, 'MultiBlockDataSet', failure)
       do i = 1, size(pieces)
          call make_typed_group(file, piece_path(pieces(i)), 'UnstructuredGrid', failure)
          call file%put_attribute(piece_path(pieces(i)), 'Index', i - 1, failure)
@@ -261,7 +265,7 @@ contains
       call file%put_attribute(path, 'Version', format_version, failure)
    end subroutine make_typed_group
 
-   !> Make the tree of pieces: a node a piece, with a link to it.
+   !> Make the tree of pieces, a link a piece, and the piece that tells VTK the times of all.
    subroutine create_assembly(file, pieces, failure)
       type(hdf5_file_t), intent(in) :: file
       type(piece_t), intent(in) :: pieces(:)
@@ -269,11 +273,10 @@ contains
       integer :: i
       call file%make_group(root//'/Assembly', failure)
       do i = 1, size(pieces)
-         associate (node => root//'/Assembly/'//pieces(i)%name)
-            call file%make_group(node, failure)
-            call file%make_link(piece_path(pieces(i)), node//'/'//pieces(i)%name, failure)
-         end associate
+         call file%make_link(piece_path(pieces(i)), root//'/Assembly/'//pieces(i)%name, failure)
+         call file%make_link(steps_path(pieces(i))//'/Values', piece_path(pieces(i))//'/Values', failure)
       end do
+      call file%make_link(piece_path(pieces(1)), root//'/Steps', failure)
    end subroutine create_assembly
 
    !> Make the datasets of points and cells.
@@ -402,6 +405,13 @@ contains
       integer, intent(in) :: n
       chunk = max(64, min(n, 16384))
    end function chunk
+
+   !> Path of the group that holds what is at this path.
+   pure function folder_of(path) result(folder)
+      character(*), intent(in) :: path
+      character(:), allocatable :: folder
+      folder = path(:index(path, '/', back=.true.) - 1)
+   end function folder_of
 
    !> Path of the group of a piece.
    pure function piece_path(piece) result(path)
