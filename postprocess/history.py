@@ -5,6 +5,7 @@ frequency without moving the rest in time; `moving_mean` averages over a window;
 frequency of an oscillation of which only a few periods are known.
 """
 
+import math
 import sys
 from collections import namedtuple
 from fnmatch import fnmatchcase
@@ -17,6 +18,8 @@ except ImportError as missing:
     sys.exit(f"{missing}: run tools/setup.sh and use .venv/bin/python (gnuplot: set HAMPM_PYTHON to it)")
 
 USAGE, UNREADABLE = 2, 4  # exit codes: the request makes no sense; a file cannot be read or written
+ERROR = "_error"          # what the name of a column ends in that holds the estimated error of another one
+REST = 0.01               # distance from rest above which last values are not taken for those at rest
 
 Mode = namedtuple("Mode", "frequency decay amplitude")
 Mode.__doc__ = "amplitude * exp(-decay * t) * cos(2 pi frequency t + phase); frequency [Hz], decay [1/s]."
@@ -43,8 +46,34 @@ def run(main):
 
 def report(error):
     """Print a ResultError for the user and return its exit code."""
-    print(f"{Path(sys.argv[0]).name}: {error}", file=sys.stderr)
+    tell(error)
     return error.exit_code
+
+
+def tell(message):
+    """Print a message for the user, with the name of the script in front."""
+    print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+
+
+def add_strict(parser):
+    """The option of what gives static values."""
+    parser.add_argument("--strict", action="store_true",
+                        help=f"exit with code 1 where a run is not at rest: distance_from_rest above {REST:g}")
+
+
+def tell_of_motion(histories, strict):
+    """Warn of each run whose last values are not those at rest. Returns the exit code."""
+    moving = [history for history in histories if history.is_moving()]
+    for history in moving:
+        tell(f"warning: {history.path}: not at rest: its last values are by {history.distance_from_rest():.2g} (relative) from "
+             f"those at rest, above the limit of {REST:g}; run longer, or damp more")
+    return 1 if moving and strict else 0
+
+
+def matches(name, pattern):
+    """Whether a pattern (`*` and `?` as in a shell) means a column. Estimated errors are meant by `*` alone, and by patterns that
+    end in _error, so that G_* is all estimators."""
+    return fnmatchcase(name, pattern) and (pattern == "*" or pattern.endswith(ERROR) or not name.endswith(ERROR))
 
 
 class History:
@@ -93,10 +122,10 @@ class History:
         return self.path.stem
 
     def select(self, patterns):
-        """Names of the columns that match any of the patterns (`*` and `?` as in a shell), in the order asked for."""
+        """Names of the columns that match any of the patterns, in the order asked for."""
         chosen = {}
         for pattern in patterns:
-            matching = [name for name in self.columns if fnmatchcase(name, pattern)]
+            matching = [name for name in self.columns if matches(name, pattern)]
             if not matching:
                 raise ResultError(f"{self.path}: no column '{pattern}' in /history; "
                                   f"it has {', '.join(self.columns)}")
@@ -120,6 +149,19 @@ class History:
     def late_mean(self, name, part=0.1):
         """Mean of a column over the last part of the run, so that what still rings counts little."""
         return np.mean(self.columns[name][self.times >= (1 - part) * self.times[-1]])
+
+    def error_of(self, name):
+        """Name of the column that holds the estimated error of another; None where there is none."""
+        return name + ERROR if name + ERROR in self.columns else None
+
+    def distance_from_rest(self):
+        """How far the last values are from those at rest, relative; None where it is not known or has no meaning."""
+        value = self.attributes.get("distance_from_rest", math.nan)
+        return None if math.isnan(value) else value
+
+    def is_moving(self):
+        """Whether the last values are known not to be those at rest."""
+        return (self.distance_from_rest() or 0.0) > REST
 
     def beam_ratio(self):
         """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""

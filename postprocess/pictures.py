@@ -6,6 +6,7 @@ legible in grey.
 
 import argparse
 import math
+import textwrap
 from collections import Counter
 from pathlib import Path
 
@@ -26,6 +27,7 @@ STYLE = {
 TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs")}
 PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of 1000
 MM = 1e3  # per metre
+NO_BREAK = "\u00a0"
 
 
 def add_picture_options(parser, suffix):
@@ -57,6 +59,12 @@ def save(figure, output, dpi):
         raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
     finally:
         plt.close(figure)
+
+
+def wrapped(words, unit, width=38):
+    """The label of an axis, in lines of so many characters, with the unit whole on the last."""
+    lines = textwrap.wrap(f"{words} [{unit.replace(' ', NO_BREAK)}]", width, break_long_words=False)
+    return "\n".join(lines).replace(NO_BREAK, " ")
 
 
 def legend_below(figure, handles, labels, narrow=42):

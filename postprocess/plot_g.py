@@ -1,11 +1,18 @@
 #!/usr/bin/env python3
-"""Picture of the dynamic energy release rate G(t)/G_ref, or of other columns over time, of one or more hampm results."""
+"""Picture of the dynamic energy release rate G(t)/G_ref, or of other columns over time, of one or more hampm results.
+
+Where a file has no G_ref (no `reference` in &energy_release), G is drawn in J/m2. Columns of different units have axes of
+their own, below each other.
+"""
 
 import argparse
 from pathlib import Path
 
 from history import UNREADABLE, History, ResultError, lowpass, read_curve, run
-from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, positive, write
+from pictures import (COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, positive, prefixed,
+                      wrapped, write)
+
+import numpy as np
 
 WIDE = 2.2  # width of the first curve, so that it can be seen below others that coincide with it
 
@@ -17,7 +24,7 @@ def main(arguments=None):
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("--estimator", action="append", metavar="NAME",
                         help="column of G to draw, such as G_nodal_force_I or nodal_force_I, * and ? allowed; "
@@ -27,9 +34,12 @@ def parse(arguments):
     parser.add_argument("--scale", type=positive, metavar="VALUE",
                         help="with --column: what the columns and the reference curve are divided by (default: 1)")
     parser.add_argument("--label", metavar="TEXT", help="with --column: of the vertical axis (default: what they are)")
+    parser.add_argument("--errors", action="store_true",
+                        help="draw the estimated error of each column, where the file has it, as a band")
     parser.add_argument("--converged", type=float, metavar="VALUE",
                         help="converged static G/G_ref, drawn as a horizontal line")
-    parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of time [s], G/G_ref; with --column not divided yet")
+    parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of time [s], G/G_ref; with --column not "
+                        "divided yet, in the unit of the first column")
     parser.add_argument("--reference-name", metavar="TEXT", help="of that curve in the legend (default: of its file)")
     parser.add_argument("--lowpass", type=positive, metavar="HZ",
                         help="remove what is above this frequency from every curve, without delay")
@@ -45,34 +55,104 @@ def parse(arguments):
 
 def draw(histories, options):
     """The figure: curves of all files, the reference curve, and the static values as horizontal lines."""
-    figure, axes = plt.subplots(figsize=(6.3, 4), layout="constrained")
-    scale, unit = TIME_UNITS[options.time_unit]
+    shown = [Curve(history, name, column) for history, name in zip(histories, names(histories))
+             for column in columns(history, options)]
+    scales = scales_of(shown, options)
+    figure, panels = plt.subplots(len(scales), squeeze=False, sharex=True, figsize=(6.3, 4), layout="constrained")
+    panels = dict(zip(scales, panels[:, 0]))
+    unit_of_time, unit = TIME_UNITS[options.time_unit]
 
-    def curve(t, g, **style):
-        axes.plot(t * scale, lowpass(t, g, options.lowpass) if options.lowpass else g, **style)
+    def curve(axes, t, value, **style):
+        axes.plot(t * unit_of_time, smooth(t, value, options), **style)
 
     if options.reference:
+        unit_of_first, scale = next(iter(scales.items()))
         t, value = read_curve(options.reference)
-        curve(t, value / (options.scale or 1), color="0.15", linewidth=0.9, zorder=3,
+        curve(panels[unit_of_first], t, value * (scale.factor if options.column else 1), color="0.15", linewidth=0.9, zorder=3,
               label=options.reference_name or f"reference: {Path(options.reference).stem}")
-    shown = [(history, name, column) for history, name in zip(histories, names(histories))
-             for column in columns(history, options)]
-    for k, ((history, name, column), (colour, dash)) in enumerate(zip(shown, styles(shown))):
-        value = history.columns[column] / (options.scale or 1) if options.column else history.g_ratio(column)
-        curve(history.times, value, color=colour, linestyle=dash, linewidth=None if k else WIDE,
-              label=f"{name}: {words(column)}")
+    for k, (item, (colour, dash)) in enumerate(zip(shown, styles(shown))):
+        axes, times, factor = panels[item.unit], item.history.times, scales[item.unit].factor_of(item.history)
+        value = item.values * factor
+        curve(axes, times, value, color=colour, linestyle=dash, linewidth=None if k else WIDE,
+              label=f"{item.name}: {words(item.column)}")
+        if options.errors and (error := item.history.error_of(item.column)):
+            middle, width = smooth(times, value, options), smooth(times, item.history.columns[error] * factor, options)
+            axes.fill_between(times * unit_of_time, middle - width, middle + width, color=colour, alpha=0.2, linewidth=0)
     if not options.column:
-        draw_static_values(axes, histories, options.converged)
+        draw_static_values(next(iter(panels.values())), histories, options.converged)
 
-    axes.set_xlim(0, max(history.times[-1] for history in histories) * scale or None)
+    for name, axes in panels.items():
+        axes.set_ylabel(scales[name].label)
+    axes.set_xlim(0, max(history.times[-1] for history in histories) * unit_of_time or None)
     axes.set_xlabel(f"time $t$ [{unit}]")
-    axes.set_ylabel(vertical_label(histories[0], options))
     filtered = f"below {options.lowpass / 1e3:g} kHz" if options.lowpass else None
     title = ", ".join(filter(None, [options.title, filtered]))
     if title:
         figure.suptitle(title)
-    figure.set_figheight(3.7 + 0.2 * legend_below(figure, *axes.get_legend_handles_labels()))
+    handles, labels = [sum(parts, []) for parts in zip(*(axes.get_legend_handles_labels() for axes in panels.values()))]
+    figure.set_figheight(3.7 + 2.4 * (len(panels) - 1) + 0.2 * legend_below(figure, handles, labels))
     return figure
+
+
+class Curve:
+    """A column of a file that is drawn: history, name of the file, column, values and unit."""
+
+    def __init__(self, history, name, column):
+        self.history, self.name, self.column = history, name, column
+        self.values, self.unit = history.columns[column], history.units[column]
+
+
+class Scale:
+    """What the values of one unit are multiplied by, and the label of their axis; over G_ref the factor is one of the file."""
+
+    def __init__(self, factor, label, is_ratio=False):
+        self.factor, self.label, self.is_ratio = factor, label, is_ratio
+
+    def factor_of(self, history):
+        return 1 / history.g_ref() if self.is_ratio else self.factor
+
+
+def scales_of(shown, options):
+    """The scale of each unit that the curves have."""
+    units = list(dict.fromkeys(item.unit for item in shown))
+    if options.label and len(units) > 1:
+        raise ResultError(f"--label is of one axis, and the columns have the units {', '.join(units)}")
+    if not options.column and has_reference(shown, options):
+        return {unit: Scale(1.0, r"energy release rate $G/G_\mathrm{ref}$ [–]", is_ratio=True) for unit in units}
+    return {unit: scale_of([item for item in shown if item.unit == unit], unit, options) for unit in units}
+
+
+def has_reference(shown, options):
+    """Whether all files have a G_ref; one that has is not drawn beside one that has not."""
+    without = [item.history for item in shown if "G_ref" not in item.history.attributes]
+    if without and (options.converged is not None or options.reference or any(item.history not in without for item in shown)):
+        without[0].g_ref()  # which says what is missing
+    return not without
+
+
+def scale_of(shown, unit, options):
+    """The scale of the columns of one unit: that of --scale, else a prefix of the unit where the label is not given."""
+    if options.label:
+        return Scale(1 / (options.scale or 1), options.label)
+    what = "energy release rate $G$" if not options.column else common_name(shown)
+    if options.scale:
+        return Scale(1 / options.scale, wrapped(what, f"{options.scale:g} {unit}"))
+    factor, prefixed_unit = prefixed(max(np.abs(item.values[np.isfinite(item.values)]).max(initial=0.0) for item in shown), unit)
+    return Scale(factor, wrapped(what, "–" if unit == "1" else prefixed_unit))
+
+
+def common_name(shown):
+    """What columns are, in the words that their long names begin with, up to a comma; else the names of all."""
+    parts = [item.history.long_names[item.column].split(", ") for item in shown]
+    common = parts[0]
+    for other in parts[1:]:
+        common = [a for k, a in enumerate(common) if other[:k + 1] == common[:k + 1]]
+    return ", ".join(common or dict.fromkeys(words(item.column) for item in shown))
+
+
+def smooth(t, value, options):
+    """Values without what is above the frequency of --lowpass, if any."""
+    return lowpass(t, value, options.lowpass) if options.lowpass else value
 
 
 def draw_static_values(axes, histories, converged):
@@ -91,26 +171,16 @@ def columns(history, options):
         raise ResultError(f"{history.path}: /history holds no samples yet", UNREADABLE)
     if options.column:
         return history.select(options.column)
-    history.g_ref()
     return history.select([pattern if pattern.startswith("G_") else f"G_{pattern}" for pattern in options.estimator or ["G_*"]])
-
-
-def vertical_label(history, options):
-    """What the curves are."""
-    if not options.column:
-        return r"energy release rate $G/G_\mathrm{ref}$ [–]"
-    first = columns(history, options)[0]
-    scale = f"{options.scale:g} " if options.scale else ""
-    return options.label or f"{history.long_names[first]} [{scale}{history.units[first]}]"
 
 
 def styles(shown):
     """Colour and dash of each curve: its own of both as long as they last, then a colour for each file, a dash for each column."""
     if len(shown) <= len(COLOURS):
         return list(zip(COLOURS, DASHES))
-    files = list(dict.fromkeys(name for _, name, _ in shown))
-    kinds = list(dict.fromkeys(column for _, _, column in shown))
-    return [(COLOURS[files.index(name) % len(COLOURS)], DASHES[kinds.index(column) % len(DASHES)]) for _, name, column in shown]
+    files = list(dict.fromkeys(item.name for item in shown))
+    kinds = list(dict.fromkeys(item.column for item in shown))
+    return [(COLOURS[files.index(item.name) % len(COLOURS)], DASHES[kinds.index(item.column) % len(DASHES)]) for item in shown]
 
 
 def words(estimator):

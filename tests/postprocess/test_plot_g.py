@@ -8,7 +8,7 @@ import pytest
 
 import pictures
 import plot_g
-from history import History
+from history import History, ResultError
 from synthetic import G_REF, dcb, write_result
 
 
@@ -77,6 +77,72 @@ def test_another_column_and_its_reference_are_over_the_scale(dcb_file, tmp_path)
     assert axes.get_ylabel() == "crack opening [2e-08 m]"
 
 
+def drawn(files, *arguments):
+    """The figure of some files."""
+    return plot_g.draw([History(file) for file in files], plot_g.parse([*map(str, files), *map(str, arguments)]))
+
+
+def test_g_without_a_reference_value_has_its_own_unit(tmp_path):
+    axes, = drawn([write_result(tmp_path / "a.h5", g_ref=None, beam=None)]).axes
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e3 * dcb()["G_nodal_force_I"])
+    assert axes.get_ylabel() == "energy release rate $G$ [mJ/m2]"
+
+
+def test_what_is_over_the_reference_value_needs_it_in_all_files(script, tmp_path, dcb_file):
+    path = write_result(tmp_path / "a.h5", g_ref=None)
+    for arguments in ([path, "--converged", 1], [dcb_file, path]):
+        result = script("plot_g.py", *arguments)
+        assert result.returncode == 2 and f"{path}: /history has no attribute G_ref" in result.stderr
+
+
+LONG = "stress intensity factor, interaction integral, mode I"
+
+
+def with_units(path, columns, units, long_names):
+    """A result file whose columns have these units and long names."""
+    write_result(path, columns)
+    with h5py.File(path, "a") as file:
+        for name in columns:
+            file["history"][name].attrs["units"] = units.get(name, "J/m2")
+            file["history"][name].attrs["long_name"] = long_names.get(name, name)
+    return path
+
+
+def test_columns_of_different_units_have_axes_of_their_own(tmp_path):
+    columns = dcb() | {"K_I": 1e6 * dcb()["time"], "K_II": dcb()["time"]}
+    file = with_units(tmp_path / "a.h5", columns, {"K_I": "Pa m^0.5", "K_II": "Pa m^0.5", "crack_opening": "m"},
+                      {"K_I": LONG, "K_II": LONG + "I"})
+    upper, lower = drawn([file], "--column", "K_*", "--column", "crack_opening").axes
+    assert [len(axes.lines) for axes in (upper, lower)] == [2, 1]
+    assert upper.get_ylabel().replace("\n", " ") == "stress intensity factor, interaction integral [kPa m^0.5]"
+    np.testing.assert_allclose(upper.lines[0].get_ydata(), 1e3 * dcb()["time"])
+    assert lower.get_ylabel() == "crack_opening [nm]"
+    with pytest.raises(ResultError, match="--label is of one axis"):
+        drawn([file], "--column", "K_I", "--column", "crack_opening", "--label", "both")
+
+
+def test_long_labels_stay_within_the_picture(tmp_path):
+    file = with_units(tmp_path / "a.h5", dcb() | {"K_I": dcb()["time"]}, {"K_I": "Pa m^0.5"}, {"K_I": LONG})
+    for arguments in (["--column", "K_I"], ["--column", "K_I", "--column", "step", "--column", "crack_opening"]):
+        figure = drawn([file], *arguments)
+        figure.draw_without_rendering()
+        for axes in figure.axes:
+            box = axes.yaxis.label.get_window_extent()
+            assert box.y0 >= 0 and box.y1 <= figure.bbox.height and box.x0 >= 0
+
+
+def test_errors_are_bands_and_no_curves(tmp_path):
+    columns = dcb() | {"G_nodal_force_I_error": np.full(1201, 0.2 * G_REF)}
+    file = write_result(tmp_path / "a.h5", columns)
+    axes, = drawn([file], "--errors").axes
+    assert [line.get_label() for line in axes.lines[:2]] == ["a: nodal force I", "a: stress closure I"] and len(axes.lines) == 3
+    band, = axes.collections
+    middle = np.interp(0.6, 1e3 * columns["time"], columns["G_nodal_force_I"] / G_REF)
+    heights = [y for x, y in band.get_paths()[0].vertices if abs(x - 0.6) < 1e-9]
+    np.testing.assert_allclose(sorted(heights), [middle - 0.2, middle + 0.2])
+    assert not drawn([file]).axes[0].collections
+
+
 def test_other_columns_need_no_reference_value(script, tmp_path):
     path = write_result(tmp_path / "bar.h5", g_ref=None)
     result = script("plot_g.py", path, "--column", "crack_opening", "--label", "opening / m", "--output", tmp_path / "a.svg")
@@ -96,8 +162,6 @@ def broken(tmp_path, kind):
         path.write_text("not HDF5")
     elif kind == "no_history":
         h5py.File(path, "w").close()
-    elif kind == "no_g_ref":
-        write_result(path, g_ref=None)
     elif kind == "empty":
         write_result(path, {name: values[:0] for name, values in dcb().items()})
     return path
@@ -105,7 +169,7 @@ def broken(tmp_path, kind):
 
 @pytest.mark.parametrize("kind, code, words", [
     ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_history", 4, "no group /history"),
-    ("no_g_ref", 2, "no attribute G_ref"), ("empty", 4, "no samples")])
+    ("empty", 4, "no samples")])
 def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
     path = broken(tmp_path, kind)
     result = script("plot_g.py", path)
