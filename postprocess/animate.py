@@ -3,15 +3,18 @@
 
 Particles stand where they are with their displacement enlarged, each as a square of its share of its cell, coloured by
 a field. The mesh stands still: material moves through it. Where a crack lies on a plane of symmetry, both are mirrored about it.
+The title says by how much displacements are enlarged. On a terminal the snapshots that are done are counted.
 """
 
 import argparse
+import sys
 from pathlib import Path
 
 from frames import Frames
 from history import UNREADABLE, ResultError, run
 from particle_fields import ParticleField
-from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, default_scale, extent, survey
+from particle_pictures import (Canvas, add_colour_bar, add_field_options, bodies_meet, colours, default_scale, extent,
+                               survey)
 from pictures import STYLE, ending, plt, positive
 
 from matplotlib.animation import PillowWriter
@@ -26,7 +29,7 @@ def main(arguments=None):
         try:
             writer = PillowWriter(fps=options.fps)
             with writer.saving(film.figure, output, options.dpi):
-                for number in range(result.times.size):
+                for number in counted(result.times.size):
                     film.show(number)
                     writer.grab_frame()
         except OSError as error:
@@ -41,7 +44,8 @@ def parse(arguments):
     parser.add_argument("file", metavar="FILE.h5", help="result file with snapshots")
     add_field_options(parser)
     parser.add_argument("--scale", type=positive, metavar="FACTOR",
-                        help="by which displacements are enlarged (default: the largest is an eighth of the picture)")
+                        help="by which displacements are enlarged (default: the largest is an eighth of the picture, but never less "
+                             "than 1, and 1 where bodies are apart or move against each other, so that they are seen to touch)")
     parser.add_argument("--fps", type=positive, default=10, metavar="N",
                         help="snapshots shown in a second (default: %(default)g)")
     parser.add_argument("--dpi", type=positive, default=100, metavar="N", help="resolution (default: %(default)g)")
@@ -50,25 +54,33 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
+def counted(number):
+    """0, 1, ... below a number, with a line on the terminal that says how many are done."""
+    for done in range(number):
+        if sys.stderr.isatty():
+            print(f"\rsnapshot {done + 1} of {number}", end="\n" if done + 1 == number else "", file=sys.stderr, flush=True)
+        yield done
+
+
 class Film:
     """The figure and what changes in it from snapshot to snapshot; enlargement, extent and colours are the same in all."""
 
     def __init__(self, result, options):
         field = ParticleField(result, options.field)
-        seen = survey(result, field, range(result.times.size), options.window)
-        scale = options.scale or default_scale(seen, options.window)
+        seen = survey(result, field, range(result.times.size), options)
+        scale = options.scale or (1.0 if bodies_meet(result) else default_scale(seen, options.window))
         lower, upper = extent(seen, options.window, scale)
         size = upper - lower
         self.figure, axes = plt.subplots(figsize=(8.4, 1.5 + 6.6 * min(max(size[1] / size[0], 0.15), 1.0)),
                                          layout="compressed")
-        self.canvas = Canvas(axes, result, field, scale, colours(field, seen.values, options.log), options.window, options.size)
+        self.canvas = Canvas(axes, result, field, scale, colours(field, seen.values, options.log), options)
         axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         add_colour_bar(self.figure, axes, self.canvas)
         self.title = axes.set_title(" ")
 
     def show(self, number):
         """Draw a snapshot."""
-        self.title.set_text(self.canvas.show(number))
+        self.title.set_text(self.canvas.show(number) + (", displacements × 1" if self.canvas.scale == 1 else ""))
 
 
 if __name__ == "__main__":

@@ -176,25 +176,37 @@ class Leaves:
 
 
 class CrackPlane:
-    """The plane of a crack along a grid line. `direction` is that of growth; `is_symmetry` tells that the model is one half;
-    behind the tip by `length` [m] is the other tip, or the edge of the material where it is 0."""
+    """The plane of a crack along a grid line, and coordinates: along it from its tip and normal to it, or with `of_scene` those of
+    the scene. `direction` is that of growth; `is_symmetry` tells that the model is one half; behind the tip by `length` [m] is the
+    other tip, or the edge of the material where it is 0."""
 
-    def __init__(self, tip, direction, is_symmetry=False, length=0.0):
-        self.tip, self.is_symmetry, self.length = tip, is_symmetry, length
-        self.along = direction / np.hypot(*direction)
-        self.normal = np.array([-self.along[1], self.along[0]])
+    def __init__(self, tip, direction, is_symmetry=False, length=0.0, of_scene=False):
+        self.is_symmetry, self.length, self.of_scene = is_symmetry, length, of_scene
+        along = np.asarray(direction) / np.hypot(*direction)
+        self._origin, self._axes = (np.zeros(2), np.eye(2)) if of_scene else (tip, np.array([along, [-along[1], along[0]]]))
+        self.tip, self.along = self.local(tip), self.turned(along)  # in these coordinates
+
+    def in_scene(self):
+        """The same plane in the coordinates of the scene."""
+        tip, along = self._origin + self.tip @ self._axes, self.along @ self._axes
+        return CrackPlane(tip, along, self.is_symmetry, self.length, of_scene=True)
 
     def local(self, points):
-        """Distance ahead of the tip and height above the plane of points (..., 2)."""
-        return self.turned(points - self.tip)
+        """Coordinates of points (..., 2)."""
+        return self.turned(points - self._origin)
 
     def turned(self, vectors):
-        """Components of vectors along the crack and normal to it."""
-        return np.stack([vectors @ self.along, vectors @ self.normal], axis=-1)
+        """Components of vectors."""
+        return vectors @ self._axes.T
 
-    def whole(self, points):
-        """Points (..., 2) in the coordinates of this plane and, where the model is one half, behind them their images."""
-        return np.concatenate([points, points * [1, -1]]) if self.is_symmetry else points
+    def whole(self, points, unit=1.0):
+        """Points (..., 2) in these coordinates, of which a metre has `unit`, and, where the model is one half, behind them their
+        images."""
+        if not self.is_symmetry:
+            return points
+        normal = np.array([-self.along[1], self.along[0]])
+        height = (points - unit * self.tip) @ normal
+        return np.concatenate([points, points - 2 * height[..., None] * normal])
 
 
 def squares(lower, width):

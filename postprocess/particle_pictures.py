@@ -2,7 +2,8 @@
 
 Particles stand where they are with their displacement enlarged, each as a square of its share of its cell, coloured by
 a field. The mesh stands still: material moves through it. Where a crack lies on a plane of symmetry, both are mirrored about it;
-lengths are in mm, from the tip of the crack where there is one. Components of stress are those along the axes of the scene.
+lengths are in mm, from the tip of the crack where there is one, or with --axes scene as in the scene. Components of stress are
+those along the axes of the scene.
 """
 
 from collections import namedtuple
@@ -19,8 +20,8 @@ OVERLAP = 1.12  # of the squares of neighbours: strain and rotation, enlarged to
 SHARE = 0.12    # of the picture's width that the largest displacement takes where no scale is given
 DECADES = 4     # that a logarithmic scale of colours reaches down at most
 
-Survey = namedtuple("Survey", "moved values lower upper")
-Survey.__doc__ = "Largest displacement [mm] and values of the field that are shown, and corners of the material [mm]."
+Survey = namedtuple("Survey", "moved values lower upper tip")
+Survey.__doc__ = "Largest displacement [mm] and values of the field that are shown, corners of the material and crack tip [mm]."
 Colours = namedtuple("Colours", "norm map factor unit extend")
 Colours.__doc__ = "Scale of colours for a field times a factor, which has the unit, and on which side values lie beyond it."
 
@@ -35,46 +36,79 @@ def add_field_options(parser):
                         help="side of the square of a particle, over that of its share of the cell (default: %(default)g, without gaps)")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help="half width of what is shown around the crack tip [mm] (default: everything)")
+    add_axes_option(parser)
 
 
-def survey(result, field, numbers, window):
+def add_axes_option(parser):
+    """The coordinates of a picture."""
+    parser.add_argument("--axes", choices=["crack", "scene"], default="crack",
+                        help="coordinates of the picture: along the crack from its tip and normal to it, as if it came from "
+                             "the left, or those of the scene (default: %(default)s)")
+
+
+def survey(result, field, numbers, options):
     """What some snapshots of a result show."""
-    plane, moved, values, corners = plane_of(result, window), 0.0, [], []
+    plane, moved, values, corners = plane_of(result, options), 0.0, [], []
+    tip = plane.tip * MM
     for number in numbers:
         particles = result.block("particles", number)
         places = plane.local(particles.points) * MM
-        shown = np.abs(places).max(axis=1) < (window or np.inf)
+        shown = np.abs(places - tip).max(axis=1) < (options.window or np.inf)
         moved = max(moved, np.linalg.norm(particles.point_fields["displacement"][shown, :2], axis=1).max(initial=0.0) * MM)
         values.append(field.values(particles, result.leaves(number))[shown])
         corners += [places.min(axis=0), places.max(axis=0)]
-    corners = plane.whole(np.array(corners))
-    return Survey(moved, np.concatenate(values), corners.min(axis=0), corners.max(axis=0))
+    corners = plane.whole(np.array(corners), MM)
+    return Survey(moved, np.concatenate(values), corners.min(axis=0), corners.max(axis=0), tip)
 
 
 def joined(surveys):
     """What all of some surveys show together."""
-    moved, values, lower, upper = zip(*surveys)
-    return Survey(max(moved), np.concatenate(values), np.min(lower, axis=0), np.max(upper, axis=0))
+    moved, values, lower, upper, tips = zip(*surveys)
+    return Survey(max(moved), np.concatenate(values), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
 
 
-def plane_of(result, window):
-    """The plane of the crack, or the axes of the scene where it has none; then there is no window around a tip."""
+def plane_of(result, options):
+    """The plane of the crack in the coordinates asked for; the scene's where it has none, and then no window around a tip."""
     plane = result.crack_plane()
-    if plane is None and window:
+    if plane is None and options.window:
         raise ResultError(f"{result.path}: --window stands around a crack tip, and the scene has no crack")
-    return plane or CrackPlane(np.zeros(2), np.array([1.0, 0.0]))
+    plane = plane or CrackPlane(np.zeros(2), np.array([1.0, 0.0]), of_scene=True)
+    return plane.in_scene() if options.axes == "scene" else plane
+
+
+def axis_labels(plane):
+    """What the coordinates of a picture are."""
+    along_crack = "distance ahead of the crack tip [mm]", "height above the crack [mm]"
+    return ("$x$ [mm]", "$y$ [mm]") if plane.of_scene else along_crack
 
 
 def default_scale(seen, window):
-    """Enlargement of displacements by which the largest is a part of the picture."""
+    """Enlargement of displacements by which the largest is a part of the picture; they are not made smaller."""
     width = 2 * window if window else seen.upper[0] - seen.lower[0]
-    return round_off(SHARE * width / seen.moved) if seen.moved > 0 else 1.0
+    return max(1.0, round_off(SHARE * width / seen.moved)) if seen.moved > 0 else 1.0
+
+
+def bodies_meet(result):
+    """Whether bodies may come to touch: in the first snapshot they are apart by a cell or more, or move with different velocities.
+    With displacements enlarged they would overlap, or be seen apart where they touch."""
+    first, cell = result.block("particles", 0), result.scene.numbers("grid", "cell")[0]
+    places, body = first.points - first.point_fields["displacement"][:, :2], first.point_fields["body"]
+    parts = [body == number for number in np.unique(body)]
+    lower, upper = (np.array([extreme(places[part], axis=0) for part in parts]) for extreme in (np.min, np.max))
+    velocity = np.array([first.point_fields["velocity"][part].mean(axis=0) for part in parts])
+    joined_to, others = [0], set(range(1, len(parts)))
+    for k in joined_to:
+        near = {i for i in others if np.all(lower[i] < upper[k] + cell) and np.all(lower[k] < upper[i] + cell)
+                and np.allclose(velocity[i], velocity[k], rtol=1e-6, atol=1e-12)}
+        joined_to += near
+        others -= near
+    return bool(others)
 
 
 def extent(seen, window, scale):
     """Corners of what is shown [mm]."""
     if window:
-        return np.full(2, -window), np.full(2, window)
+        return seen.tip - window, seen.tip + window
     width = seen.upper[0] - seen.lower[0]
     margin = np.array([0.02 * width, 0.02 * width + (scale if scale != 1 else 0) * seen.moved])
     return seen.lower - margin, seen.upper + margin
@@ -100,17 +134,16 @@ def colours(field, values, log=False):
 
 
 class Canvas:
-    """Axes with the particles and the mesh of one result, which `show` draws; `size` is that of the option."""
+    """Axes with the particles and the mesh of one result, which `show` draws."""
 
-    def __init__(self, axes, result, field, scale, shades, window=None, size=OVERLAP):
-        self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, size
-        self.plane = plane_of(result, window)
+    def __init__(self, axes, result, field, scale, shades, options):
+        self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.size
+        self.plane = plane_of(result, options)
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
         self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
-        has_crack = result.crack_plane() is not None
-        axes.set_xlabel("distance ahead of the crack tip [mm]" if has_crack else "$x$ [mm]")
-        axes.set_ylabel("height [mm]" if has_crack else "$y$ [mm]")
+        across, up = axis_labels(self.plane)
+        axes.set(xlabel=across, ylabel=up)
         axes.set_aspect("equal")
         axes.grid(False)
 
@@ -119,8 +152,8 @@ class Canvas:
         leaves, particles = self.result.leaves(number), self.result.block("particles", number)
         positions, width = self._positions(particles), self.size * self._width(leaves, particles)
         values = self.shades.factor * self.field.values(particles, leaves)
-        self.mesh.set_verts(self.plane.whole(self.plane.local(squares(leaves.lower, leaves.width)) * MM))
-        self.squares.set_verts(self.plane.whole(squares(positions - width[:, None] / 2, width)))
+        self.mesh.set_verts(self.plane.whole(self.plane.local(squares(leaves.lower, leaves.width)) * MM, MM))
+        self.squares.set_verts(self.plane.whole(squares(positions - width[:, None] / 2, width), MM))
         images = [-values if self.field.is_odd else values] if self.plane.is_symmetry else []
         self.squares.set_array(np.concatenate([values, *images]))
         words = f"$t$ = {self.result.times[number] * 1e3:.3f} ms, {len(values)} particles"
@@ -128,7 +161,7 @@ class Canvas:
         return words if self.scale == 1 else f"{words}, displacements × {factor}"
 
     def _positions(self, particles):
-        """Positions with enlarged displacement, in the coordinates of the crack plane [mm]."""
+        """Positions with enlarged displacement, in the coordinates of the picture [mm]."""
         enlarged = particles.points + (self.scale - 1) * particles.point_fields["displacement"][:, :2]
         return self.plane.local(enlarged) * MM
 

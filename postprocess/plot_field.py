@@ -14,6 +14,8 @@ from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, joined, survey
 from pictures import MM, add_picture_options, names, plt, positive, write
 
+import numpy as np
+
 TALLEST = 6.5  # height of a panel [inch]
 
 
@@ -44,17 +46,17 @@ def draw(results, options):
     """The figure: a panel for each file and time."""
     views = [(result, number) for result in results for number in numbers(result, options)]
     fields = {result: ParticleField(result, options.field) for result in results}
-    seen = joined([survey(result, fields[result], [number], options.window) for result, number in views])
+    seen = joined([survey(result, fields[result], [number], options) for result, number in views])
     shades = colours(fields[results[0]], seen.values, options.log)
     lower, upper = extent(seen, options.window, options.scale)
     figure, axes = panels(len(views), upper - lower)
     stems = dict(zip(results, names(results)))
     for panel, (result, number) in zip(axes, views):
-        canvas = Canvas(panel, result, fields[result], options.scale, shades, options.window, options.size)
+        canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
-        if plane := result.crack_plane():
-            draw_crack(panel, plane, seen.lower[0], options.scale)
+        if result.crack_plane():
+            draw_crack(panel, canvas.plane, seen, options.scale)
         panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
         panel.label_outer()
@@ -83,13 +85,20 @@ def panels(count, size):
     return figure, axes.flat[:count]
 
 
-def draw_crack(axes, plane, edge, scale):
-    """The crack as a line up to its tip at the origin, from its other tip or the edge of the material at x = `edge` [mm]; with
-    displacements enlarged, which open it, its tips alone."""
-    tips = [0.0, -plane.length * MM] if plane.length > 0 else [0.0]
+def draw_crack(axes, plane, seen, scale):
+    """The crack as a line up to its tip from its other tip, or from the edge of the material; with displacements enlarged, which
+    open it, its tips alone."""
+    tip = plane.tip * MM
+    ends = np.array([tip, tip - (plane.length * MM or to_edge(plane, tip, seen)) * plane.along])
     if scale == 1:
-        axes.plot([tips[1] if plane.length > 0 else edge, 0], [0, 0], color="black", linewidth=1.2, solid_capstyle="butt")
-    axes.plot(tips, [0.0] * len(tips), "o", color="black", markersize=3)
+        axes.plot(*ends.T, color="black", linewidth=1.2, solid_capstyle="butt")
+    axes.plot(*ends[:2 if plane.length > 0 else 1].T, "o", color="black", markersize=3)
+
+
+def to_edge(plane, tip, seen):
+    """Distance from the tip back along the crack to the edge of the material [mm]."""
+    edges = np.where(plane.along > 0, seen.lower, seen.upper)
+    return min((tip[k] - edges[k]) / plane.along[k] for k in range(2) if plane.along[k])
 
 
 if __name__ == "__main__":

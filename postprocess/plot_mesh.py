@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """Picture of the mesh around the crack tip, as in the paper's Figs. 7-9, of one or more hampm results.
 
-Above: the refinement parameter R, mean over the nodes of each cell along the crack plane, and the critical value.
-Below: the cells that hold material, mirrored about that plane where it is one of symmetry, and the box in which they may refine.
+Above, where a file has it: the refinement parameter R, mean over the nodes of each cell along the crack plane, and the critical
+value. Below: the cells that hold material, mirrored about that plane where it is one of symmetry, and the box in which they may
+refine.
 """
 
 import argparse
 
 from frames import Frames, squares
 from history import ResultError, run
+from particle_pictures import add_axes_option, axis_labels, plane_of
 from pictures import COLOURS, MM, add_picture_options, plt, positive, write
 
 import numpy as np
@@ -26,6 +28,7 @@ def parse(arguments):
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots; one column each")
     parser.add_argument("--window", type=positive, default=6.0, metavar="MM",
                         help="half width of what is shown around the crack tip [mm] (default: %(default)g)")
+    add_axes_option(parser)
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, metavar="S", help="show the snapshot nearest to this time [s]")
     which.add_argument("--snapshot", type=int, metavar="N",
@@ -35,56 +38,73 @@ def parse(arguments):
 
 
 def draw(results, options):
-    """The figure: a column for each result, R above the mesh."""
-    figure, axes = plt.subplots(2, len(results), figsize=(0.8 + 3.6 * len(results), 6.2), squeeze=False, sharex=True,
-                                sharey="row", height_ratios=(0.6, 1), layout="compressed")
-    tops = [draw_result(result, *column, options) for result, column in zip(results, axes.T)]
-    axes[0, 0].set_ylim(0, 1.1 * max(tops) or 1)
-    axes[0, 0].set_ylabel("mean $R$ of a cell [–]")
-    axes[1, 0].set_ylabel("height above the crack plane [mm]")
+    """The figure: a column for each result, R above the mesh where any has it."""
+    views = [View(result, options) for result in results]
+    across = len(views)
+    if any(view.has_parameter for view in views):
+        figure, (upper, lower) = plt.subplots(2, across, figsize=(0.8 + 3.6 * across, 6.2), squeeze=False, sharey="row",
+                                              sharex=options.axes == "crack", height_ratios=(0.6, 1), layout="compressed")
+        upper[0].set_ylim(0, 1.1 * max(draw_parameter(axes, view, options.window) for axes, view in zip(upper, views)) or 1)
+        upper[0].set_ylabel("mean $R$ of a cell [–]")
+        titled = upper
+    else:
+        figure, (lower,) = plt.subplots(1, across, figsize=(0.8 + 3.6 * across, 4.2), squeeze=False, sharey="row",
+                                        layout="compressed")
+        titled = lower
+    for axes, title, view in zip(lower, titled, views):
+        draw_mesh(axes, view, options.window)
+        title.set_title(view.heading(options.window))
+    lower[0].set_ylabel(axis_labels(views[0].plane)[1])
     if options.title:
         figure.suptitle(options.title)
     return figure
 
 
-def draw_result(result, upper, lower, options):
-    """One column: R along the plane and the mesh. Returns the largest value of R shown."""
-    plane = result.crack_plane()
-    if plane is None:
-        raise ResultError(f"{result.path}: the scene has no crack, so there is no tip to look at")
-    number = result.number(options.snapshot, options.time)
-    leaves = result.leaves(number)
-    holds_material = leaves.particles > 0
-    corners = plane.local(squares(leaves.lower, leaves.width)) * MM
-    size = leaves.width * MM
+class View:
+    """What is shown of a result: cells of a snapshot, their corners along the crack and in the coordinates of the picture [mm]."""
 
-    draw_mesh(lower, plane.whole(corners[holds_material]), options.window, plane.length * MM)
-    draw_box(lower, result.scene, plane)
-    lower.set_xlabel("distance ahead of the crack tip [mm]")
+    def __init__(self, result, options):
+        crack = result.crack_plane()
+        if crack is None:
+            raise ResultError(f"{result.path}: the scene has no crack, so there is no tip to look at")
+        self.result, self.plane = result, plane_of(result, options)
+        number = result.number(options.snapshot, options.time)
+        self.time, self.leaves = result.times[number], result.leaves(number)
+        self.holds_material = self.leaves.particles > 0
+        corners = squares(self.leaves.lower, self.leaves.width)
+        self.along, self.corners = crack.local(corners) * MM, self.plane.local(corners) * MM
+        self.has_parameter = "R" in self.leaves.point_fields
 
-    heading, top = f"{result.stem}, $t$ = {result.times[number] * 1e3:.4g} ms", 0.0
-    if "R" in leaves.point_fields:
-        is_one_side = plane.is_symmetry | (corners[..., 1].mean(axis=1) > 0)
-        along = holds_material & is_one_side & (np.abs(corners[..., 1]).min(axis=1) < 1e-3 * size)
-        critical = result.scene.numbers("refine", "r_crit")[0]
-        top = draw_parameter(upper, corners[along, :, 0], leaves.mean_of_nodes("R")[along], critical, options.window)
-        heading = rf"$R_\mathrm{{crit}}$ = {critical:g}, $t$ = {result.times[number] * 1e3:.4g} ms"
-    else:
-        upper.text(0.5, 0.5, "no $R$ in this file\n(&refine indicator = 'gradient')", ha="center", va="center",
-                   transform=upper.transAxes)
-    shown = within(corners, options.window) & holds_material
-    upper.set_title(f"{heading}\n{levels(leaves.level[shown])}")
-    upper.set_box_aspect(0.6)
-    return top
+    def critical(self):
+        """The value of R above which cells refine."""
+        return self.result.scene.numbers("refine", "r_crit")[0]
+
+    def parameter(self):
+        """Corners of the cells along the plane [mm] and the mean R of each."""
+        corners, size = self.along, self.leaves.width * MM
+        is_one_side = self.plane.is_symmetry | (corners[..., 1].mean(axis=1) > 0)
+        chosen = self.holds_material & is_one_side & (np.abs(corners[..., 1]).min(axis=1) < 1e-3 * size)
+        return corners[chosen, :, 0], self.leaves.mean_of_nodes("R")[chosen]
+
+    def heading(self, window):
+        """Name or critical value, time, and how many cells of each level are shown."""
+        name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else self.result.stem
+        shown = within(self.along, window) & self.holds_material
+        return f"{name}, $t$ = {self.time * 1e3:.4g} ms\n{levels(self.leaves.level[shown])}"
 
 
-def draw_mesh(axes, corners, window, length):
-    """Squares, and the crack as a thick line up to its tip at the origin, of a length unless that is 0."""
-    axes.add_collection(PolyCollection(corners, facecolors="white", edgecolors="0.25", linewidths=0.5))
-    axes.plot([-length or -window, 0], [0, 0], color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
-    axes.plot(0, 0, "o", color=COLOURS[1], markersize=3.5)
-    axes.set(xlim=(-window, window), ylim=(-window, window), box_aspect=1)
+def draw_mesh(axes, view, window):
+    """Cells, the crack as a thick line up to its tip, and the box."""
+    plane, tip = view.plane, view.plane.tip * MM
+    cells = plane.whole(view.corners[view.holds_material], MM)
+    axes.add_collection(PolyCollection(cells, facecolors="white", edgecolors="0.25", linewidths=0.5))
+    axes.plot(*np.array([tip - (plane.length * MM or 2 * window) * plane.along, tip]).T, color=COLOURS[1], linewidth=1.8,
+              solid_capstyle="butt")
+    axes.plot(*tip, "o", color=COLOURS[1], markersize=3.5)
+    axes.set(xlim=(tip[0] - window, tip[0] + window), ylim=(tip[1] - window, tip[1] + window), box_aspect=1)
+    axes.set_xlabel(axis_labels(plane)[0])
     axes.grid(False)
+    draw_box(axes, view.result.scene, plane)
 
 
 def draw_box(axes, scene, plane):
@@ -98,15 +118,24 @@ def draw_box(axes, scene, plane):
               linestyle=(0, (4, 3)), linewidth=1.1)
 
 
-def draw_parameter(axes, x, mean, critical, window):
+def draw_parameter(axes, view, window):
     """Mean R of the cells along the plane, each over its width, and the critical value. Returns the largest shown."""
+    axes.set_box_aspect(0.6)
+    axes.set_xlim(-window, window)
+    if view.plane.of_scene:
+        axes.set_xlabel("distance ahead of the crack tip [mm]")
+    if not view.has_parameter:
+        axes.text(0.5, 0.5, "no $R$ in this file\n(&refine indicator = 'gradient')", ha="center", va="center",
+                  transform=axes.transAxes)
+        return 0.0
+    (x, mean), critical = view.parameter(), view.critical()
     order = np.argsort(x.min(axis=1))
     left, right = x.min(axis=1)[order], x.max(axis=1)[order]
     ends, values = np.column_stack([left, right]).ravel(), np.repeat(mean[order], 2)
     axes.fill_between(ends, values, color=COLOURS[0], alpha=0.15, linewidth=0)
     axes.plot(ends, values, color=COLOURS[0], linewidth=1.1)
     axes.axhline(critical, color=COLOURS[1], linestyle=(0, (5, 3)), linewidth=1.1)
-    axes.annotate(rf"$R_\mathrm{{crit}}$", (1, critical), xycoords=("axes fraction", "data"), xytext=(-3, 2),
+    axes.annotate(r"$R_\mathrm{crit}$", (1, critical), xycoords=("axes fraction", "data"), xytext=(-3, 2),
                   textcoords="offset points", ha="right", va="bottom", color=COLOURS[1])
     in_window = (x.min(axis=1) < window) & (x.max(axis=1) > -window)
     return max(1.1 * critical, mean[in_window].max(initial=0.0))

@@ -2,7 +2,8 @@
 """Picture of a field along a line through snapshots of one or more hampm results, such as a wave along a bar.
 
 The field is that of the particles whose share of their cell the line touches, or with --nodes that of the nodes on it which
-carry mass. Fields of particles are those of the file (stress_xx, energy_density, ...), velocity_x, displacement_y and the like, and
+carry mass. Where there are particles on both sides of the line, or nodes of either face of a crack along it, each side has a curve
+of its own. Fields of particles are those of the file (stress_xx, energy_density, ...), velocity_x, displacement_y and the like, and
 those of plot_field.py; nodes have mass, velocity_x, velocity_y and, where the mesh follows a gradient, R.
 """
 
@@ -23,8 +24,9 @@ NODE_UNITS = {"mass": "kg", "R": "1"}
 FEW = 40       # places up to which each has a marker
 CLOSE = 0.01   # of a cell: how far material may have moved off the line
 
-Profile = namedtuple("Profile", "name time place value")
-Profile.__doc__ = "A field along the line: name of the file, time [s], places [m] in ascending order and values."
+Profile = namedtuple("Profile", "name time place value side")
+Profile.__doc__ = ("A field along the line: name of the file, time [s], places [m] in ascending order, values, and the side of the "
+                   "line on which each is: 1 where the coordinate across it is larger, -1 where it is smaller, 0 on both.")
 
 
 def main(arguments=None):
@@ -83,7 +85,8 @@ def profile(result, name, number, options):
     if not near.any():
         raise ResultError(f"{result.path}: there is nothing to show on this line")
     order = np.lexsort((across[near], place[near]))
-    return Profile(name, result.times[number], place[near][order], values[near][order])
+    side = sides_of(block, across, options)
+    return Profile(name, result.times[number], *(item[near][order] for item in (place, values, side)))
 
 
 def on_axes(result, points, options):
@@ -103,6 +106,19 @@ def reach(block, leaves, options):
     cell = leaves.at(block.points)
     share = leaves.width / np.sqrt(np.maximum(leaves.particles, 1))
     return np.where(cell >= 0, (0.5 + CLOSE) * share[cell], 0.0)
+
+
+def sides_of(block, across, options):
+    """The side of the line on which each particle is, or each node by the cells that it belongs to."""
+    if options.at is None:
+        return np.zeros(across.shape)
+    if not options.nodes:
+        return np.sign(across - options.at)
+    beyond, before = np.zeros((2, across.size), dtype=bool)
+    middle = across[block.cells].mean(axis=1)
+    beyond[block.cells[middle > options.at]] = True
+    before[block.cells[middle < options.at]] = True
+    return beyond.astype(int) - before
 
 
 def component(name):
@@ -146,8 +162,11 @@ def draw(profiles, unit, options):
         axes.plot(place * size, value * factor, color="0.15", linewidth=0.9, label=options.reference_name)
     for number, shown in enumerate(profiles):
         few = np.unique(shown.place).size <= FEW
-        axes.plot(shown.place * size, shown.value * factor, color=COLOURS[number % len(COLOURS)], marker="o" if few else None,
-                  markersize=3.5, linestyle=DASHES[number % len(DASHES)], label=label_of(shown, profiles))
+        for side, (chosen, words) in enumerate(sides(shown, options)):
+            axes.plot(shown.place[chosen] * size, shown.value[chosen] * factor, color=COLOURS[number % len(COLOURS)],
+                      marker="o" if few else None, markersize=3.5, markerfacecolor="white" if side else None,
+                      linewidth=0.8 if side else None, linestyle=DASHES[number % len(DASHES)],
+                      label=label_of(shown, profiles) + words)
     if options.log:
         axes.set(xscale="log", yscale="log")
     axes.set_xlim(*(end * size if np.isfinite(end) else None for end in (options.first, options.last)))
@@ -158,6 +177,16 @@ def draw(profiles, unit, options):
         figure.suptitle(options.title)
     figure.set_figheight(3.7 + 0.2 * legend_below(figure, *axes.get_legend_handles_labels()))
     return figure
+
+
+def sides(shown, options):
+    """Which places are on one side of the line, and in words on which; all where there is nothing on the other."""
+    if not {-1, 1} <= set(shown.side):
+        return [(np.full(shown.place.shape, True), "")]
+    across = "$y$" if options.along == "x" else "$x$"
+    if options.from_tip:
+        across = "height above the crack" if options.along == "x" else "distance ahead"
+    return [(shown.side >= 0, f", {across} > {options.at:.4g} m"), (shown.side <= 0, f", {across} < {options.at:.4g} m")]
 
 
 def scaled(profiles, unit, options):

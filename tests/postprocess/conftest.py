@@ -19,6 +19,58 @@ def dcb_file(tmp_path):
     return write_result(tmp_path / "dcb.h5")
 
 
+VERTICAL = """&run
+   plane = 'stress'
+   end_time = 4e-6
+/
+&grid
+   lower = 0.0, 0.0
+   cell = 1e-3
+   cells = 21, 11
+/
+&material
+   name = 'a'
+   young = 70e9
+   poisson = 0.3
+   density = 2700
+/
+&body
+   material = 'a'
+   lower = 0.0, 0.0
+   upper = 20e-3, 10e-3
+/
+&load
+   kind = 'traction'
+   lower = 20e-3, 0.0
+   upper = 20e-3, 10e-3
+   force = 1e4, 0.0
+/
+&constraint
+   lower = 0.0, 0.0
+   upper = 0.0, 10e-3
+   fix = 'xy'
+/
+&crack
+   kind = 'line'
+   tip = 10e-3, 5e-3
+   direction = 0, 1
+/
+&output
+   snapshot_interval = 2e-6
+/
+"""
+
+
+@pytest.fixture(scope="session")
+def vertical_crack(run_hampm, tmp_path_factory):
+    """The result file of a plate with a crack from the middle of its lower edge upwards, x = 10 mm, y = 0 to 5 mm, that opens."""
+    folder = tmp_path_factory.mktemp("vertical")
+    (folder / "vertical.nml").write_text(VERTICAL)
+    result = run_hampm("vertical.nml", cwd=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "vertical.h5"
+
+
 @pytest.fixture
 def script(monkeypatch, capsys):
     """Call a script's main() as its process would: exit code, standard output, standard error."""

@@ -74,3 +74,13 @@ def test_only_half_a_model_has_images_beyond_its_crack_plane():
     tip, along, points = np.zeros(2), np.array([1.0, 0.0]), np.array([[1.0, 2.0]])
     np.testing.assert_array_equal(CrackPlane(tip, along, is_symmetry=True).whole(points), [[1, 2], [1, -2]])
     np.testing.assert_array_equal(CrackPlane(tip, along).whole(points), points)
+
+
+def test_a_crack_plane_in_the_coordinates_of_the_scene():
+    """A vertical plane of symmetry at x = 4: places stay, images are beyond it, also in another unit."""
+    plane = CrackPlane(np.array([4.0, 2.0]), np.array([0.0, 3.0]), is_symmetry=True, length=1.0).in_scene()
+    points = np.array([[5.0, 1.0], [3.5, 7.0]])
+    np.testing.assert_allclose(plane.local(points), points)
+    np.testing.assert_allclose(plane.whole(points), [*points, [3.0, 1.0], [4.5, 7.0]])
+    np.testing.assert_allclose(plane.whole(1e3 * points, 1e3), 1e3 * plane.whole(points))
+    np.testing.assert_allclose([plane.tip, plane.along], [[4.0, 2.0], [0.0, 1.0]])

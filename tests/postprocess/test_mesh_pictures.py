@@ -12,7 +12,7 @@ import animate
 import particle_pictures
 import pictures
 import plot_mesh
-from frames import Frames
+from frames import Block, Frames, Scene
 from paths import ROOT
 from synthetic import write_result
 
@@ -71,16 +71,27 @@ def test_parameter_is_the_mean_of_each_cell_along_the_plane(refined_result):
     assert mean[behind] > 0
 
 
+def test_the_mesh_in_the_coordinates_of_the_scene(refined_result):
+    upper, lower = figure_of(refined_result, "--window", "8", "--axes", "scene").axes
+    assert (lower.get_xlim(), lower.get_ylim(), upper.get_xlim()) == ((42, 58), (-8, 8), (-8, 8))
+    assert (lower.get_xlabel(), upper.get_xlabel()) == ("$x$ [mm]", "distance ahead of the crack tip [mm]")
+    np.testing.assert_allclose(lower.lines[1].get_xydata(), [[50, 0]])
+    there, here = (np.array([path.vertices[:4] for path in axes.collections[0].get_paths()])
+                   for axes in (lower, figure_of(refined_result).axes[1]))
+    np.testing.assert_allclose(there, here + [50, 0], atol=1e-9)
+
+
 def test_title_names_time_and_levels(refined_result):
     title = figure_of(refined_result, "--snapshot", "0", "--window", "9").axes[0].get_title()
     assert title.endswith("$t$ = 0 ms\ncells of level 0: 8")
     assert ", 2: " in figure_of(refined_result, "--window", "30").axes[0].get_title()
 
 
-def test_runs_without_indicator_show_the_mesh_alone(script, snapshot_result, tmp_path):
-    picture = tmp_path / "mesh.svg"
-    assert script("plot_mesh.py", snapshot_result, "-o", picture).returncode == 0
-    assert "in this file" in picture.read_text()
+def test_runs_without_indicator_show_the_mesh_alone(refined_result, snapshot_result):
+    axes, = figure_of(snapshot_result).axes
+    assert axes.get_xlabel() == "distance ahead of the crack tip [mm]" and axes.get_title().startswith("dcb, ")
+    both = plot_mesh.draw([Frames(file) for file in (refined_result, snapshot_result)], plot_mesh.parse(["a"]))
+    assert [text.get_text().startswith("no $R$ in this file") for text in both.axes[1].texts] == [True]
 
 
 def test_animation_has_every_snapshot_and_the_same_bytes_again(program, refined_result, tmp_path):
@@ -139,6 +150,48 @@ def test_shear_of_the_mirror_image_has_the_other_sign(refined_result):
 
 def test_default_scale_is_a_round_number():
     assert [pictures.round_off(value) for value in (1.0, 4.9, 7e3, 0.3)] == [1, 2, 5e3, pytest.approx(0.2)]
+
+
+class Still:
+    """A result of one snapshot: bodies of 1 mm as pairs of corners of theirs, each with a velocity."""
+
+    def __init__(self, *bodies):
+        places = [np.array(start) + corner for start, _ in bodies for corner in (np.zeros(2), np.full(2, 1e-3))]
+        velocity = [speed for _, speed in bodies for _ in range(2)]
+        self._particles = Block(np.array(places), None, {"displacement": np.zeros((len(places), 3)), "velocity": np.array(velocity),
+                                                         "body": np.repeat(np.arange(1.0, len(bodies) + 1), 2)}, {})
+        self.scene = Scene("&grid\n   cell = 0.5e-3\n/\n", "a.h5")
+
+    def block(self, name, number):
+        return self._particles
+
+
+@pytest.mark.parametrize("bodies, meet", [
+    ([((0, 0), (0, 0))], False),
+    ([((0, 0), (0, 0)), ((1.2e-3, 0), (0, 0))], False),                            # bonded, particles are within the cell
+    ([((0, 0), (0, 0)), ((4e-3, 0), (0, 0)), ((2e-3, 0), (0, 0))], True),          # apart
+    ([((0, 0), (0, 0)), ((2.4e-3, 0), (0, 0)), ((1.2e-3, 0), (0, 0))], False),     # a chain
+    ([((0, 0), (5, 0)), ((1.2e-3, 0), (0, 0))], True)])                            # one strikes the other
+def test_bodies_that_may_come_to_touch(bodies, meet):
+    assert particle_pictures.bodies_meet(Still(*bodies)) is meet
+
+
+def test_displacements_are_enlarged_never_made_smaller():
+    seen = particle_pictures.Survey(moved=50.0, values=None, lower=np.zeros(2), upper=np.full(2, 100.0), tip=np.zeros(2))
+    assert particle_pictures.default_scale(seen, None) == 1
+    assert particle_pictures.default_scale(seen._replace(moved=1e-3), None) == 10_000
+
+
+def test_the_picture_says_the_scale(refined_result):
+    for scale, words in (("1", "displacements × 1"), ("1000", "displacements × 1 000")):
+        assert film_of(refined_result, "--scale", scale).title.get_text().endswith(words)
+
+
+def test_snapshots_are_counted_on_a_terminal(script, refined_result, tmp_path, monkeypatch):
+    arguments = ["animate.py", refined_result, "--dpi", 30, "-o", tmp_path / "a.gif"]
+    assert script(*arguments).stderr == ""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    assert [text for text in script(*arguments).stderr.split("\r")][-1] == "snapshot 4 of 4\n"
 
 
 def broken(tmp_path, kind, refined_result):

@@ -81,12 +81,27 @@ def test_a_model_of_both_halves_is_not_mirrored(refined_result, tmp_path):
 
 
 @pytest.mark.parametrize("length, scale, line, tips", [
-    (0.0, 1, [-50, 0], [0]), (8e-3, 1, [-8, 0], [0, -8]), (8e-3, 100, None, [0, -8])])
+    (0.0, 1, [0, -50], [0]), (8e-3, 1, [0, -8], [0, -8]), (8e-3, 100, None, [0, -8])])
 def test_crack_from_its_other_tip_or_the_edge(length, scale, line, tips):
     axes = plot_field.plt.figure().add_subplot()
-    plot_field.draw_crack(axes, CrackPlane(np.zeros(2), np.array([1.0, 0.0]), length=length), -50, scale)
+    seen = SimpleNamespace(lower=np.array([-50.0, -10.0]), upper=np.array([50.0, 10.0]))
+    plot_field.draw_crack(axes, CrackPlane(np.zeros(2), np.array([1.0, 0.0]), length=length), seen, scale)
     drawn = [list(curve.get_xdata()) for curve in axes.lines]
     assert drawn == ([line] if line else []) + [tips]
+
+
+def test_a_picture_in_the_coordinates_of_the_scene(vertical_crack):
+    axes = figure_of([vertical_crack], "--axes", "scene", "--window", "4").axes[0]
+    particles = Frames(vertical_crack).block("particles", -1)
+    np.testing.assert_allclose(middles(axes), particles.points * 1e3, atol=1e-9)
+    assert (axes.get_xlim(), axes.get_ylim()) == ((6, 14), (1, 9))
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [mm]", "$y$ [mm]")
+    line, tip = axes.lines
+    np.testing.assert_allclose(tip.get_xydata(), [[10, 5]])
+    np.testing.assert_allclose(line.get_xydata(), [[10, 5], [10, 0.25]], atol=1e-3)  # to the lowest particles
+    axes = figure_of([vertical_crack]).axes[0]
+    np.testing.assert_allclose(middles(axes), np.column_stack([particles.points[:, 1] - 5e-3, 10e-3 - particles.points[:, 0]]) * 1e3,
+                               atol=1e-9)
 
 
 def field_of(name, plane, law="a"):

@@ -47,6 +47,21 @@ def test_line_between_two_rows_shows_both(snapshot_result):
     assert profile_of(snapshot_result, "--field", "speed", "--at", 2.5e-3).place.size == 80
 
 
+@pytest.mark.parametrize("nodes", [False, True])
+def test_each_side_of_a_crack_has_a_curve(vertical_crack, nodes):
+    """The right face moves away from the left one, which the support holds back; ahead of the tip they are one."""
+    arguments = ["--field", "velocity_x", "--along", "y", "--at", 10e-3] + ["--nodes"] * nodes
+    right, left = drawn(vertical_crack, *arguments).lines
+    for line in (right, left):
+        assert np.all(np.diff(line.get_xdata()) > 0) and line.get_xdata().size == (11 if nodes else 20)
+    behind = right.get_xdata() < 4.9
+    assert np.all((right.get_ydata() > left.get_ydata())[behind])
+    if nodes:
+        np.testing.assert_array_equal(right.get_ydata()[~behind], left.get_ydata()[~behind])
+    assert [line.get_label() for line in (right, left)] == ["name, $x$ > 0.01 m", "name, $x$ < 0.01 m"]
+    assert len(drawn(vertical_crack, "--field", "velocity_x", "--along", "y", "--at", 0, *arguments[6:]).lines) == 1
+
+
 def test_line_through_cells_of_several_sizes_shows_a_row_of_each(refined_result):
     frames = Frames(refined_result)
     leaves = frames.leaves(frames.number())
