@@ -32,6 +32,7 @@ contains
       call c%section('motion')
       call c%keep('time', m%time)
       call c%keep('steps', m%steps)
+      call c%keep('last_dt', m%last_dt)
       call c%keep('external_work', m%external_work)
       call c%keep('damping_loss', m%damping_loss)
       call c%keep('numerical_loss', m%numerical_loss)

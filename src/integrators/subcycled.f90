@@ -21,7 +21,7 @@ module hampm_subcycled
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_load_history, only: load_history_t
-   use hampm_loads, only: add_load
+   use hampm_loads, only: place_loads, add_load, book_work
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_motion, only: motion_t, update_particles, map_to_grid
    use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
@@ -114,6 +114,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       type(pass_report_t) :: report
+      real(dp) :: work
       integer :: s, turn, ending
       if (self%largest == 0) then
          call take_step(m, dt, failure)
@@ -127,6 +128,8 @@ contains
          call clear_fired(self, m%fields, turn)
          call kick_cells(self, m, dt, turn)
          call find_velocities(self, m, dt, turn)
+         call book_work(m%loads, m%time + s*dt, dt, m%fields%velocity(:, :, v_mapped), work)
+         m%external_work = m%external_work + work
          call sum_ways(self, m, turn)
          call end_intervals(self, m, dt, ending, s == 2**self%largest - 1)
       end do
@@ -151,10 +154,11 @@ contains
       do k = 1, size(c%batches)
          call scale_forces(c%batches(k), m%fields)
       end do
+      call place_loads(m%loads, m%grid, m%particles)
       if (.not. allocated(c%load)) allocate (c%load(ndim, m%grid%n_points, size(m%loads)))
       do k = 1, size(m%loads)
          c%load(:, :, k) = 0
-         call add_load(m%loads(k), 1.0_dp, m%grid, m%particles, c%load(:, :, k))
+         call add_load(m%loads(k), 1.0_dp, c%load(:, :, k))
          call m%grid%dofs%condense(c%due(c%largest), ndim, c%load(:, :, k))
       end do
    end subroutine start_coarse_step

@@ -5,7 +5,7 @@
 module hampm_load_following
    use hampm_kinds, only: dp, ndim, corners
    use hampm_forest, only: corner_offset
-   use hampm_loads, only: load_t, point_displacement
+   use hampm_loads, only: load_t
    use hampm_particles, only: particles_t
    use hampm_splitting, only: child_offset
    implicit none
@@ -30,11 +30,11 @@ contains
          do k = 1, size(old%host)
             associate (host => old%host(k))
                if (.not. marked(host)) then
-                  call put(loads(l), n, old%fraction(k), first_child(host), old%offset(:, k), old%half(:, k), p)
+                  call put(loads(l), n, old%fraction(k), first_child(host), old%offset(:, k), old%half(:, k))
                else if (old%by_mass) then
                   do c = 1, corners
                      call put(loads(l), n, old%fraction(k)/corners, first_child(host) + c - 1, old%offset(:, k), &
-                              old%half(:, k), p)
+                              old%half(:, k))
                   end do
                else if (any(abs(old%half(:, k)) > 0)) then
                   do c = -1, 1, 2
@@ -77,32 +77,30 @@ contains
       end do
       associate (child => first_child + best - 1)
          ! The offset of a child counted by its own spacing is half of that counted by the parent's
-         call put(load, n, fraction, child, offset - 2*child_offset(p, child, best), half, p)
+         call put(load, n, fraction, child, offset - 2*child_offset(p, child, best), half)
       end associate
    end subroutine put_on_child
 
    !> Append a point.
-   subroutine put(load, n, fraction, host, offset, half, p)
+   subroutine put(load, n, fraction, host, offset, half)
       type(load_t), intent(inout) :: load
       integer, intent(inout) :: n
       real(dp), intent(in) :: fraction
       integer, intent(in) :: host
       real(dp), intent(in) :: offset(ndim), half(ndim)
-      type(particles_t), intent(in) :: p
       n = n + 1
       load%fraction(n) = fraction
       load%host(n) = host
       load%offset(:, n) = offset
       load%half(:, n) = half
-      load%moved(:, n) = point_displacement(load, n, p)
    end subroutine put
 
    !> Room for `n` points.
    subroutine resize(load, n)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: n
-      deallocate (load%fraction, load%host, load%offset, load%half, load%moved)
-      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
+      deallocate (load%fraction, load%host, load%offset, load%half)
+      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
    end subroutine resize
 
    !> After a recombination. `reference` holds the reference positions before it.
@@ -127,9 +125,9 @@ contains
             offset = old%offset(:, k) + reference(old%host(k), :) - p%reference(host, :)
             if (old%by_mass) offset = 0
             if (is_merged(host) .and. point_of(host) > 0) then
-               call join(loads(l), point_of(host), old%fraction(k), offset, old%half(:, k), p)
+               call join(loads(l), point_of(host), old%fraction(k), offset, old%half(:, k))
             else
-               call put(loads(l), n, old%fraction(k), host, offset, old%half(:, k), p)
+               call put(loads(l), n, old%fraction(k), host, offset, old%half(:, k))
                point_of(host) = n
             end if
          end do
@@ -139,7 +137,6 @@ contains
          loads(l)%host = old%host(:n)
          loads(l)%offset = old%offset(:, :n)
          loads(l)%half = old%half(:, :n)
-         loads(l)%moved = old%moved(:, :n)
       end do
    end subroutine follow_recombination
 
@@ -158,14 +155,12 @@ contains
    end subroutine find_merged
 
    !> Join a point to another one of the same host, in their middle.
-   subroutine join(load, k, fraction, offset, half, p)
+   subroutine join(load, k, fraction, offset, half)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: k
       real(dp), intent(in) :: fraction, offset(ndim), half(ndim)
-      type(particles_t), intent(in) :: p
       load%offset(:, k) = (load%fraction(k)*load%offset(:, k) + fraction*offset)/(load%fraction(k) + fraction)
       load%fraction(k) = load%fraction(k) + fraction
       load%half(:, k) = load%half(:, k) + half
-      load%moved(:, k) = point_displacement(load, k, p)
    end subroutine join
 end module hampm_load_following

@@ -15,7 +15,8 @@ module hampm_loads
    use hampm_text, only: to_text
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, add_loads, add_load, book_work, point_displacement, keep_loads
+   public :: load_t, load_on_points, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
+             book_work_late, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -27,7 +28,12 @@ module hampm_loads
       logical :: by_mass = .false.               !! whether it acts on all material of its hosts, else at the points
       real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
                                                  !! (ndim, points)
-      real(dp), allocatable :: moved(:, :)       !! displacement of each point at the last `book_work` [m], (ndim, points)
+      ! Where its points were in the grid when `place_loads` looked last
+      integer, allocatable :: node(:, :)         !! nodes of the cell of each point, (corners, points)
+      real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], (corners, points)
+      ! What `book_work_late` needs of the step before [m/s]
+      real(dp) :: velocity(ndim) = 0             !! of the points, the mean by their parts of the load
+      real(dp) :: guess(ndim) = 0                !! what it was taken for after that step
    end type load_t
 
 contains
@@ -46,7 +52,6 @@ contains
       allocate (load%fraction(n), source=1/real(n, dp))
       allocate (load%host(n), load%offset(ndim, n))
       allocate (load%half(ndim, n), source=spread(half, 2, n))
-      allocate (load%moved(ndim, n), source=0.0_dp)
       do k = 1, n
          load%host(k) = nearest_particle(p, grid, blocks, points(:, k))
          load%offset(:, k) = points(:, k) - p%reference(load%host(k), :)
@@ -63,7 +68,6 @@ contains
       load%fraction = p%mass(load%host)/sum(p%mass(load%host))
       load%by_mass = .true.
       allocate (load%offset(ndim, size(load%host)), load%half(ndim, size(load%host)), source=0.0_dp)
-      allocate (load%moved(ndim, size(load%host)), source=0.0_dp)
    end subroutine load_on_particles
 
    !> After a sort of the particles: follow the hosts to their new places.
@@ -76,72 +80,114 @@ contains
       end do
    end subroutine follow_sort
 
-   !> Add the loads at a time to the nodal `force` [N].
-   subroutine add_loads(loads, time, grid, p, force)
-      type(load_t), intent(in) :: loads(:)
-      real(dp), intent(in) :: time               !! [s]
+   !> Find where the points of the loads are in the grid, now that the particles are where they are.
+   pure subroutine place_loads(loads, grid, p)
+      type(load_t), intent(inout) :: loads(:)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
+      integer :: l, k, n
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            n = size(load%host)
+            if (allocated(load%node)) then
+               if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
+            end if
+            if (.not. allocated(load%node)) allocate (load%node(corners, n), load%shape(corners, n))
+            do k = 1, n
+               load%node(:, k) = grid%element_nodes(:, p%cell(load%host(k)))
+               load%shape(:, k) = weights(load, k, grid, p)
+            end do
+         end associate
+      end do
+   end subroutine place_loads
+
+   !> Add the loads at a time, where `place_loads` has found them, to the nodal `force` [N].
+   pure subroutine add_loads(loads, time, force)
+      type(load_t), intent(in) :: loads(:)
+      real(dp), intent(in) :: time               !! [s]
       real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_points)
       integer :: l
       do l = 1, size(loads)
-         call add_load(loads(l), loads(l)%history%factor(time), grid, p, force)
+         call add_load(loads(l), loads(l)%history%factor(time), force)
       end do
    end subroutine add_loads
 
    !> Add one load times a factor to the nodal `force` [N].
-   subroutine add_load(load, factor, grid, p, force)
+   pure subroutine add_load(load, factor, force)
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: factor
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
       real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_points)
-      real(dp) :: n(corners), point_force(ndim)
-      integer :: k, c, node
+      real(dp) :: point_force(ndim)
+      integer :: k, c
       do k = 1, size(load%host)
-         n = weights(load, k, grid, p)
          point_force = load%fraction(k)*factor*load%force
          do c = 1, corners
-            node = grid%element_nodes(c, p%cell(load%host(k)))
-            force(:, node) = force(:, node) + n(c)*point_force
+            associate (node => load%node(c, k))
+               force(:, node) = force(:, node) + load%shape(c, k)*point_force
+            end associate
          end do
       end do
    end subroutine add_load
 
-   !> Book the work of the loads [J] in the step that began at `time`: the force there times the way that the loaded
-   !> material has gone. It is not the power on the nodes: a node that has little mass may have any velocity. Where particles
-   !> were moved for several steps `dt` at once, the force is the mean of theirs.
-   pure subroutine book_work(loads, time, p, work, dt, steps)
-      type(load_t), intent(inout) :: loads(:)
-      real(dp), intent(in) :: time               !! [s]
-      type(particles_t), intent(in) :: p
+   !> Book the work of the loads [J] from `time` to `time + dt`, in which the particles' velocities, mapped to the nodes, are
+   !> `velocity`: the mean of the forces at both ends times dt times the velocity at the points, by the shape functions by which the
+   !> forces act. It is of second order in dt, and just what the loads give to the particles' kinetic energy but for half a step at
+   !> the ends (docs/theory.md). The velocities that move the particles would not do: a node that has little mass may have any.
+   pure subroutine book_work(loads, time, dt, velocity, work)
+      type(load_t), intent(in) :: loads(:)
+      real(dp), intent(in) :: time, dt           !! [s]
+      real(dp), intent(in) :: velocity(:, :)     !! (ndim, n_points)
       real(dp), intent(out) :: work
-      real(dp), intent(in), optional :: dt       !! [s]
-      integer, intent(in), optional :: steps
-      real(dp) :: u(ndim), factor
-      integer :: l, k
+      integer :: l
       work = 0
       do l = 1, size(loads)
-         associate (load => loads(l))
-            factor = load%history%factor(time)
-            if (present(steps)) factor = sum([(load%history%factor(time + k*dt), k=0, steps - 1)])/steps
-            do k = 1, size(load%host)
-               u = point_displacement(load, k, p)
-               work = work + load%fraction(k)*factor*dot_product(load%force, u - load%moved(:, k))
-               load%moved(:, k) = u
-            end do
-         end associate
+         work = work + work_over(loads(l), time, dt, velocity_of_points(loads(l), velocity))
       end do
    end subroutine book_work
 
-   !> Displacement of the material at point `k` of a load [m].
-   pure function point_displacement(load, k, p) result(u)
+   !> The same where that velocity is known in the next step only. What is booked now is the work of the step before, from
+   !> `time - last_dt` to `time`, without what it was taken for then, and what that of this step is taken for: with the velocity
+   !> continued by a line from the last two. So errors of the guess do not add up.
+   pure subroutine book_work_late(loads, time, dt, last_dt, velocity, work)
+      type(load_t), intent(inout) :: loads(:)
+      real(dp), intent(in) :: time, dt           !! [s]
+      real(dp), intent(in) :: last_dt            !! 0 in the first step [s]
+      real(dp), intent(in) :: velocity(:, :)     !! that of the step before, (ndim, n_points)
+      real(dp), intent(out) :: work
+      real(dp) :: v(ndim)
+      integer :: l
+      work = 0
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            v = velocity_of_points(load, velocity)
+            work = work + work_over(load, time - last_dt, last_dt, v - load%guess)
+            load%guess = v
+            if (last_dt > 0) load%guess = v + (v - load%velocity)*dt/last_dt
+            load%velocity = v
+            work = work + work_over(load, time, dt, load%guess)
+         end associate
+      end do
+   end subroutine book_work_late
+
+   !> Work of a load from `time` to `time + dt` at the points' velocity [J].
+   pure real(dp) function work_over(load, time, dt, velocity)
       type(load_t), intent(in) :: load
-      integer, intent(in) :: k
-      type(particles_t), intent(in) :: p
-      real(dp) :: u(ndim)
-      u = p%displacement(load%host(k), :) + matmul(p%gradient(load%host(k), :, :), load%offset(:, k))
-   end function point_displacement
+      real(dp), intent(in) :: time, dt           !! [s]
+      real(dp), intent(in) :: velocity(ndim)     !! [m/s]
+      work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, velocity)
+   end function work_over
+
+   !> Velocity of the points of a load, the mean by their parts of the load [m/s].
+   pure function velocity_of_points(load, velocity) result(v)
+      type(load_t), intent(in) :: load
+      real(dp), intent(in) :: velocity(:, :)     !! [m/s], (ndim, n_points)
+      real(dp) :: v(ndim)
+      integer :: k
+      v = 0
+      do k = 1, size(load%host)
+         v = v + load%fraction(k)*matmul(velocity(:, load%node(:, k)), load%shape(:, k))
+      end do
+   end function velocity_of_points
 
    !> Shape functions of the nodes of the host's cell at point `k` of a load.
    pure function weights(load, k, grid, p) result(n)
@@ -203,7 +249,7 @@ contains
       end do
    end function box_offset
 
-   !> Keep which particles carry the loads, and how far these have moved.
+   !> Keep which particles carry the loads, and what booking their work needs.
    subroutine keep_loads(loads, archive)
       type(load_t), intent(inout) :: loads(:)
       class(archive_t), intent(inout) :: archive
@@ -215,14 +261,15 @@ contains
             call archive%keep('points', n)
             if (archive%failure%failed()) return
             if (archive%is_read) then
-               deallocate (load%fraction, load%host, load%offset, load%half, load%moved)
-               allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n), load%moved(ndim, n))
+               deallocate (load%fraction, load%host, load%offset, load%half)
+               allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
             end if
             call archive%keep_reals('fraction', n, load%fraction)
             call archive%keep_integers('host', n, load%host)
             call archive%keep_reals('offset', size(load%offset), load%offset)
             call archive%keep_reals('half', size(load%half), load%half)
-            call archive%keep_reals('moved', size(load%moved), load%moved)
+            call archive%keep_reals('velocity', ndim, load%velocity)
+            call archive%keep_reals('guess', ndim, load%guess)
          end associate
       end do
    end subroutine keep_loads

@@ -50,6 +50,7 @@ module hampm_motion
       ! What has been so far
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done
+      real(dp) :: last_dt = 0                    !! length of the last step [s]
       real(dp) :: external_work = 0              !! work of the loads [J]
       real(dp) :: damping_loss = 0               !! energy taken by the damping [J]
       real(dp) :: numerical_loss = 0             !! energy lost by the method, booked with `audit` [J]

@@ -3,7 +3,7 @@ module hampm_nodal_state
    use hampm_kinds, only: dp, ndim
    use hampm_contact, only: pressing_forces, press_pairs, share_normal
    use hampm_failure, only: failure_t
-   use hampm_loads, only: add_loads
+   use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_fields, only: v_next, v_mapped, assemble
@@ -108,9 +108,10 @@ contains
       type(motion_t), intent(inout) :: m
       logical, intent(in) :: by_mass
       integer :: k
+      call place_loads(m%loads, m%grid, m%particles)
       do k = 1, size(m%loads)
          if (m%loads(k)%by_mass .eqv. by_mass) &
-            call add_loads(m%loads(k:k), m%time, m%grid, m%particles, m%fields%force)
+            call add_loads(m%loads(k:k), m%time, m%fields%force)
       end do
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
    end subroutine gather_loads

@@ -16,7 +16,7 @@
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
-   use hampm_loads, only: add_loads, book_work
+   use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_motion, only: motion_t
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
@@ -35,7 +35,8 @@ contains
       real(dp), dimension(ndim, m%grid%n_points) :: external, force, v, a, v_next, v_mapped
       integer :: i
       external = 0                               ! the loads act where the material is at t^n, with their factors there
-      call add_loads(m%loads, m%time, m%grid, m%particles, external)
+      call place_loads(m%loads, m%grid, m%particles)
+      call add_loads(m%loads, m%time, external)
       call map_mass(m, mass)
       call map_velocity(m, mass, v)
       if (m%scheme%name == 'usf') call strain(m, v, dt)
@@ -50,12 +51,15 @@ contains
       if (m%scheme%name == 'musl' .or. m%scheme%name == 'usavg') then
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
+         call book_work(m%loads, m%time, dt, v_mapped, work)
+      else
+         call book_work_late(m%loads, m%time, dt, m%last_dt, v, work)
       end if
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*at_particle(m, i, v_next)
       end do
       m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(spread(mass, 1, ndim)*v*v_next)
-      call book_work(m%loads, m%time, m%particles, work)
+      m%last_dt = dt
       m%external_work = m%external_work + work
       m%time = m%time + dt
       m%steps = m%steps + 1

@@ -10,7 +10,7 @@ module hampm_step
    use hampm_contact, only: share_velocity, keep_apart
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_loads, only: add_loads, book_work
+   use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_motion, only: motion_t, update_particles, map_to_grid, sort_particles, sort_anew, pass_on
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes, assemble
@@ -53,6 +53,7 @@ contains
       end if
       m%operators%is_behind = m%operators%is_active
       if (report%jumped) call report_jump(m, failure)
+      if (size(m%loads) > 0) call book_loads(m, dt)
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
 
@@ -61,7 +62,8 @@ contains
    subroutine find_external_force(m)
       type(motion_t), intent(inout) :: m
       m%fields%external = 0
-      call add_loads(m%loads, m%time, m%grid, m%particles, m%fields%external)
+      call place_loads(m%loads, m%grid, m%particles)
+      call add_loads(m%loads, m%time, m%fields%external)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
    end subroutine find_external_force
 
@@ -159,19 +161,29 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
    end subroutine solve_acceleration
 
-   !> Book what the loads have done, and sort the particles if any has left its cell. Particles may have moved for several `dt`
-   !> at once.
+   !> Book what the loads have done in a step that has mapped the new velocities, or will do so only in the next.
+   subroutine book_loads(m, dt)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp) :: work
+      if (m%scheme%remaps) then
+         call book_work(m%loads, m%time, dt, m%fields%velocity(:, :, v_mapped), work)
+      else
+         call book_work_late(m%loads, m%time, dt, m%last_dt, m%fields%velocity(:, :, v_n), work)
+      end if
+      m%last_dt = dt
+      m%external_work = m%external_work + work
+      if (m%audit) m%numerical_loss = m%numerical_loss + work
+   end subroutine book_loads
+
+   !> Count a step, and sort the particles if any has left its cell. Particles may have moved for several `dt` at once.
    subroutine end_step(m, dt, steps, left_cell, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       integer, intent(in) :: steps
       logical, intent(in) :: left_cell
       type(failure_t), intent(inout) :: failure
-      real(dp) :: work
       m%mapped = .not. left_cell
-      call book_work(m%loads, m%time, m%particles, work, dt, steps)
-      m%external_work = m%external_work + work
-      if (m%audit) m%numerical_loss = m%numerical_loss + work
       m%time = m%time + steps*dt
       m%steps = m%steps + steps
       m%sorted = left_cell

@@ -5,7 +5,7 @@ program test_loads
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_load_history, only: load_history_t
-   use hampm_loads, only: load_t, load_on_points, load_on_particles, add_loads, book_work, follow_sort
+   use hampm_loads, only: load_t, load_on_points, load_on_particles, place_loads, add_loads, book_work, follow_sort
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t
    use hampm_samples, only: rectangle_t, place_bodies
@@ -69,16 +69,17 @@ contains
 
    !> The nodal forces have the resultant `force` and the moment of that force at `centre`.
    subroutine check_resultant(m, time, centre, expected, what)
-      type(motion_t), intent(in) :: m
+      type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: time, centre(ndim), expected(ndim)
       character(*), intent(in) :: what
       real(dp) :: f(ndim, m%grid%n_nodes), moment
       f = 0
-      call add_loads(m%loads, time, m%grid, m%particles, f)
+      call place_loads(m%loads, m%grid, m%particles)
+      call add_loads(m%loads, time, f)
       moment = sum(m%grid%node_position(1, :)*f(2, :) - m%grid%node_position(2, :)*f(1, :))
       call check_close(maxval(abs(sum(f, dim=2) - expected)), 0.0_dp, rounding*norm2(force), what//': resultant')
       call check_close(moment, centre(1)*expected(2) - centre(2)*expected(1), rounding*norm2(force), what//': moment')
-      call add_loads(m%loads, time, m%grid, m%particles, f)
+      call add_loads(m%loads, time, f)
       call check_close(maxval(abs(sum(f, dim=2) - 2*expected)), 0.0_dp, rounding*norm2(force), what//': added to what is there')
    end subroutine check_resultant
 
@@ -113,24 +114,23 @@ contains
       call check_resultant(m, 0.0_dp, centre + b + matmul(a, centre), force, 'body force on the deformed body')
    end subroutine body_force
 
-   !> Two loads: their work is force times the way of the material, also when it is booked in two parts.
+   !> Two loads: where all move alike their work is the mean of the forces at both ends times the way.
    subroutine work_of_loads(shift)
       real(dp), intent(in) :: shift(ndim)
       type(motion_t) :: m
-      real(dp), parameter :: translation(ndim) = [0.03_dp, 0.04_dp]
-      real(dp) :: first, second
+      real(dp), parameter :: velocity(ndim) = [0.3_dp, 0.4_dp], dt = 0.1_dp
+      real(dp) :: work
       call place(shift, m)
       allocate (m%loads(2))
       m%loads(1)%force = force
+      m%loads(1)%history = load_history_t(kind='ramp', rise_time=2.0_dp)
       m%loads(2)%force = -3*force
       call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
-      m%particles%displacement = spread(translation/2, 1, m%particles%n)
-      call book_work(m%loads, 0.0_dp, m%particles, first)
-      m%particles%displacement = spread(translation, 1, m%particles%n)
-      call book_work(m%loads, 0.0_dp, m%particles, second)
-      call check_close(first + second, -2*dot_product(force, translation), 1.0e-12_dp, &
-                       'work of the loads in a translation = force times way')
+      call place_loads(m%loads, m%grid, m%particles)
+      call book_work(m%loads, 1.0_dp, dt, spread(velocity, 2, m%grid%n_points), work)
+      call check_close(work, (0.5_dp + 0.25_dp*dt - 3)*dot_product(force, velocity)*dt, 1.0e-12_dp, &
+                       'work of the loads in a translation = mean force times way')
    end subroutine work_of_loads
 
    !> The host of a place is the particle nearest to it, however far away.
