@@ -9,13 +9,12 @@ module hampm_guards
    use hampm_measurements, only: measurements_t
    use hampm_motion, only: motion_t
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_placement, only: three_digits
    use hampm_splitting, only: spacing_of
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: check_state, check_tip, check_step, look_at_faces
+   public :: check_state, check_tip, check_step, look_at_faces, look_at_modes
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
    ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
@@ -25,8 +24,10 @@ module hampm_guards
    real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be told [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
+   real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
+                              mixed = 'those of a linear material, and lose their meaning', &
                               overlapped = 'the faces of the crack have gone through each other, ', &
                               crossed = 'stretched material has passed from cell to cell'
 
@@ -142,6 +143,32 @@ contains
          spacing_in_cell = maxval(spacing)/motion%grid%element_size(p%cell(i))
       end associate
    end function spacing_in_cell
+
+   !> Warn, once, where the material around a tip is strained so much that stress intensities and modes, which are those of a linear
+   !> material, mean something else than J: K**2/E' is 14 % off J where a specimen is stretched by 1.2, 33 % by 1.7. The measure is
+   !> the root of the mean square, over the particles within the domains, of their largest stretch less 1.
+   subroutine look_at_modes(motion, tip, warning)
+      type(motion_t), intent(in) :: motion
+      type(crack_tip_t), intent(in) :: tip
+      character(:), allocatable, intent(inout) :: warning
+      real(dp) :: square, off
+      integer :: i, n
+      if (size(tip%radii) == 0 .or. is_told(mixed, warning)) return
+      if (motion%materials(tip%material)%linear) return
+      square = 0
+      n = 0
+      associate (p => motion%particles)
+         do i = 1, p%n
+            if (norm2(p%reference(i, :) - tip%place) > tip%radii(size(tip%radii))) cycle
+            square = square + (largest_stretch(p, i) - 1)**2
+            n = n + 1
+         end do
+      end associate
+      off = sqrt(square/max(n, 1))
+      if (off <= modest_strain) return
+      call warn(when(motion%steps, motion%time)//'around the tip the strain has reached '//three_digits(100*off)// &
+                ' %: K_I, K_II, mode_mixity and the parts of J by modes are '//mixed//'; J itself keeps its own', mixed, warning)
+   end subroutine look_at_modes
 
    !> Warn where the faces of the crack have gone through each other in the run.
    subroutine look_at_faces(measurements, kind, contact, warning)

@@ -11,13 +11,12 @@ module hampm_simulation
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
-   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces
+   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure, take_row, &
                                  declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
-   use hampm_placement, only: three_digits
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
    use hampm_rest, only: find_distance_from_rest
@@ -25,6 +24,7 @@ module hampm_simulation
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: piece_t
    use hampm_state, only: keep_motion
+   use hampm_text, only: three_digits
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
@@ -289,6 +289,7 @@ contains
       call check_state(s%motion, s%measurements, s%warning, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return
+      if (size(s%cracks%tips) > 0) call look_at_modes(s%motion, s%cracks%tips(1), s%warning)
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
          call take_row(s%scene, s%motion, s%cracks, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)

@@ -4,10 +4,10 @@ module hampm_summary
    use hampm_cell_values, only: is_occupied
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
-   use hampm_placement, only: point_text, length_text, decimal, three_digits
+   use hampm_placement, only: point_text, length_text
    use hampm_rest, only: find_lowest_frequency, time_to_rest
    use hampm_simulation, only: simulation_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, decimal, three_digits
    implicit none
    private
    public :: summary, solver_report, rest_report, rest_proposal

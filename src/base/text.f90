@@ -4,7 +4,8 @@ module hampm_text
    use hampm_kinds, only: dp, long, name_len
    implicit none
    private
-   public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit
+   public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
+             three_digits, without_rounding
 
    !> Text of any length, so that arrays may hold texts of different lengths.
    type :: string_t
@@ -180,4 +181,28 @@ contains
          if (i > 1 .and. j > 1) swapped = a(i - 1:i) == b(j:j)//b(j - 1:j - 1)
       end function swapped
    end function edit_distance
+   !> A number as people read it.
+   pure function three_digits(x) result(text)
+      real(dp), intent(in) :: x                  !! not below 0
+      character(:), allocatable :: text
+      text = to_text(0.0_dp)
+      if (x > 0) text = to_text(decimal(x, 1e7_dp*x))
+   end function three_digits
+
+   !> A number rounded to the 13 leading digits of a scale: what is beyond is the rounding of what it was found from.
+   elemental real(dp) function without_rounding(x, scale)
+      real(dp), intent(in) :: x
+      real(dp), intent(in) :: scale              !! not below 0, in the unit of x
+      without_rounding = x
+      if (scale > 0) without_rounding = decimal(x, 1e-3_dp*scale)
+   end function without_rounding
+
+   !> A number rounded to a decimal one, nine digits below the leading one of `scale`.
+   elemental real(dp) function decimal(x, scale)
+      real(dp), intent(in) :: x
+      real(dp), intent(in) :: scale              !! above 0, in the unit of x
+      real(dp) :: unit
+      unit = 10.0_dp**(9 - floor(log10(scale)))
+      decimal = anint(x*unit)/unit + 0.0_dp       ! no -0.0
+   end function decimal
 end module hampm_text

@@ -3,7 +3,7 @@ module hampm_whereabouts
    use hampm_kinds, only: dp, ndim, long
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, without_rounding
    implicit none
    private
    public :: when, origin
@@ -15,7 +15,7 @@ contains
       integer(long), intent(in) :: step
       real(dp), intent(in) :: time               !! [s]
       character(:), allocatable :: text
-      text = 'step '//to_text(step)//', t = '//to_text(time)//' s: '
+      text = 'step '//to_text(step)//', t = '//to_text(without_rounding(time, time))//' s: '
    end function when
 
    !> Where a particle started, and the cell in which it was sorted last.
@@ -44,6 +44,8 @@ contains
    function point(x) result(text)
       real(dp), intent(in) :: x(ndim)            !! [m]
       character(:), allocatable :: text
-      text = '('//to_text(x(1))//', '//to_text(x(2))//') m'
+      real(dp) :: shown(ndim)
+      shown = without_rounding(x, maxval(abs(x)))
+      text = '('//to_text(shown(1))//', '//to_text(shown(2))//') m'
    end function point
 end module hampm_whereabouts

@@ -4,9 +4,9 @@ module hampm_caveats
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes
-   use hampm_placement, only: length_text, three_digits, upper_corner
+   use hampm_placement, only: length_text, upper_corner
    use hampm_scene, only: scene_t, material_spec_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, three_digits
    implicit none
    private
    public :: warnings_of, notes_of

@@ -3,12 +3,12 @@
 module hampm_placement
    use hampm_kinds, only: dp, ndim
    use hampm_scene, only: grid_spec_t, body_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, decimal, without_rounding
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, &
-             length_text, decimal, three_digits, nearest_node
+             length_text, nearest_node
 
 contains
 
@@ -83,14 +83,13 @@ contains
       particle_number = product(max(anint((body%upper - body%lower)/(cell/body%points_per_cell)), 1.0_dp))
    end function particle_number
 
-   !> A position as text, to 13 digits of its largest component: beyond are the roundings of what it was found from.
+   !> A position as text, without the roundings of what it was found from.
    pure function point_text(point) result(text)
       real(dp), intent(in) :: point(ndim)
       character(:), allocatable :: text
       real(dp) :: shown(ndim)
       integer :: d
-      shown = point
-      if (any(abs(point) > 0)) shown = decimal(point, 1e-3_dp*maxval(abs(point)))
+      shown = without_rounding(point, maxval(abs(point)))
       text = '('//to_text(shown(1))
       do d = 2, ndim
          text = text//', '//to_text(shown(d))
@@ -105,21 +104,4 @@ contains
       text = to_text(0.0_dp)
       if (length > 0) text = to_text(decimal(length, length))
    end function length_text
-
-   !> A number as people read it.
-   pure function three_digits(x) result(text)
-      real(dp), intent(in) :: x                  !! not below 0
-      character(:), allocatable :: text
-      text = to_text(0.0_dp)
-      if (x > 0) text = to_text(decimal(x, 1e7_dp*x))
-   end function three_digits
-
-   !> A number rounded to a decimal one, nine digits below the leading one of `scale`.
-   elemental real(dp) function decimal(x, scale)
-      real(dp), intent(in) :: x
-      real(dp), intent(in) :: scale              !! above 0, in the unit of x
-      real(dp) :: unit
-      unit = 10.0_dp**(9 - floor(log10(scale)))
-      decimal = anint(x*unit)/unit + 0.0_dp       ! no -0.0
-   end function decimal
 end module hampm_placement
