@@ -44,8 +44,9 @@ def parse(arguments):
     parser.add_argument("file", metavar="FILE.h5", help="result file with snapshots")
     add_field_options(parser)
     parser.add_argument("--scale", type=positive, metavar="FACTOR",
-                        help="by which displacements are enlarged (default: the largest is an eighth of the picture, but never less "
-                             "than 1, and 1 where bodies are apart or move against each other, so that they are seen to touch)")
+                        help="by which displacements are enlarged (default: the largest is an eighth of the picture, but not "
+                             "below 1, and 1 where bodies are apart or move against each other, so that they are "
+                             "seen to touch)")
     parser.add_argument("--fps", type=positive, default=10, metavar="N",
                         help="snapshots shown in a second (default: %(default)g)")
     parser.add_argument("--dpi", type=positive, default=100, metavar="N", help="resolution (default: %(default)g)")

@@ -3,7 +3,8 @@
 
 A column agrees when  max |a - b| <= ATOL + RTOL * max |a|,  maxima over all samples: the tolerance belongs to the size
 of the column, not to that of a sample, so that a zero crossing is no difference. A value that is not finite agrees
-only with the same value. Columns that only one file has and different numbers of samples are differences.
+only with the same value. Columns that only one file has and different numbers of samples are differences. `relative` is max |a - b|
+over max |a|.
 Exit code: 0 they agree, 1 they differ, 2 the request makes no sense, 4 a file cannot be read.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 from history import History, ResultError, run
 
 Tolerance = namedtuple("Tolerance", "pattern rtol atol")
-Row = namedtuple("Row", "column difference time tolerance verdict")  # all text; the verdict is "equal" or says why not
+Row = namedtuple("Row", "column difference relative time tolerance verdict")  # all text; the verdict is "equal" or says why not
 
 
 def main(arguments=None):
@@ -30,7 +31,7 @@ def main(arguments=None):
             b, uncovered = interpolated(a, b)
         rows = [close(a, b, name, tolerance_of(name, options)) for name in names]
         if options.interpolate and uncovered:
-            rows.insert(0, Row("(time span)", "-", "-", "-", uncovered))
+            rows.insert(0, Row("(time span)", "-", "-", "-", "-", uncovered))
     differing = [row for row in rows if row.verdict != "equal"]
     print_table(rows)
     print(f"{len(differing)} of {len(rows)} columns differ" if differing else f"all {len(rows)} columns agree")
@@ -118,28 +119,32 @@ def close(a, b, name, allowed):
     stated = f"{allowed.rtol:.3g} rel" + (f" + {allowed.atol:.3g}" if allowed.atol else "")
     unlike = unlikeness(a, b, name)
     if unlike:
-        return Row(name, "-", "-", stated, unlike)
+        return Row(name, "-", "-", "-", stated, unlike)
     x, y = a.columns[name].astype(float), b.columns[name].astype(float)
     same = (x == y) | (np.isnan(x) & np.isnan(y))
     with np.errstate(invalid="ignore"):
         difference = np.where(same, 0.0, np.where(np.isfinite(x) & np.isfinite(y), np.abs(x - y), np.inf))
-    size = np.max(np.abs(x[np.isfinite(x)]), initial=0.0)
-    agrees = np.max(difference, initial=0.0) <= allowed.atol + allowed.rtol * size
-    return Row(name, *largest(a, difference), stated, "equal" if agrees else "DIFFERS")
+    agrees = np.max(difference, initial=0.0) <= allowed.atol + allowed.rtol * size_of(x)
+    return Row(name, *largest(a, difference, size_of(x)), stated, "equal" if agrees else "DIFFERS")
+
+
+def size_of(values):
+    """The largest of a column that is finite."""
+    return np.max(np.abs(values[np.isfinite(values)]), initial=0.0)
 
 
 def exact(a, b, name):
     """The row of a column compared byte by byte."""
     unlike = unlikeness(a, b, name)
     if unlike:
-        return Row(name, "-", "-", "exact", unlike)
+        return Row(name, "-", "-", "-", "exact", unlike)
     x, y = a.columns[name], b.columns[name]
     if x.dtype != y.dtype:
-        return Row(name, "-", "-", "exact", f"A is {x.dtype}, B is {y.dtype}")
+        return Row(name, "-", "-", "-", "exact", f"A is {x.dtype}, B is {y.dtype}")
     if x.tobytes() == y.tobytes():
-        return Row(name, "0", "-", "exact", "equal")
+        return Row(name, "0", "0", "-", "exact", "equal")
     difference = np.abs(x.astype(float) - y.astype(float))
-    return Row(name, *largest(a, difference), "exact", "DIFFERS")
+    return Row(name, *largest(a, difference, size_of(x.astype(float))), "exact", "DIFFERS")
 
 
 def unlikeness(a, b, name):
@@ -151,17 +156,17 @@ def unlikeness(a, b, name):
     return "" if lengths[0] == lengths[1] else f"A has {lengths[0]} samples, B has {lengths[1]}"
 
 
-def largest(a, difference):
-    """The largest difference and its time, as text."""
+def largest(a, difference, size):
+    """The largest difference, also over the size of the column, and its time, as text."""
     if not np.any(difference > 0):
-        return "0", "-"
+        return "0", "0", "-"
     where = int(np.argmax(difference))
-    return f"{difference[where]:.3e}", f"{a.times[where]:.6g}"
+    return f"{difference[where]:.3e}", f"{difference[where] / size:.1e}" if size > 0 else "-", f"{a.times[where]:.6g}"
 
 
 def print_table(rows):
     """Aligned columns under a header."""
-    header = Row("column", "max |a-b|", "at time [s]", "tolerance", "verdict")
+    header = Row("column", "max |a-b|", "relative", "at time [s]", "tolerance", "verdict")
     widths = [max(map(len, cells)) for cells in zip(header, *rows)]
     for row in (header, *rows):
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip())

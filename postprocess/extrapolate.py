@@ -8,6 +8,9 @@ how many percent of it the finest run, and the extrapolation without the coarses
 both. Where three sizes are halves of each other, the order that the errors show is printed too; about 1 is what the extrapolation
 takes for granted.
 
+Where all files hold the estimated error of a column, `their error [%]` is what those leave of the extrapolated value at most: the
+errors of the runs, each times its weight, added up. The file of --output has it as a column. Runs that are not at rest are named.
+
 Refined meshes have to be similar: double `rings` where the cells are halved, so that the refined zone keeps its size.
 """
 
@@ -18,7 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from history import UNREADABLE, History, ResultError, run
+from history import ERROR, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
 from tabulate import fraction
 
 
@@ -28,12 +31,16 @@ def main(arguments=None):
     check(histories)
     cells = [cell_size(h) for h in histories]
     names = [name for name in histories[-1].select(options.column) if all(name in h.columns for h in histories)]
+    uncertain = [name for name in names if all(h.error_of(name) for h in histories)]
     if options.output:
-        write(options.output, histories, *curves(histories, names))
+        write(options.output, histories, *curves(histories, names, uncertain))
     print(" ".join(["column", *(f"{cell * 1e3:g} mm" for cell in cells), "extrapolated", "finest [%]"]
-                   + ["without coarsest [%]", "order"] * (len(histories) > 2)))
+                   + ["without coarsest [%]", "order"] * (len(histories) > 2) + ["their error [%]"] * bool(uncertain)))
     for name in names:
-        print(name, *summary(cells, [h.late_mean(name, options.part) for h in histories]))
+        values = [h.late_mean(name, options.part) for h in histories]
+        errors = [h.late_mean(name + ERROR, options.part) for h in histories] if name in uncertain else []
+        print(name, *summary(cells, values), *[left_error(cells, errors, values)] * bool(uncertain))
+    return tell_of_motion(histories, options.strict)
 
 
 def parse(arguments):
@@ -44,6 +51,7 @@ def parse(arguments):
     parser.add_argument("--part", type=fraction, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE.h5", help="write the extrapolated columns over time as a result "
                         "file, which the other scripts read")
+    add_strict(parser)
     options = parser.parse_args(arguments)
     options.column = options.column or ["G_*"]
     return options
@@ -79,10 +87,20 @@ def extrapolate(cells, values):
     return sum(weight * value for weight, value in zip(weights(cells), values))
 
 
-def curves(histories, names):
-    """Times of the finest run, and the extrapolated columns by name."""
+def extrapolate_errors(cells, errors):
+    """What errors of values on these cell sizes, of whatever sign, leave of the value at cell size 0 at most."""
+    return sum(abs(weight) * error for weight, error in zip(weights(cells), errors))
+
+
+def curves(histories, names, uncertain):
+    """Times of the finest run, and the extrapolated columns by name, with the errors of those that have them."""
     times, cells = histories[-1].times, [cell_size(h) for h in histories]
-    return times, {name: extrapolate(cells, [np.interp(times, h.times, h.columns[name]) for h in histories]) for name in names}
+
+    def samples(name):
+        return [np.interp(times, h.times, h.columns[name]) for h in histories]
+
+    return times, ({name: extrapolate(cells, samples(name)) for name in names}
+                   | {name + ERROR: extrapolate_errors(cells, samples(name + ERROR)) for name in uncertain})
 
 
 def summary(cells, values):
@@ -92,6 +110,12 @@ def summary(cells, values):
     if len(values) > 2:
         words += [percent(extrapolate(cells[1:], values[1:]), limit), order(cells[-3:], values[-3:])]
     return words
+
+
+def left_error(cells, errors, values):
+    """The word for what is left of the errors; '-' where there are none."""
+    limit = extrapolate(cells, values)
+    return f"{abs(100 * extrapolate_errors(cells, errors) / limit):.3f}" if errors and limit else "-"
 
 
 def percent(value, limit):
@@ -112,6 +136,8 @@ def write(path, histories, times, columns):
         with h5py.File(path, "w") as file:
             group = file.create_group("history")
             group.attrs.update(source.attributes)
+            if known := [distance for h in histories if (distance := h.distance_from_rest()) is not None]:
+                group.attrs["distance_from_rest"] = max(known)
             for name, values in {"time": times, **columns}.items():
                 item = group.create_dataset(name, data=values)
                 item.attrs["units"] = source.units[name]

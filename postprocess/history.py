@@ -65,8 +65,7 @@ def tell_of_motion(histories, strict):
     """Warn of each run whose last values are not those at rest. Returns the exit code."""
     moving = [history for history in histories if history.is_moving()]
     for history in moving:
-        tell(f"warning: {history.path}: not at rest: its last values are by {history.distance_from_rest():.2g} (relative) from "
-             f"those at rest, above the limit of {REST:g}; run longer, or damp more")
+        tell(f"warning: {history.path}: {history.motion()}; run longer, or damp more")
     return 1 if moving and strict else 0
 
 
@@ -162,6 +161,11 @@ class History:
     def is_moving(self):
         """Whether the last values are known not to be those at rest."""
         return (self.distance_from_rest() or 0.0) > REST
+
+    def motion(self):
+        """What there is to say of a run that is moving."""
+        return (f"not at rest: the last values differ from those at rest by {self.distance_from_rest():.2g} (relative), "
+                f"above the limit of {REST:g}")
 
     def beam_ratio(self):
         """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """Report of one or more hampm runs as one HTML file that needs no other: results, pictures and the scene as it was used.
 
-For each run: how far it came, the energy release rates at its end beside references, energies and how their balance closes, the
-pictures of G(t), energy, mesh and energy density as far as the result file holds what they show, what a reader should know
-before trusting it, version and host, and the namelist. Several runs are compared in a table and a picture at the top.
+For each run: how far it came, the energy release rates at its end and their peaks beside references, with their estimated errors
+where the file holds them, energies and how their balance closes, the pictures of G(t), energy, mesh and energy density as far as
+the result file holds what they show, what a reader should know before trusting it, version and host, and the namelist. Several
+runs are compared in a table and a picture at the top. A run with damping that is not at rest is named; --strict means all runs.
 """
 
 import argparse
 import base64
 import io
+import re
 from html import escape
 from pathlib import Path
 
@@ -20,12 +22,13 @@ import plot_field
 import plot_g
 import plot_mesh
 from frames import Frames, Scene
-from history import UNREADABLE, History, ResultError, run
+from history import ERROR, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
 from pictures import MM, STYLE, ending, names, plt, positive, save
 
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
 LOSS = 0.1      # of the energy to the method, likewise
+OF_CRACK = re.compile(r"(J|J_spread|K_I|K_II)(_tip\d+)?$")  # columns that are tabulated beside G
 WINDOW = 5      # half width of what is shown around a crack tip, in root cells
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
@@ -53,6 +56,8 @@ def main(arguments=None):
     except OSError as error:
         raise ResultError(f"{output}: cannot be written ({error.strerror})", UNREADABLE) from error
     print(output)
+    moving = [item.history for item in runs if options.strict or item.is_damped()]
+    return tell_of_motion(moving, options.strict)
 
 
 def parse(arguments):
@@ -63,6 +68,7 @@ def parse(arguments):
     parser.add_argument("--dpi", type=positive, default=110, metavar="N",
                         help="points per inch of the pictures (default: %(default)g)")
     parser.add_argument("--title", metavar="TEXT", help="title of the report (default: that of the scene)")
+    add_strict(parser)
     return parser.parse_args(arguments)
 
 
@@ -92,11 +98,20 @@ class Run:
 
     def mean(self, column):
         """Mean over the last part of the run."""
-        return np.mean(self.history.columns[column][self.history.times >= (1 - PART) * self.history.times[-1]])
+        return self.history.late_mean(column, PART)
+
+    def peak(self, column):
+        """Number of the sample in which a column is largest, whatever its sign."""
+        values = np.abs(self.history.columns[column])
+        return int(np.argmax(np.where(np.isfinite(values), values, -1.0)))
 
     def rates(self):
         """Names of the columns that are energy release rates."""
-        return [name for name in self.history.columns if name.startswith("G_")]
+        return [name for name in self.history.columns if name.startswith("G_") and not name.endswith(ERROR)]
+
+    def is_damped(self):
+        """Whether the bodies are brought to rest, so that the last values are meant as those at rest."""
+        return any(self.scene.numbers("damping", "rate"))
 
 
 def snapshots(path):
@@ -113,14 +128,21 @@ def comparison(runs, dpi):
     rows = [[name, *(value_of(item, column) for column in columns), item.count("particles"), item.count("step")]
             for item, name in zip(runs, names([item.history for item in runs]))]
     lines = [table([heading, *rows]), f"<p>G: means over the last {PART:.0%} of the run, over G_ref where there is one.</p>"]
-    drawable = [item.history for item in runs if item.rates() and "G_ref" in item.history.attributes]
-    return lines + (curves(drawable, dpi) if drawable else [])
+    drawable = [item.history for item in runs if item.rates()]
+    with_reference = [history for history in drawable if "G_ref" in history.attributes]
+    return lines + (curves(with_reference or drawable, dpi) if drawable else [])
 
 
 def value_of(item, column):
     if column not in item.history.columns:
         return "–"
-    return f"{item.mean(column) / item.history.attributes.get('G_ref', 1.0):.5g}"
+    g_ref, error = item.history.attributes.get("G_ref", 1.0), item.history.error_of(column)
+    return with_error(item.mean(column) / g_ref, item.mean(error) / g_ref if error else None)
+
+
+def with_error(value, error):
+    """A value as text, with its estimated error where that is known."""
+    return f"{value:.5g}" + (f" ± {error:.2g}" if error is not None else "")
 
 
 def section(item, name, dpi):
@@ -128,9 +150,7 @@ def section(item, name, dpi):
     lines = [f"<h2>{escape(name)}: {escape(item.title)}</h2>",
              *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)), table(extent(item))]
     if item.rates():
-        lines += ["<h3>Energy release rate</h3>", table(release_rates(item))]
-        if "G_ref" in item.history.attributes:
-            lines += curves([item.history], dpi)
+        lines += ["<h3>Energy release rate</h3>", table(release_rates(item)), *curves([item.history], dpi)]
     lines += ["<h3>Energy</h3>", table(energies(item)),
               picture(lambda: plot_energy.draw([item.balance], plot_energy.parse([str(item.path)])), "energies over time", dpi)]
     if item.frames:
@@ -154,19 +174,25 @@ def extent(item):
             yield words, whole(last) if column == "step" else f"{whole(first)}, {whole(last)}"
     if "finest_cell" in history.columns:
         yield "smallest occupied cell", f"{item.last('finest_cell'):.4g} m"
+    if (distance := history.distance_from_rest()) is not None:
+        yield "distance from rest, relative", f"{distance:.2g}"
 
 
 def release_rates(item):
-    """Last value and mean of each estimator, of K and the spread of J, and the references."""
+    """Last value, mean and peak of each estimator, of K and the spread of J, and the references."""
     history, g_ref = item.history, item.history.attributes.get("G_ref")
-    yield "quantity", "last value", f"mean of the last {PART:.0%}", "mean over G_ref"
-    for name in [*item.rates(), *(name for name in ("J", "J_spread", "K_I", "K_II") if name in history.columns)]:
-        ratio = f"{item.mean(name) / g_ref:.5g}" if g_ref and not name.startswith("K") else "–"
-        yield f"{history.long_names[name]} [{history.units[name]}]", f"{item.last(name):.5g}", f"{item.mean(name):.5g}", ratio
+    yield "quantity", "last value", f"mean of the last {PART:.0%}", "mean over G_ref", "peak", "at time [s]"
+    for name in [*item.rates(), *filter(OF_CRACK.match, history.columns)]:
+        values, error, peak = history.columns[name], history.error_of(name), item.peak(name)
+        errors = history.columns[error] if error else [None] * values.size
+        yield (f"{history.long_names[name]} [{history.units[name]}]", with_error(values[-1], errors[-1]),
+               with_error(item.mean(name), item.mean(error) if error else None),
+               value_of(item, name) if g_ref and not name.startswith("K") else "–",
+               with_error(values[peak], errors[peak]), f"{history.times[peak]:.5g}")
     if g_ref:
-        yield "G_ref [J/m2]", f"{g_ref:.5g}", "–", "1"
+        yield "G_ref [J/m2]", f"{g_ref:.5g}", "–", "1", "–", "–"
     if g_ref and (beam := history.beam_ratio()) is not None:
-        yield "beam on elastic foundation, (33) [J/m2]", f"{beam * g_ref:.5g}", "–", f"{beam:.5g}"
+        yield "beam on elastic foundation, (33) [J/m2]", f"{beam * g_ref:.5g}", "–", f"{beam:.5g}", "–", "–"
 
 
 def energies(item):
@@ -189,6 +215,8 @@ def notices(item):
     end = item.scene.numbers("run", "end_time")
     if end and item.history.times[-1] < end[0] * (1 - 1e-6):
         yield f"The run ended at {item.history.times[-1]:.6g} s, before its end_time of {end[0]:.6g} s"
+    if item.is_damped() and item.history.is_moving():
+        yield item.history.motion().capitalize()
     if bad := [name for name, values in item.history.columns.items() if not np.all(np.isfinite(values))]:
         yield f"Not finite somewhere: {', '.join(bad)}"
     loss = item.balance.parts["numerical_loss"] / item.balance.largest
@@ -201,8 +229,8 @@ def notices(item):
 
 
 def curves(histories, dpi):
-    files = [str(history.path) for history in histories]
-    return [picture(lambda: plot_g.draw(histories, plot_g.parse(files)), "G over time", dpi)]
+    options = plot_g.parse(["--errors", *(str(history.path) for history in histories)])
+    return [picture(lambda: plot_g.draw(histories, options), "G over time", dpi)]
 
 
 def last_snapshot(item, dpi):

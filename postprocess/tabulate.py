@@ -2,32 +2,35 @@
 """Table of the last values of columns of one or more hampm results, such as energy release rates at rest.
 
 A value is the mean over the last tenth of the run (--part), so that what still rings counts little. Energy release rates are
-given over G_ref where there is one. With --converged each is followed by its difference from that, in percent.
+given over G_ref where there is one. With --converged each is followed by its difference from that, in percent, and where the files
+hold its estimated error, by that, in the unit of the value. A run that is not at rest is named where G, J or K are asked for.
 """
 
 import argparse
 import csv
 import sys
-from fnmatch import fnmatchcase
 
-from history import USAGE, History, ResultError, run
+from history import ERROR, USAGE, History, ResultError, add_strict, matches, run, tell_of_motion
 
 
 def main(arguments=None):
     options = parse(arguments)
     histories = [History(path) for path in options.files]
     names = [name for name in dict.fromkeys(name for history in histories for name in history.columns)
-             if any(fnmatchcase(name, pattern) for pattern in options.column)]
+             if any(matches(name, pattern) for pattern in options.column)]
     if not names:
         raise ResultError(f"no column of {', '.join(map(str, options.files))} matches {', '.join(options.column)}", USAGE)
-    rows = [["file", *(heading for name in names for heading in headings(name, options))]]
-    rows += [[history.stem, *(word for name in names for word in words(history, name, options))] for history in histories]
+    uncertain = {name for name in names for history in histories if history.error_of(name) and name + ERROR not in names}
+    rows = [["file", *(heading for name in names for heading in headings(name, name in uncertain, options))]]
+    rows += [[history.stem, *(word for name in names for word in words(history, name, name in uncertain, options))]
+             for history in histories]
     if options.csv:
         csv.writer(sys.stdout).writerows(rows)
     else:
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         for row in rows:
             print("  ".join([row[0].ljust(widths[0]), *(word.rjust(width) for word, width in zip(row[1:], widths[1:]))]))
+    return tell_of_motion(histories if any(is_of_crack(name) for name in names) else [], options.strict)
 
 
 def parse(arguments):
@@ -38,6 +41,7 @@ def parse(arguments):
     parser.add_argument("--converged", type=float, metavar="VALUE", help="converged G/G_ref")
     parser.add_argument("--part", type=fraction, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
     parser.add_argument("--csv", action="store_true", help="print comma-separated values")
+    add_strict(parser)
     options = parser.parse_args(arguments)
     options.column = options.column or ["G_*"]
     return options
@@ -55,19 +59,28 @@ def is_rate(name):
     return name.startswith("G_") or name == "J" or name.startswith("J_")
 
 
-def headings(name, options):
-    return [name, "[%]"] if options.converged and is_rate(name) else [name]
+def is_of_crack(name):
+    """Whether a column has a static value of its own: a G, J or K."""
+    return is_rate(name) or name.startswith("K_")
 
 
-def words(history, name, options):
-    """The value of a column as text, and its difference from the converged one where that is asked for."""
-    count = len(headings(name, options))
+def headings(name, is_uncertain, options):
+    return [name, *["[%]"] * bool(options.converged and is_rate(name)), *[name + ERROR] * is_uncertain]
+
+
+def words(history, name, is_uncertain, options):
+    """The value of a column as text, its difference from the converged one where that is asked for, and its error."""
     if name not in history.columns:
-        return ["-"] * count
-    value = history.late_mean(name, options.part)
-    if is_rate(name) and "G_ref" in history.attributes:
-        value /= history.attributes["G_ref"]
-    return [f"{value:.5g}", f"{100 * (value / options.converged - 1):+.2f}"][:count] if count > 1 else [f"{value:.5g}"]
+        return ["-"] * len(headings(name, is_uncertain, options))
+    g_ref = history.attributes.get("G_ref", 1.0) if is_rate(name) else 1.0
+    value = history.late_mean(name, options.part) / g_ref
+    found = [f"{value:.5g}"]
+    if options.converged and is_rate(name):
+        found.append(f"{100 * (value / options.converged - 1):+.2f}")
+    if is_uncertain:
+        error = history.error_of(name)
+        found.append(f"{history.late_mean(error, options.part) / g_ref:.2g}" if error else "-")
+    return found
 
 
 if __name__ == "__main__":

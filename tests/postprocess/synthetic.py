@@ -23,15 +23,15 @@ def dcb(samples=1201, end=1.2e-3, factor=1.0):
     }
 
 
-def write_result(path, columns=None, g_ref=G_REF, beam=BEAM):
-    """Write a result file; g_ref or beam None leaves the attribute out."""
+def write_result(path, columns=None, g_ref=G_REF, beam=BEAM, distance=None):
+    """Write a result file; an attribute of /history, distance_from_rest among them, is left out where it is None."""
     with h5py.File(path, "w") as file:
         history = file.create_group("history")
         for name, values in (columns or dcb()).items():
             dataset = history.create_dataset(name, data=values)
             dataset.attrs["units"] = UNITS.get(name, "J/m2")
             dataset.attrs["long_name"] = name.replace("_", " ")
-        for name, value in {"G_ref": g_ref, "G_beam_on_foundation": beam}.items():
+        for name, value in {"G_ref": g_ref, "G_beam_on_foundation": beam, "distance_from_rest": distance}.items():
             if value is not None:
                 history.attrs[name] = value
         file.create_group("input")["namelist"] = "&run title = 'synthetic' /\n"

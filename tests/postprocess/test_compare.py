@@ -31,7 +31,17 @@ def test_the_largest_difference_and_its_time_are_shown(against):
     opening[300] += 1e-9
     result, rows = against(changed("crack_opening", opening))
     assert result.returncode == 1 and "1 of 6 columns differ" in result.stdout
-    assert rows["crack_opening"].split() == ["crack_opening", "1.000e-09", "0.0003", "1e-09", "rel", "DIFFERS"]
+    relative = f"{1e-9 / np.max(dcb()['crack_opening']):.1e}"
+    assert rows["crack_opening"].split() == ["crack_opening", "1.000e-09", relative, "0.0003", "1e-09", "rel", "DIFFERS"]
+    assert against(changed("crack_opening", opening), "--exact")[1]["crack_opening"].split()[1:3] == ["1.000e-09", relative]
+    result, rows = against(changed("step", dcb()["step"] * 2))
+    assert rows["step"].split()[2] == "1.0e+00"
+
+
+def test_what_was_zero_has_no_relative_difference(tmp_path, script):
+    none, some = (write_result(tmp_path / f"{value}.h5", changed("crack_opening", np.full(1201, value))) for value in (0.0, 1e-9))
+    row, = [line for line in script("compare.py", none, some).stdout.splitlines() if line.startswith("crack_opening")]
+    assert row.split()[1:4] == ["1.000e-09", "-", "0"]
 
 
 def test_tolerance_belongs_to_the_largest_value_of_the_column(against):

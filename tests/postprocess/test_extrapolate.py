@@ -11,11 +11,13 @@ from synthetic import dcb, write_result
 @pytest.fixture
 def on_cells(tmp_path):
     """Write a result whose G errs by `first` c + `second` c^2 of itself, c in mm."""
-    def write(size, first=-0.01, second=0.0, **more):
+    def write(size, first=-0.01, second=0.0, distance=None, error=None, **more):
         columns = dcb(**more)
         columns["G_nodal_force_I"] = columns["G_nodal_force_I"] * (1 + first * size + second * size**2)
         columns["finest_cell"] = np.full_like(columns["time"], size * 1e-3)
-        return write_result(tmp_path / f"c{size:g}.h5", columns)
+        if error is not None:
+            columns["G_nodal_force_I_error"] = error * exact()
+        return write_result(tmp_path / f"c{size:g}.h5", columns, distance=distance)
     return write
 
 
@@ -68,3 +70,25 @@ def test_what_cannot_be_extrapolated_is_refused(script, on_cells, dcb_file, tmp_
 def test_an_output_that_cannot_be_written(script, on_cells, tmp_path):
     result = script("extrapolate.py", on_cells(2.0), on_cells(1.0), "-o", tmp_path / "none" / "zero.h5")
     assert result.returncode == 4 and "cannot be written" in result.stderr
+
+
+def test_what_is_left_of_the_estimated_errors(script, on_cells, tmp_path):
+    """2 G(1) - G(2): at most 2 * 0.01 + 0.03 of G."""
+    files = [on_cells(2.0, error=0.03), on_cells(1.0, error=0.01)]
+    lines = [line.split(" ") for line in script("extrapolate.py", *files, "-o", tmp_path / "zero.h5").stdout.splitlines()]
+    assert " ".join(lines[0]).endswith("finest [%] their error [%]") and [line[0] for line in lines[1:]] == [
+        "G_nodal_force_I", "G_stress_closure_I"]
+    assert float(lines[1][-1]) == pytest.approx(5.0, abs=1e-3) and lines[2][-1] == "-"
+    result = History(tmp_path / "zero.h5")
+    np.testing.assert_allclose(result.columns["G_nodal_force_I_error"], 0.05 * exact(), rtol=1e-12)
+    assert result.units["G_nodal_force_I_error"] == "J/m2"
+    assert "error" not in script("extrapolate.py", on_cells(2.0), files[1]).stdout
+
+
+def test_runs_that_are_not_at_rest_are_named(script, on_cells, tmp_path):
+    files = [on_cells(2.0, distance=0.2), on_cells(1.0, distance=1e-3)]
+    result = script("extrapolate.py", *files, "-o", tmp_path / "zero.h5")
+    line, = result.stderr.splitlines()
+    assert result.returncode == 0 and all(word in line for word in (str(files[0]), "0.2", "0.01", "warning"))
+    assert script("extrapolate.py", *files, "--strict").returncode == 1
+    assert History(tmp_path / "zero.h5").distance_from_rest() == 0.2

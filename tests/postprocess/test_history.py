@@ -149,3 +149,19 @@ def test_modes_have_the_amplitudes_and_decays_put_in():
     low, high = sorted(fit_modes(TIMES, 4 + 2 * tone(F1, 0.3, 300.0) + 0.5 * tone(16e3, 1.0, 900.0)))
     assert low == pytest.approx((F1, 300.0, 2.0), rel=1e-6)
     assert high == pytest.approx((16e3, 900.0, 0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("distance, known, is_moving", [
+    (None, None, False), (np.nan, None, False), (0.0, 0.0, False), (0.01, 0.01, False), (0.02, 0.02, True), (np.inf, np.inf, True)])
+def test_distance_from_rest(tmp_path, distance, known, is_moving):
+    history = History(write_result(tmp_path / "a.h5", distance=distance))
+    assert (history.distance_from_rest(), history.is_moving()) == (known, is_moving)
+
+
+def test_patterns_mean_estimated_errors_where_they_say_so(tmp_path):
+    columns = {name: np.zeros(3) for name in ("time", "G_a_I", "G_a_I_error", "K_I", "K_I_error", "error_estimate")}
+    history = History(write_result(tmp_path / "a.h5", columns))
+    assert history.select(["G_*"]) == ["G_a_I"] and history.select(["G_*_error"]) == ["G_a_I_error"]
+    assert sorted(history.select(["*"])) == sorted(columns) and history.select(["K_I_error"]) == ["K_I_error"]
+    assert history.select(["*estimate"]) == ["error_estimate"]
+    assert (history.error_of("G_a_I"), history.error_of("error_estimate")) == ("G_a_I_error", None)

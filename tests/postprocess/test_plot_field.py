@@ -100,8 +100,8 @@ def test_a_picture_in_the_coordinates_of_the_scene(vertical_crack):
     np.testing.assert_allclose(tip.get_xydata(), [[10, 5]])
     np.testing.assert_allclose(line.get_xydata(), [[10, 5], [10, 0.25]], atol=1e-3)  # to the lowest particles
     axes = figure_of([vertical_crack]).axes[0]
-    np.testing.assert_allclose(middles(axes), np.column_stack([particles.points[:, 1] - 5e-3, 10e-3 - particles.points[:, 0]]) * 1e3,
-                               atol=1e-9)
+    turned = np.column_stack([particles.points[:, 1] - 5e-3, 10e-3 - particles.points[:, 0]]) * 1e3
+    np.testing.assert_allclose(middles(axes), turned, atol=1e-9)
 
 
 def field_of(name, plane, law="a"):

@@ -78,6 +78,26 @@ def test_runs_are_compared_by_their_means(report, tmp_path):
     assert re.search(r"\sa\s+1.25\s", text) and re.search(r"\sb\s+–\s", text)
 
 
+def test_peaks_have_values_and_times_and_estimated_errors(report, tmp_path):
+    g = np.linspace(0, 1, 101)
+    g[30] = -4.0
+    errors = {"G_nodal_force_I_error": np.full(101, 0.25), "K_I_tip2": np.full(101, 3.0)}
+    path = write_result(tmp_path / "a.h5", complete() | errors | {"G_nodal_force_I": g}, g_ref=None, beam=None)
+    text, pictures = report(path)
+    assert re.search(r"G nodal force I \[J/m2\]\s+1 ± 0.25\s+0.95\d* ± 0.25\s+–\s+-4 ± 0.25\s+0.00036\s", text)
+    assert "error" not in text and re.search(r"K I tip2 \[J/m2\]\s+3\s+3\s", text) and len(pictures) == 2
+
+
+@pytest.mark.parametrize("rate, arguments, code, told", [
+    ("1e4", [], 0, True), ("1e4", ["--strict"], 1, True), ("0.0", [], 0, False), ("0.0", ["--strict"], 1, True)])
+def test_a_run_that_is_to_come_to_rest_and_does_not_is_named(script, tmp_path, rate, arguments, code, told):
+    path = set_scene(write_result(tmp_path / "a.h5", complete(), distance=0.07), f"&damping\n   rate = {rate}\n/\n")
+    result = script("report.py", path, "--dpi", 20, *arguments)
+    assert result.returncode == code and (f"{path}: not at rest" in result.stderr) == told
+    text = unescape((tmp_path / "a_report.html").read_text())
+    assert ("Not at rest: the last values differ" in text) == (rate != "0.0") and "distance from rest, relative" in text
+
+
 def test_default_name_and_no_display(program, tmp_path):
     path = write_result(tmp_path / "a.h5", complete())
     result = program("report.py", path)

@@ -44,3 +44,26 @@ def test_the_part_to_average(script, tmp_path):
     file = write_result(tmp_path / "a.h5", dcb())
     whole, end = (script("tabulate.py", file, "--part", part, "--csv").stdout for part in (1, 0.01))
     assert whole != end
+
+
+def test_estimated_errors_are_columns_beside_their_values(script, tmp_path):
+    errors = {"G_nodal_force_I_error": np.full(101, 0.01 * G_REF), "K_I_error": np.full(101, 0.5)}
+    files = [write_result(tmp_path / "a.h5", settled(1.25) | errors), write_result(tmp_path / "b.h5", settled(1.30))]
+    result = script("tabulate.py", *files, "--column", "G_*", "--column", "K_*", "--converged", 1.25, "--csv")
+    assert list(csv.reader(result.stdout.splitlines())) == [
+        ["file", "G_nodal_force_I", "[%]", "G_nodal_force_I_error", "K_I", "K_I_error"],
+        ["a", "1.25", "+0.00", "0.01", "7", "0.5"], ["b", "1.3", "+4.00", "-", "7", "-"]]
+    named = script("tabulate.py", files[0], "--column", "K_I_error", "--column", "K_I", "--csv")
+    assert named.stdout.splitlines() == ["file,K_I,K_I_error", "a,7,0.5"]
+
+
+def test_a_run_that_is_not_at_rest_is_named(script, tmp_path):
+    files = [write_result(tmp_path / f"{name}.h5", settled(1.0), distance=distance)
+             for name, distance in [("still", 0.009), ("moving", 0.034), ("unknown", None)]]
+    result = script("tabulate.py", *files)
+    line, = result.stderr.splitlines()
+    assert result.returncode == 0 and all(word in line for word in (str(files[1]), "0.034", "0.01", "warning"))
+    assert script("tabulate.py", *files, "--strict").returncode == 1
+    assert script("tabulate.py", files[0], files[2], "--strict").returncode == 0
+    result = script("tabulate.py", *files, "--strict", "--column", "time")  # which is no value at rest
+    assert (result.returncode, result.stderr) == (0, "")
