@@ -76,6 +76,13 @@ def plane_of(result, options):
     return plane.in_scene() if options.axes == "scene" else plane
 
 
+def crack_ends(plane, lower, upper):
+    """The tip of the crack, and its other tip or where it meets the edge of the material, whose corners are given [mm]."""
+    tip, edges = plane.tip * MM, np.where(plane.along > 0, lower, upper)
+    to_edge = min((tip[k] - edges[k]) / plane.along[k] for k in range(2) if plane.along[k])
+    return np.array([tip, tip - (plane.length * MM or to_edge) * plane.along])
+
+
 def axis_labels(plane):
     """What the coordinates of a picture are."""
     along_crack = "distance ahead of the crack tip [mm]", "height above the crack [mm]"

@@ -11,10 +11,8 @@ import argparse
 from frames import Frames
 from history import run
 from particle_fields import ParticleField
-from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, joined, survey
-from pictures import MM, add_picture_options, names, plt, positive, write
-
-import numpy as np
+from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, crack_ends, extent, joined, survey
+from pictures import add_picture_options, names, plt, positive, write
 
 TALLEST = 6.5  # height of a panel [inch]
 
@@ -88,17 +86,10 @@ def panels(count, size):
 def draw_crack(axes, plane, seen, scale):
     """The crack as a line up to its tip from its other tip, or from the edge of the material; with displacements enlarged, which
     open it, its tips alone."""
-    tip = plane.tip * MM
-    ends = np.array([tip, tip - (plane.length * MM or to_edge(plane, tip, seen)) * plane.along])
+    ends = crack_ends(plane, seen.lower, seen.upper)
     if scale == 1:
         axes.plot(*ends.T, color="black", linewidth=1.2, solid_capstyle="butt")
     axes.plot(*ends[:2 if plane.length > 0 else 1].T, "o", color="black", markersize=3)
-
-
-def to_edge(plane, tip, seen):
-    """Distance from the tip back along the crack to the edge of the material [mm]."""
-    edges = np.where(plane.along > 0, seen.lower, seen.upper)
-    return min((tip[k] - edges[k]) / plane.along[k] for k in range(2) if plane.along[k])
 
 
 if __name__ == "__main__":

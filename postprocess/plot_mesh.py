@@ -10,7 +10,7 @@ import argparse
 
 from frames import Frames, squares
 from history import ResultError, run
-from particle_pictures import add_axes_option, axis_labels, plane_of
+from particle_pictures import add_axes_option, axis_labels, crack_ends, plane_of
 from pictures import COLOURS, MM, add_picture_options, plt, positive, write
 
 import numpy as np
@@ -40,19 +40,19 @@ def parse(arguments):
 def draw(results, options):
     """The figure: a column for each result, R above the mesh where any has it."""
     views = [View(result, options) for result in results]
-    across = len(views)
-    if any(view.has_parameter for view in views):
-        figure, (upper, lower) = plt.subplots(2, across, figsize=(0.8 + 3.6 * across, 6.2), squeeze=False, sharey="row",
-                                              sharex=options.axes == "crack", height_ratios=(0.6, 1), layout="compressed")
-        upper[0].set_ylim(0, 1.1 * max(draw_parameter(axes, view, options.window) for axes, view in zip(upper, views)) or 1)
+    has_parameter = any(view.has_parameter for view in views)
+    is_shared = options.axes == "crack"  # in the scene tips are at different places
+    figure, axes = plt.subplots(1 + has_parameter, len(views), figsize=(0.8 + 3.6 * len(views), 4.2 + 2 * has_parameter),
+                                squeeze=False, sharex=is_shared, sharey="row" if is_shared else False,
+                                height_ratios=(0.6, 1)[-1 - has_parameter:], layout="compressed")
+    upper, lower = axes[0], axes[-1]
+    if has_parameter:
+        top = max(draw_parameter(panel, view, options.window) for panel, view in zip(upper, views))
+        for panel in upper:
+            panel.set_ylim(0, 1.1 * top or 1)
         upper[0].set_ylabel("mean $R$ of a cell [–]")
-        titled = upper
-    else:
-        figure, (lower,) = plt.subplots(1, across, figsize=(0.8 + 3.6 * across, 4.2), squeeze=False, sharey="row",
-                                        layout="compressed")
-        titled = lower
-    for axes, title, view in zip(lower, titled, views):
-        draw_mesh(axes, view, options.window)
+    for panel, title, view in zip(lower, upper, views):
+        draw_mesh(panel, view, options.window)
         title.set_title(view.heading(options.window))
     lower[0].set_ylabel(axis_labels(views[0].plane)[1])
     if options.title:
@@ -98,8 +98,8 @@ def draw_mesh(axes, view, window):
     plane, tip = view.plane, view.plane.tip * MM
     cells = plane.whole(view.corners[view.holds_material], MM)
     axes.add_collection(PolyCollection(cells, facecolors="white", edgecolors="0.25", linewidths=0.5))
-    axes.plot(*np.array([tip - (plane.length * MM or 2 * window) * plane.along, tip]).T, color=COLOURS[1], linewidth=1.8,
-              solid_capstyle="butt")
+    ends = crack_ends(plane, cells.min(axis=(0, 1)), cells.max(axis=(0, 1)))
+    axes.plot(*ends.T, color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
     axes.plot(*tip, "o", color=COLOURS[1], markersize=3.5)
     axes.set(xlim=(tip[0] - window, tip[0] + window), ylim=(tip[1] - window, tip[1] + window), box_aspect=1)
     axes.set_xlabel(axis_labels(plane)[0])

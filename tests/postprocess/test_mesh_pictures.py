@@ -76,9 +76,18 @@ def test_the_mesh_in_the_coordinates_of_the_scene(refined_result):
     assert (lower.get_xlim(), lower.get_ylim(), upper.get_xlim()) == ((42, 58), (-8, 8), (-8, 8))
     assert (lower.get_xlabel(), upper.get_xlabel()) == ("$x$ [mm]", "distance ahead of the crack tip [mm]")
     np.testing.assert_allclose(lower.lines[1].get_xydata(), [[50, 0]])
+    np.testing.assert_allclose(lower.lines[0].get_xydata(), [[50, 0], [0, 0]])  # the crack, up to the edge
     there, here = (np.array([path.vertices[:4] for path in axes.collections[0].get_paths()])
                    for axes in (lower, figure_of(refined_result).axes[1]))
     np.testing.assert_allclose(there, here + [50, 0], atol=1e-9)
+
+
+def test_each_tip_is_in_the_middle_in_the_coordinates_of_the_scene(refined_result, vertical_crack):
+    files = [str(refined_result), str(vertical_crack)]
+    figure = plot_mesh.draw([Frames(file) for file in files], plot_mesh.parse([*files, "--window", "3", "--axes", "scene"]))
+    limits = [(panel.get_xlim(), panel.get_ylim()) for panel in figure.axes[2:]]
+    np.testing.assert_allclose(limits, [[(47, 53), (-3, 3)], [(7, 13), (2, 8)]])
+    assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
 
 
 def test_title_names_time_and_levels(refined_result):
