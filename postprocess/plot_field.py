@@ -44,20 +44,24 @@ def draw(results, options):
     """The figure: a panel for each file and time."""
     views = [(result, number) for result in results for number in numbers(result, options)]
     fields = {result: ParticleField(result, options.field) for result in results}
-    seen = joined([survey(result, fields[result], [number], options) for result, number in views])
+    surveys = [survey(result, fields[result], [number], options) for result, number in views]
+    seen = joined(surveys)
     shades = colours(fields[results[0]], seen.values, options.log)
+    is_shared = not (options.window and options.axes == "scene")  # in the scene tips are at different places
     lower, upper = extent(seen, options.window, options.scale)
-    figure, axes = panels(len(views), upper - lower)
+    figure, axes = panels(len(views), upper - lower, is_shared)
     stems = dict(zip(results, names(results)))
-    for panel, (result, number) in zip(axes, views):
+    for panel, (result, number), own in zip(axes, views, surveys):
         canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
         if result.crack_plane():
             draw_crack(panel, canvas.plane, seen, options.scale)
+        lower, upper = extent(seen if is_shared else own, options.window, options.scale)
         panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
-        panel.label_outer()
+        if is_shared:
+            panel.label_outer()
     add_colour_bar(figure, axes, canvas)
     if options.title:
         figure.suptitle(options.title)
@@ -71,13 +75,14 @@ def numbers(result, options):
     return [result.number(snapshot) for snapshot in options.snapshot or [-1]]
 
 
-def panels(count, size):
-    """A figure with so many panels of this shape: below each other where they are flat, else up to three in a row."""
+def panels(count, size, is_shared):
+    """A figure with so many panels of this shape, which may share their axes: below each other where they are flat, else up to
+    three in a row."""
     across = 1 if size[1] < 0.5 * size[0] else min(count, 3)
     rows = -(-count // across)
     width = min({1: 7.0, 2: 4.4, 3: 3.6}[across], TALLEST * size[0] / size[1])
     figure, axes = plt.subplots(rows, across, figsize=(width * across + 1.4, (width * size[1] / size[0] + 0.4) * rows + 0.4),
-                                squeeze=False, sharex=True, sharey=True, layout="compressed")
+                                squeeze=False, sharex=is_shared, sharey=is_shared, layout="compressed")
     for axis in axes.flat[count:]:
         axis.set_visible(False)
     return figure, axes.flat[:count]

@@ -104,6 +104,11 @@ def test_a_picture_in_the_coordinates_of_the_scene(vertical_crack):
     np.testing.assert_allclose(middles(axes), turned, atol=1e-9)
 
 
+def test_each_window_is_around_its_tip(vertical_crack, refined_result):
+    *panels, _ = figure_of([vertical_crack, refined_result], "--axes", "scene", "--window", "4").axes
+    assert [(axes.get_xlim(), axes.get_ylim()) for axes in panels] == [((6, 14), (1, 9)), ((46, 54), (-4, 4))]
+
+
 def field_of(name, plane, law="a"):
     scene = Scene(f"&run\n   plane = '{plane}'\n/\n&body\n   material = '{law}'\n/\n{MATERIAL}{RUBBER}", "a.h5")
     return ParticleField(SimpleNamespace(scene=scene, path="a.h5"), name)
