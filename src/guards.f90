@@ -33,8 +33,8 @@ module hampm_guards
 
 contains
 
-   !> Fail where material is turned inside out, an energy is not a number or has grown without work. Add to `warning` where it has
-   !> grown less, and where a law, a frame or a mass matrix is used beyond what it is meant for.
+   !> Fail where material is turned inside out, an energy is not a number or has grown without work, by more than rounding can make.
+   !> Add to `warning` where it has grown less, and where a law, a frame or a mass matrix is used beyond what it is meant for.
    subroutine check_state(motion, measurements, warning, failure)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(in) :: measurements
@@ -60,7 +60,8 @@ contains
          call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(motion)// &
                              ' is no longer a number. Likely cause: the run is unstable; reduce &method courant'// &
                              other_scheme(motion))
-      else if (gain > largest_gain*max(measurements%largest_energy, measurements%initial_energy)) then
+      else if (gain > max(largest_gain*max(measurements%largest_energy, measurements%initial_energy), &
+                          measurements%rounding_energy)) then
          call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
                              liveliest(motion)//'. Likely cause: the run is unstable; reduce &method courant'// &
@@ -94,6 +95,7 @@ contains
       character(:), allocatable, intent(inout) :: warning
       if (gain <= noticed_gain*measurements%largest_inner_energy) return
       if (gain <= rounding*max(measurements%largest_energy, measurements%initial_energy)) return
+      if (gain <= measurements%rounding_energy) return
       call warn(now//gained//to_text(gain)//' J more than the loads have done work, more than a tenth of what the material '// &
                 'stores. Likely cause: the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion), &
                 gained, warning)

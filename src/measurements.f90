@@ -28,6 +28,7 @@ module hampm_measurements
    type :: measurements_t
       real(dp) :: initial_energy = 0             !! kinetic energy of the bodies at the start [J]
       real(dp) :: largest_energy = 0             !! largest of kinetic + strain energy and external work so far [J]
+      real(dp) :: rounding_energy = 0            !! below which energies are not told from rounding [J]
       real(dp) :: initial_angular_momentum = 0   !! angular momentum around the middle of mass at the start [kg m2/s]
       real(dp) :: largest_inner_energy = 0       !! the same, without kinetic energy of the motion as a whole [J]
       real(dp) :: kinetic_energy = 0             !! [J]
@@ -52,6 +53,7 @@ contains
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
       m%initial_energy = kinetic_energy(motion%particles)
+      m%rounding_energy = energy_of_rounding(scene)
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
       if (size(cracks%tips) > 0) call new_crack_values(scene, cracks%tips(1), m%crack)
       select case (scene%energy_release%reference)
@@ -64,6 +66,25 @@ contains
                                                           effective_modulus(motion%materials(1)), chi_foundation)
       end select
    end subroutine new_measurements
+
+   !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
+   !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which alone
+   !> stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
+   !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude.
+   pure real(dp) function energy_of_rounding(scene) result(energy)
+      type(scene_t), intent(in) :: scene
+      real(dp) :: force, largest_factor
+      integer :: k
+      force = 0
+      do k = 1, size(scene%loads)
+         associate (load => scene%loads(k))
+            largest_factor = 1
+            if (load%history == 'table') largest_factor = maxval(abs(load%factors))
+            force = force + norm2(load%force)*largest_factor
+         end associate
+      end do
+      energy = epsilon(energy)*force**2/(minval(scene%materials%young)*scene%run%thickness)
+   end function energy_of_rounding
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
    subroutine rebuild_extrapolation(motion, m, failure)
@@ -172,13 +193,15 @@ contains
       end associate
    end function energy_of_flight
 
-   !> What is missing in the energy balance, over the largest energy so far; without the audit it is the numerical loss [-].
+   !> What is missing in the energy balance, over the largest energy so far; without the audit it is the numerical loss [-]. Nothing
+   !> is where there is only rounding.
    pure real(dp) function energy_residual(motion, m) result(residual)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(in) :: m
       residual = 0
-      if (m%largest_energy > 0) residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy &
-                                            - motion%damping_loss - motion%numerical_loss)/m%largest_energy
+      if (m%largest_energy <= m%rounding_energy) return
+      residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
+                  - motion%numerical_loss)/m%largest_energy
    end function energy_residual
 
    !> Keep what rows of the history need of the rows before.

@@ -24,6 +24,16 @@ CRUSHED = """\
 &constraint lower = 0, 0 upper = 0, 1 fix = 'xy' /
 &load kind = 'body' lower = 0, 0 upper = 1, 1 force = -1e9, 0 /
 """
+CANCELLED = """\
+&run end_time = 2e-4 thickness = 0.01 /
+&grid lower = -0.01, -0.04 cell = 2.5e-3 cells = 48, 32 /
+&material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'a' lower = 0.0003, -0.03 upper = 0.1, 0.03 /
+&load kind = 'traction' lower = 0.0003, -0.03 upper = 0.0403, -0.03 force = 0, 1e3 /
+&load kind = 'traction' lower = 0.0003, -0.03 upper = 0.0403, -0.03 force = 0, -333.3 /
+&load kind = 'traction' lower = 0.0003, -0.03 upper = 0.0403, -0.03 force = 0, -666.7 /
+&output file = 'none.h5' history_interval = 1e-6 /
+"""
 WHEN = r"hampm: step \d+, t = \S+ s: "
 PLACE = r"\(\S+, \S+\) m"
 
@@ -111,3 +121,12 @@ def test_a_namelist_that_is_not_there(hampm):
 def test_a_scene_with_a_mistake_writes_nothing(dcb, tmp_path):
     assert dcb("--set", "material.young=-1").returncode == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_loads_that_cancel_leave_rounding_which_is_not_judged(hampm, tmp_path):
+    """The exact answer is that nothing happens: what is left of 1000 N is some 1e-13 N, and no sign of an unstable run."""
+    (tmp_path / "none.nml").write_text(CANCELLED)
+    result = hampm("none.nml", "--quiet")
+    assert (result.returncode, result.stderr) == (0, "")
+    stored = History(tmp_path / "none.h5").columns["strain_energy"]
+    assert 0 < stored.max() < 1e-30, "rounding, of a square of 1e-13 N"
