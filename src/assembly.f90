@@ -5,7 +5,7 @@ module hampm_assembly
    use hampm_bodies, only: points_along, fill_rectangle
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
-                                    domain_radii
+                                    domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
    use hampm_explicit, only: explicit_t
@@ -238,7 +238,8 @@ contains
                call load_on_particles(m%particles, spec%lower, spec%upper, load)
             else
                associate (points => load_points(spec, scene))
-                  call load_on_points(m%particles, m%grid, m%blocks, points, (spec%upper - spec%lower)/(2*size(points, 2)), load)
+                  call load_on_points(m%particles, m%grid, m%blocks, points, (spec%upper - spec%lower)/(2*size(points, 2)), load, &
+                                      face_normal(scene, spec))
                end associate
             end if
             if (size(load%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &

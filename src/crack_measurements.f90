@@ -2,11 +2,12 @@
 module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
-   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
+   use hampm_loads, only: place_loads, force_at_node
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
@@ -49,11 +50,15 @@ contains
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure
       type(nodal_state_t) :: state
+      real(dp) :: applied(ndim, 2)               ! force on the tip node from the tractions on each face [N]
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release)
          if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
          if (failure%failed()) return
+         call place_loads(motion%loads, grid, p)
          if (chosen%nodal_force) then
-            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness)
+            applied(:, upper) = force_at_node(motion%loads, motion%time, grid, p, tip%nodes%tip, tip%axis(:, 2))
+            applied(:, lower) = force_at_node(motion%loads, motion%time, grid, p, tip%nodes%tip, -tip%axis(:, 2))
+            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness, applied)
             call keep_first(values%nodal_force, first_g)
          end if
          if (chosen%stress_closure) then
@@ -157,7 +162,8 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
-      call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, values%j, k)
+      call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, values%j, k, &
+                            motion%loads, motion%time)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
    end subroutine measure_domain

@@ -68,8 +68,8 @@ contains
    end subroutine new_measurements
 
    !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
-   !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which alone
-   !> stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
+   !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which
+   !> alone stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
    !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude.
    pure real(dp) function energy_of_rounding(scene) result(energy)
       type(scene_t), intent(in) :: scene

@@ -93,15 +93,20 @@ contains
    !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
    !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
    !> and the sliding.
-   pure function nodal_force_closure(tip, grid, p, blocks, materials, thickness) result(g)
+   !>
+   !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
+   !> opens it, brings as much to the tip node as that behind. With it G is that of the same crack without tractions on it that a
+   !> uniform stress opens, as superposition has it.
+   pure function nodal_force_closure(tip, grid, p, blocks, materials, thickness, applied) result(g)
       type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: thickness          !! [m]
+      real(dp), intent(in) :: applied(ndim, 2)   !! force of the tractions on each face on the tip node [N]
       real(dp) :: g(modes)
-      g = abs(matmul(transmitted_force(tip, grid, p, blocks, materials), tip%axis(:, [2, 1]))) &
+      g = abs(matmul(transmitted_force(tip, grid, p, blocks, materials, 2*applied), tip%axis(:, [2, 1]))) &
           *crack_opening(tip, tip%nodes%behind, grid, p, blocks)/(2*tip%nodes%spacing*thickness)
    end function nodal_force_closure
 
@@ -110,12 +115,14 @@ contains
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
    !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
    !> reaction of the constraint, opposite to the internal force.
-   pure function transmitted_force(tip, grid, p, blocks, materials) result(force)
+   !> What acts on the node from outside is counted with the internal force of its side.
+   pure function transmitted_force(tip, grid, p, blocks, materials, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: applied(ndim, 2)   !! force from outside on the part of each face [N]
       real(dp) :: force(ndim)
       type(patch_t) :: patch
       real(dp) :: f(ndim, 2), mass(2)
@@ -125,7 +132,7 @@ contains
       do k = 1, 2
          if (.not. tip%face(k)) cycle
          call patch_around(grid, p, blocks, tip%nodes%tip, patch, toward=(3 - 2*k)*tip%axis(:, 2))
-         f(:, k) = internal_force(patch, p, materials)
+         f(:, k) = internal_force(patch, p, materials) + applied(:, k)
          mass(k) = patch_mass(patch, p)
       end do
       if (tip%is_half()) then

@@ -7,6 +7,7 @@ module hampm_domain_integral
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
    use hampm_grid, only: grid_t
+   use hampm_loads, only: load_t
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_node_list, only: node_list_t
@@ -24,7 +25,7 @@ module hampm_domain_integral
    !> measurements, `bench/effective_tip.py` makes them.
    real(dp), parameter :: setback(modes) = [0.20_dp, 0.31_dp]
 
-   !> The tip of a straight crack whose faces carry nothing but the pressure on each other, and the discs around it.
+   !> The tip of a straight crack, and the discs around it.
    type :: tip_domain_t
       real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
       real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body
@@ -53,14 +54,15 @@ contains
 
    !> J, and K_I and K_II, of each disc:
    !>
-   !>    J = (1/B) sum_p V { P_iJ w_i q,J - (W + rho v**2/2) q,1 + (rho d_i w_i - rho v_i v_i,1) q },   w = u,1 - c,
-   !>    K = E'/(2 B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_pairs F [a_2],1 q ],
+   !>    J = (1/B) [ sum_p V { P_iJ w_i q,J - (W + rho v**2/2) q,1 + (rho d_i w_i - rho v_i v_i,1) q } - sum_points f_i w_i q ],
+   !>    K = E'/(2 B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_pairs F [a_2],1 q
+   !>                   - sum_points f_i a_i,1 q ],   w = u,1 - c,
    !>
    !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode, [a_2] its opening
-   !> and F the force with which the faces press on each other. J holds for any elastic law (Nakamura, Shih & Freund 1985), K for
-   !> small strain (Yau, Wang & Corten 1980). The constant c has no part in the integrals, but takes the rotation of the disc out
-   !> of the errors of the sums.
-   pure subroutine domain_integrals(domain, grid, p, blocks, materials, state, j, k)
+   !> F the force with which the faces press on each other, and f that of the tractions on them at a point. J holds for any
+   !> elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in the
+   !> integrals, but takes the rotation of the disc out of the errors of the sums.
+   pure subroutine domain_integrals(domain, grid, p, blocks, materials, state, j, k, loads, time)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -69,6 +71,8 @@ contains
       type(nodal_state_t), intent(in) :: state   !! of these particles
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
+      type(load_t), intent(in), optional :: loads(:)  !! at their places in the grid; those that reach into a disc are on the faces
+      real(dp), intent(in), optional :: time     !! of the loads [s]
       real(dp), allocatable :: q(:, :)
       integer, allocatable :: elements(:)
       real(dp) :: at_corner(size(domain%radius), corners), c(ndim)
@@ -90,6 +94,12 @@ contains
          end associate
       end do
       if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
+      if (present(loads)) then
+         do n = 1, size(loads)
+            if (loads(n)%by_mass) cycle
+            call add_loaded_faces(domain, p, blocks, loads(n), loads(n)%history%factor(time), q, c, j, k)
+         end do
+      end if
       j = j/domain%thickness
       k = k*effective_modulus(domain%material)/(2*domain%thickness)
       if (domain%half) then
@@ -254,6 +264,84 @@ contains
       end do
       k(1, :) = k(1, :) + max(at_tip, 0.0_dp)
    end subroutine add_pressed_faces
+
+   !> Add what the tractions of a load on the faces contribute to both integrals.
+   pure subroutine add_loaded_faces(domain, p, blocks, load, factor, q, c, j, k)
+      type(tip_domain_t), intent(in) :: domain
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(load_t), intent(in) :: load
+      real(dp), intent(in) :: factor             !! of the load [-]
+      real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
+      real(dp), intent(in) :: c(ndim)
+      real(dp), intent(inout) :: j(:), k(:, :)
+      real(dp) :: axes(ndim, ndim), force(ndim), x(ndim), side, at_point(size(j))
+      integer :: n, mode
+      axes = frame_along(domain%direction)
+      do n = 1, size(load%host)
+         associate (host => load%host(n))
+            at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
+            if (.not. any(abs(at_point) > 0)) cycle
+            force = matmul(load%fraction(n)*factor*load%force, axes)
+            x = matmul(p%place_in_grid(host) - domain%tip, axes)
+            side = sign(1.0_dp, x(2))
+            j = j - dot_product(force, matmul(slope_at_face(domain, p, blocks, host, load%offset(:, n)), axes) - c)*at_point
+            x = matmul(p%place_in_grid(host) + load%offset(:, n) - domain%tip, axes)
+            do mode = 1, modes
+               k(mode, :) = k(mode, :) - force(3 - mode)*side*at_point &
+                                         *mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n)))
+            end do
+         end associate
+      end do
+   end subroutine add_loaded_faces
+
+   !> u,1 on a face, beside a particle [-]. In a cell it is linear in the distance from the line of the crack, and is continued from
+   !> the particles of the cell by least squares: near the tip that of the nearest particle would be off by a constant part.
+   pure function slope_at_face(domain, p, blocks, host, offset) result(slope)
+      type(tip_domain_t), intent(in) :: domain
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: host
+      real(dp), intent(in) :: offset(ndim)       !! of the face from the particle [m]
+      real(dp) :: slope(ndim)
+      real(dp) :: normal(ndim), y, mean_y, mean(ndim), moment(ndim), spread_y
+      integer :: i, n
+      normal = [-domain%direction(2), domain%direction(1)]
+      associate (first => blocks%first_in(p%cell(host)), last => blocks%last_in(p%cell(host)), &
+                 stride => blocks%stride_in(p%cell(host)))
+         n = blocks%count_in(p%cell(host))
+         mean_y = 0
+         mean = 0
+         do i = first, last, stride
+            mean_y = mean_y + dot_product(p%reference(i, :) - p%reference(host, :), normal)/n
+            mean = mean + matmul(p%gradient(i, :, :), domain%direction)/n
+         end do
+         moment = 0
+         spread_y = 0
+         do i = first, last, stride
+            y = dot_product(p%reference(i, :) - p%reference(host, :), normal) - mean_y
+            moment = moment + y*matmul(p%gradient(i, :, :), domain%direction)
+            spread_y = spread_y + y**2
+         end do
+      end associate
+      slope = mean
+      y = dot_product(offset, normal)
+      if (spread_y > y**2) slope = mean + moment/spread_y*(y - mean_y)
+   end function slope_at_face
+
+   !> Mean of a,1 over a segment of the upper face, its component across the crack in mode I and along it in mode II: that of a face
+   !> is half of the opening or the sliding, which have the same size [1/(Pa sqrt(m))].
+   pure real(dp) function mean_slope_of_face(domain, mode, r, half) result(mean)
+      type(tip_domain_t), intent(in) :: domain
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: r                  !! distance of its middle behind the tip [m]
+      real(dp), intent(in) :: half               !! half of its length [m]
+      real(dp) :: near, far
+      near = max(r - half - setback(mode)*domain%cell, 0.0_dp)
+      far = max(r + half - setback(mode)*domain%cell, 0.0_dp)
+      mean = 0
+      if (half > 0) mean = -(tip_opening(domain%material, far) - tip_opening(domain%material, near))/(4*half)
+   end function mean_slope_of_face
 
    !> Mean of the slope of the opening of unit K_I around a place at the distance r behind the tip, weighted by the shape function
    !> of a node there: the second difference of the integral of the opening, 2/3 x opening(x), over cell**2 [1/(Pa sqrt(m))].

@@ -16,7 +16,7 @@ module hampm_loads
    implicit none
    private
    public :: load_t, load_on_points, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
-             book_work_late, keep_loads
+             book_work_late, force_at_node, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -39,21 +39,25 @@ module hampm_loads
 contains
 
    !> A load shared equally by the material places `points`, each hosted by the nearest particle and the middle of a segment that
-   !> reaches by `half` to both sides.
-   subroutine load_on_points(p, grid, blocks, points, half, load)
+   !> reaches by `half` to both sides. On the line of a crack `toward` tells at which face.
+   subroutine load_on_points(p, grid, blocks, points, half, load, toward)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
       real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
       type(load_t), intent(inout) :: load
+      real(dp), intent(in), optional :: toward(ndim)  !! unit vector from the crack into the material; 0 elsewhere
+      real(dp) :: aside(ndim)                    ! to where the host is looked for: nearer to those of a side than to all others [m]
       integer :: k, n
       n = size(points, 2)
+      aside = 0
+      if (present(toward)) aside = 0.5_dp*minval(p%spacing)*toward
       allocate (load%fraction(n), source=1/real(n, dp))
       allocate (load%host(n), load%offset(ndim, n))
       allocate (load%half(ndim, n), source=spread(half, 2, n))
       do k = 1, n
-         load%host(k) = nearest_particle(p, grid, blocks, points(:, k))
+         load%host(k) = nearest_particle(p, grid, blocks, points(:, k) + aside)
          load%offset(:, k) = points(:, k) - p%reference(load%host(k), :)
       end do
    end subroutine load_on_points
@@ -100,6 +104,29 @@ contains
          end associate
       end do
    end subroutine place_loads
+
+   !> Force at a time of the tractions on the material at one side of a node, in the direction `toward`, that goes to this node [N].
+   pure function force_at_node(loads, time, grid, p, node, toward) result(force)
+      type(load_t), intent(in) :: loads(:)       !! where `place_loads` has found them
+      real(dp), intent(in) :: time               !! [s]
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: node
+      real(dp), intent(in) :: toward(ndim)
+      real(dp) :: force(ndim)
+      integer :: l, k
+      force = 0
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            do k = 1, size(load%host)
+               if (.not. (any(load%node(:, k) == node) .and. any(abs(load%half(:, k)) > 0))) cycle
+               if (dot_product(p%place_in_grid(load%host(k)) - grid%node_position(:, node), toward) <= 0) cycle
+               force = force + load%history%factor(time)*load%fraction(k)*load%force &
+                               *sum(load%shape(:, k), mask=load%node(:, k) == node)
+            end do
+         end associate
+      end do
+   end function force_at_node
 
    !> Add the loads at a time, where `place_loads` has found them, to the nodal `force` [N].
    pure subroutine add_loads(loads, time, force)

@@ -1,7 +1,7 @@
 !> Whether the crack lies where a crack can be, and whether the energy release rate asked for is defined.
 module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered
+   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered, is_on_crack
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: tolerance, upper_corner, nearest_node, within, overlap, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
@@ -163,12 +163,26 @@ contains
             call check_radii(scene, settings, entry, mistakes)
          end if
       end if
+      if (scene%energy_release%stress_closure .and. has_geometry .and. any_on_faces(scene)) &
+         call settings%complain(mistakes, entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
+                                'of the crack; use ''nodal_force'' or ''domain_integral''')
       if (.not. settings%good(entry, 'reference')) return
       if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, entry, mistakes)
       if (scene%energy_release%reference == 'value' .and. settings%good(entry, 'reference_value') &
           .and. scene%energy_release%reference_value <= 0) call settings%complain(mistakes, entry, 'reference_value', &
          'must be in (0, inf) [J/m2] for reference = ''value''')
    end subroutine check_energy_release
+
+   !> Whether a traction acts on a face of the crack.
+   pure logical function any_on_faces(scene) result(any_on)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      any_on = .false.
+      do i = 1, size(scene%loads)
+         if (scene%loads(i)%kind == 'traction') &
+            any_on = any_on .or. is_on_crack(scene, scene%loads(i)%lower, scene%loads(i)%upper)
+      end do
+   end function any_on_faces
 
    !> The domains of the integral are full of one material, with nothing but the crack in them, and have cells enough.
    pure subroutine check_radii(scene, settings, entry, mistakes)
@@ -199,7 +213,8 @@ contains
       if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
          call settings%complain(mistakes, entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two '// &
                                 'of the finest cells at least, and around the tip nothing within them but material and this '// &
-                                'crack, neither point load nor traction, and no constraint but that of the symmetry plane')
+                                'crack, neither point load nor traction but on its faces, and no constraint but that of '// &
+                                'the symmetry plane')
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
             if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid)) .and. &

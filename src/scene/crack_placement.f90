@@ -3,11 +3,11 @@
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_placement, only: tolerance, within
-   use hampm_scene, only: scene_t
+   use hampm_scene, only: scene_t, load_spec_t
    implicit none
    private
    public :: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, largest_radius, &
-             least_radius, domain_radii, is_covered
+             least_radius, domain_radii, is_covered, is_on_crack, face_normal
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -102,8 +102,8 @@ contains
       covered = area >= wanted - 4*radius*tolerance(scene%grid)
    end function is_covered
 
-   !> The largest radius around a tip within which there are only material and the crack, and no load on a surface and no
-   !> constraint but those of the symmetry plane [m]; 0 where there is none.
+   !> The largest radius around a tip within which there are only material and the crack, and no point load, no load on
+   !> another surface than its faces and no constraint but those of the symmetry plane [m]; 0 where there is none.
    pure real(dp) function largest_radius(scene, tip) result(radius)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: tip(ndim)
@@ -141,7 +141,34 @@ contains
       end do
    end function covered_radius
 
-   !> Distance of a tip from the nearest load on a surface or at a point [m]; huge where there is none.
+   !> Whether a box is a part of the crack's line, from its mouth or its other tip to its tip.
+   pure logical function is_on_crack(scene, lower, upper) result(on)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! [m]
+      real(dp) :: start(ndim), length
+      on = .false.
+      if (.not. scene%crack%present) return
+      associate (spec => scene%crack)
+         length = distance_to_mouth(scene)
+         if (has_two_tips(scene)) length = spec%length
+         start = spec%tip - length*spec%direction
+         on = within(lower, upper, min(start, spec%tip), max(start, spec%tip), tolerance(scene%grid))
+      end associate
+   end function is_on_crack
+
+   !> Unit vector from the crack's line into the material at the face of a load; 0 where it names none.
+   pure function face_normal(scene, load) result(normal)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: load
+      real(dp) :: normal(ndim)
+      normal = 0
+      associate (direction => scene%crack%direction)
+         if (load%face == 'left') normal = [-direction(2), direction(1)]
+         if (load%face == 'right') normal = [direction(2), -direction(1)]
+      end associate
+   end function face_normal
+
+   !> Distance of a tip from the nearest point load, or load on a surface but the faces of the crack [m]; huge where there is none.
    pure real(dp) function distance_to_loads(scene, tip) result(distance)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: tip(ndim)
@@ -149,6 +176,7 @@ contains
       distance = huge(distance)
       do i = 1, size(scene%loads)
          if (scene%loads(i)%kind == 'body') cycle
+         if (scene%loads(i)%kind == 'traction' .and. is_on_crack(scene, scene%loads(i)%lower, scene%loads(i)%upper)) cycle
          distance = min(distance, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
       end do
    end function distance_to_loads

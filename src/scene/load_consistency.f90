@@ -2,6 +2,7 @@
 module hampm_load_consistency
    use hampm_joints, only: holds_material
    use hampm_kinds, only: dp
+   use hampm_crack_placement, only: is_on_crack
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: tolerance, within, overlap, nodes_touched, on_face, point_text
    use hampm_scene, only: scene_t, load_spec_t
@@ -83,10 +84,12 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: tol
-      logical :: found
+      logical :: found, misses
       integer :: i
       tol = tolerance(scene%grid)
-      found = .false.
+      call check_face(scene, load, entry, settings, mistakes, misses)
+      if (misses) return
+      found = load%face /= 'none'
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i))
             select case (load%kind)
@@ -116,6 +119,38 @@ contains
                                 ' must lie on one edge of a body: a traction acts on an edge')
       end if
    end subroutine check_place
+
+   !> Look whether a load misses the face of a crack: a face is one of a crack of kind 'line', and what acts on the line of such a
+   !> crack needs to say on which.
+   pure subroutine check_face(scene, load, entry, settings, mistakes, misses)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: entry
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      logical, intent(out) :: misses
+      logical :: has_faces, on_crack
+      integer :: crack
+      misses = .false.
+      if (.not. settings%good(entry, 'face')) return
+      crack = settings%find('crack', 1)
+      has_faces = scene%crack%present
+      if (has_faces) has_faces = scene%crack%kind == 'line' .and. settings%good(crack, 'tip') .and. &
+                                 settings%good(crack, 'direction') .and. settings%good(crack, 'length') .and. &
+                                 count(abs(scene%crack%direction) > 0) == 1
+      on_crack = .false.
+      if (has_faces .and. load%kind /= 'body') on_crack = is_on_crack(scene, load%lower, load%upper)
+      misses = on_crack .neqv. load%face /= 'none'
+      if (.not. misses .or. (scene%crack%kind == 'line' .and. .not. has_faces)) then
+         misses = .false.
+      else if (on_crack) then
+         call settings%complain(mistakes, entry, 'face', 'must be ''left'' or ''right'': the load is on the line of the crack, '// &
+                                'which has two faces there')
+      else
+         call settings%complain(mistakes, entry, 'face', 'must be ''none'' but for a point or traction on the line of a '// &
+                                'crack of kind = ''line'', between its mouth or other tip and its tip')
+      end if
+   end subroutine check_face
 
    !> A history needs the keys that belong to it.
    pure subroutine check_history(load, entry, settings, mistakes)

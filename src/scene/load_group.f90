@@ -22,6 +22,8 @@ module hampm_load_group
             any_number, 'upper corner of where it acts, for a point equal to the lower one'), &
       key_t('load', 'force', type_real, ndim, ndim, must, '', '0.0, 1.0', 'N', &
             any_number, 'resultant of the whole load where its factor is 1'), &
+      key_t('load', 'face', type_name, 1, 1, may, 'none', '', '', &
+            'none|left|right', 'of a point or traction on a crack of kind line: its face, as one looks towards the tip'), &
       key_t('load', 'history', type_name, 1, 1, may, 'step', '', '', &
             'step|ramp|sine|table', &
             'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
@@ -42,6 +44,7 @@ module hampm_load_group
       real(dp) :: lower(ndim) = 0                !! [m]
       real(dp) :: upper(ndim) = 0                !! [m]
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
+      character(name_len) :: face = ''           !! of a crack: 'none', 'left' or 'right'
       character(name_len) :: history = ''        !! 'step', 'ramp', 'sine' or 'table'
       real(dp) :: start = 0                      !! time at which it begins [s]
       real(dp) :: rise_time = 0                  !! of a ramp [s]
@@ -72,6 +75,7 @@ contains
       load%lower = settings%vector(entry, 'lower')
       load%upper = settings%vector(entry, 'upper')
       load%force = settings%vector(entry, 'force')
+      load%face = settings%text(entry, 'face')
       load%history = settings%text(entry, 'history')
       load%start = settings%number(entry, 'start')
       load%rise_time = settings%number(entry, 'rise_time')

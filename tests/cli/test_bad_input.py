@@ -309,7 +309,7 @@ def test_loads_and_constraints_stay_out_of_the_domains(hampm, tmp_path, group, m
     (tmp_path / "case.nml").write_text(LINE + group)
     result = hampm("case.nml")
     assert_refused(result, 2, f"&energy_release {RADII}: must be in [0.0025, {most}] [m]",
-                   "neither point load nor traction, and no constraint but that of the symmetry plane")
+                   "neither point load nor traction but on its faces, and no constraint but that of the symmetry plane")
     assert len(result.stderr.splitlines()) == 1
     (tmp_path / "case.nml").write_text(changed((RADII, f"radii = 4e-3, {most}"), scene=LINE) + group)
     assert hampm("case.nml", "--check").returncode == 0

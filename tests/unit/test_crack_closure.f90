@@ -21,6 +21,8 @@ program test_crack_closure
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    implicit none
 
+   real(dp), parameter :: none(ndim, 2) = 0      !! force of tractions on the tip node [N]
+
    real(dp), parameter :: cell = 0.25_dp, young = 50.0_dp, poisson = 0.3_dp
    integer :: points
 
@@ -149,7 +151,7 @@ contains
             opening = crack_opening(tip, tip%nodes%behind, m%grid, p, m%blocks)
             call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
             p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
-            g_force = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness)
+            g_force = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness, none)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
@@ -197,7 +199,7 @@ contains
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'opening and sliding are those of the faces')
          opening = crack_opening(tip, tip%nodes%mouth, m%grid, p, m%blocks)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'so are those at the mouth')
-         g = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness)
+         g = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness, none)
          call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'nodal force closure of both modes')
          call start(m, 'musl')
          call refresh_grid(m)
