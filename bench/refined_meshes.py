@@ -39,9 +39,9 @@ class Beam:
     def __init__(self, program):
         self.program = program
 
-    def __call__(self, settings):
-        """Run; return user time [s]."""
-        return self.program(CASE, ["output.file=adaptive.h5", *settings])[0]
+    def __call__(self, settings, forced=None):
+        """Run, with the courant number `forced` whatever the limit; return user time [s]."""
+        return self.program(CASE, ["output.file=adaptive.h5", *settings], forced)[0]
 
     def history(self, settings):
         """Run; return the columns of the history and its attributes."""
@@ -53,8 +53,8 @@ class Beam:
     def steps(self, settings, finest, courant, steps):
         """Run a number of steps without damping, `finest` being the smallest cell in mm; return user time [s]."""
         end = steps * courant * finest * 1e-3 / SHEAR_SPEED
-        return self([*settings, "damping.rate=0", f"method.courant={courant}", f"run.end_time={end}",
-                     f"output.history_interval={end / 20}"])
+        return self([*settings, "damping.rate=0", "method.courant=0", f"run.end_time={end}",
+                     f"output.history_interval={end / 20}"], courant)
 
 
 # --- cost -----------------------------------------------------------------------------------------------------------

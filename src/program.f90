@@ -18,7 +18,7 @@ module hampm_program
    use hampm_version, only: version
    implicit none
    private
-   public :: act, print_message
+   public :: act, run_and_report, print_message
 
 contains
 

@@ -20,7 +20,6 @@ module hampm_consistency
    real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
    real(dp), parameter :: furthest = 1e9_dp         !! from the origin [cells]
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
-   real(dp), parameter :: most_local_courant = 0.55_dp !! for time steps that differ, by the shear wave speed
    real(dp), parameter :: most_samples = 1e8_dp     !! of a history
 
 contains
@@ -69,8 +68,7 @@ contains
       end select
    end subroutine check_mass
 
-   !> Time steps that fit the size of the cells are there for one scheme, with forces that act between no cells but neighbours,
-   !> and up to a length for which they are stable.
+   !> Time steps that fit the size of the cells are there for one scheme, with forces that act between no cells but neighbours.
    pure subroutine check_time_steps(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
@@ -87,10 +85,6 @@ contains
       if (scene%energy_release%energy_balance) &
          call settings%complain(mistakes, entry, key, 'needs estimators of &energy_release other than ''energy_balance'': '// &
                                 'with ''local'' the loss of the method is not known')
-      if (settings%good(entry, 'courant') .and. scene%method%wave_speed == 'shear' &
-          .and. scene%method%courant > most_local_courant) &
-         call settings%complain(mistakes, entry, 'courant', 'must be in [0, '//to_text(most_local_courant)// &
-                                '] for time_steps = ''local'' to be stable')
    end subroutine check_time_steps
 
    !> The box in which a partial mass matrix is full has cells in it.

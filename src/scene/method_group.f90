@@ -16,7 +16,7 @@ module hampm_method_group
             'usf|usl|usavg|musl', &
             'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
       key_t('method', 'courant', type_real, 1, 1, may, '0.0', '', '', &
-            '[0, 10]', 'time step over cell size / wave speed; 0: 0.1, but 0.05 for full, partial in the updated frame'), &
+            '[0, 10]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
       key_t('method', 'wave_speed', type_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed courant refers to'), &
       key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &

@@ -9,6 +9,7 @@ module hampm_reading
    use hampm_overrides, only: override
    use hampm_scene, only: scene_t, fill_scene
    use hampm_settings, only: settings_t
+   use hampm_stability_consistency, only: choose_courant
    use hampm_text, only: string_t
    use hampm_validation, only: validate
    use hampm_values, only: least_magnitude
@@ -47,6 +48,7 @@ contains
       call validate(settings, mistakes)
       call resolve(settings)
       call fill_scene(settings, scene)
+      call choose_courant(scene, settings)
       call check_consistency(scene, settings, mistakes)
       call mistakes%tell(failure)
       if (.not. failure%failed()) scene%as_used = canonical_text(settings)
@@ -56,20 +58,14 @@ contains
    pure subroutine resolve(settings)
       type(settings_t), intent(inout) :: settings
       real(dp) :: direction(ndim)
-      integer :: run, method, output, crack
+      integer :: run, output, crack
       run = settings%find('run', 1)
-      method = settings%find('method', 1)
       output = settings%find('output', 1)
       crack = settings%find('crack', 1)
       if (.not. settings%given(output, 'file')) call settings%set_text(output, 'file', result_file(settings%file))
       if (settings%good(output, 'history_interval') .and. settings%good(run, 'end_time')) then
          if (settings%number(output, 'history_interval') <= 0) &
             call settings%set_numbers(output, 'history_interval', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
-      end if
-      if (settings%good(method, 'courant')) then
-         if (settings%number(method, 'courant') <= 0) &
-            call settings%set_numbers(method, 'courant', &
-                                      [safe_courant(settings%text(method, 'frame'), settings%text(method, 'mass'))])
       end if
       if (settings%good(crack, 'direction')) then
          direction = settings%numbers(crack, 'direction')
@@ -78,13 +74,6 @@ contains
          call settings%set_numbers(crack, 'direction', direction)
       end if
    end subroutine resolve
-
-   !> Courant number that is stable also for free edges that cross cells, see docs/mass.md.
-   pure real(dp) function safe_courant(frame, mass)
-      character(*), intent(in) :: frame, mass
-      safe_courant = 0.1_dp
-      if (frame == 'updated' .and. (mass == 'full' .or. mass == 'partial')) safe_courant = 0.05_dp
-   end function safe_courant
 
    !> Name of the result file of a namelist file: without folder, `.h5` instead of its ending.
    pure function result_file(path) result(name)

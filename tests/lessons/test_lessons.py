@@ -53,6 +53,7 @@ class Lesson:
             (folder / item).symlink_to(ROOT / item)
         (folder / "build/release").mkdir(parents=True)
         (folder / "build/release/hampm").symlink_to(PROGRAM)
+        (folder / "build/release/forced_step").symlink_to(PROGRAM.with_name("forced_step"))
         self.blocks = [self._run(*block) for block in blocks(self.text)]
         for key, value in self.checks.pop("let", {}).items():
             self.names[key] = self.value(value)

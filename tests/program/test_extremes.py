@@ -19,18 +19,15 @@ def runner(tmp_path):
 
 
 @pytest.mark.parametrize(("poisson", "wave", "mass", "outcome"), [
-    (0.4999, "shear", "lumped", "refused"), (0.4999, "dilatational", "lumped", "stable"), (0.49, "shear", "lumped", "stable"),
-    (0.48, "shear", "full", "stopped")])
+    (0.4999, "shear", "lumped", "stable"), (0.4999, "dilatational", "lumped", "stable"), (0.48, "shear", "full", "stable"),
+    (0.49, "shear", "fmpm 4", "stable")])
 def test_nearly_incompressible_material(runner, poisson, wave, mass, outcome):
     text, exact = scenes.settled_block(poisson, "strain", mass, {"wave_speed": f"'{wave}'", "frame": "'total'"})
     cell = runner.judge("", text, "", 1e-4, lambda h: scenes.static_error(exact, h))
     assert cell.outcome == outcome, cell
-    if outcome == "refused":
-        assert re.search(r"&method courant = 0.0 \(default\): must be at most 0.028\d*, not 0.1, with", cell.message)
-        assert "use wave_speed = 'dilatational'" in cell.message
 
 
-@pytest.mark.parametrize(("courant", "outcome"), [(0.3, "stable"), (1.8, "stopped"), (2.01, "refused")])
+@pytest.mark.parametrize(("courant", "outcome"), [(0.3, "stable"), (1.8, "refused")])
 @pytest.mark.parametrize("scheme", ["musl", "usf", "usavg"])
 def test_time_steps_up_to_the_limit_and_beyond(runner, courant, outcome, scheme):
     text = scenes.bar(8, scenes.method_of(scheme=scheme, courant=courant), 320.0)

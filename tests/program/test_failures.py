@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from history import History
-from paths import DEBUG_PROGRAM, PROGRAM
+from paths import COARSE_DCB, DEBUG_PROGRAM, PROGRAM
 
-UNSTABLE = "--set", "method.courant=1.15", "--set", "output.history_interval=1e-5", "--set", "damping.rate=0"
+UNSTABLE = *COARSE_DCB, "--set", "output.history_interval=1e-5", "--set", "damping.rate=0"
 FLYING = """\
 &run end_time = 1e-3 /
 &grid cell = 1.0 cells = 4, 2 /
@@ -63,17 +63,17 @@ def assert_failed(result, path, *patterns):
 
 @builds
 @pytest.mark.parametrize("scheme", ["musl", "usavg", "usf", "usl"])
-def test_an_unstable_run(dcb, tmp_path, program, scheme):
-    result = dcb(*UNSTABLE, "--set", f"method.scheme={scheme}", program=program)
+def test_an_unstable_run(hampm, tmp_path, program, scheme):
+    result = hampm("1.15", *UNSTABLE, "--set", f"method.scheme={scheme}", program=program.with_name("forced_step"))
     assert_failed(result, tmp_path / "dcb.h5", PLACE, "Likely cause: .*run is unstable.* &method courant")
 
 
 @builds
 @pytest.mark.parametrize("indicator", ["gradient", "zz", "tip"])
-def test_an_unstable_run_whose_mesh_adapts_still_has_all_fields_in_its_last_snapshot(dcb, tmp_path, program, indicator):
+def test_an_unstable_run_whose_mesh_adapts_still_has_all_fields_in_its_last_snapshot(hampm, tmp_path, program, indicator):
     """R is not a number there: it can't be found from particles that have gone wrong."""
-    result = dcb(*UNSTABLE, "--set", f"refine.indicator={indicator}", "--set", "refine.max_level=1", "--set", "refine.interval=5",
-                 program=program)
+    result = hampm("1.15", *UNSTABLE, "--set", f"refine.indicator={indicator}", "--set", "refine.max_level=1",
+                   "--set", "refine.interval=5", program=program.with_name("forced_step"))
     assert_failed(result, tmp_path / "dcb.h5", "&method courant")
     with h5py.File(tmp_path / "dcb.h5") as file:
         counts = file["VTKHDF/mesh/NumberOfPoints"][()]

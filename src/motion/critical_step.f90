@@ -1,0 +1,286 @@
+!> The largest stable time step of a body in small motion, from the matrices of a sample of it.
+!>
+!> A step changes the nodal momentum p = S^T m v and the sum u of the displacements that strain the particles by
+!>
+!>    p <- p - dt M A K u,    u <- u + dt w,
+!>
+!> S being the shape functions at the particles of mass m, M = S^T m S, K the stiffness and A what the run takes for the inverse of
+!> M. With usf, usavg and musl w = A p, of before or after the change of p: leapfrog schemes of omega^2 = A M A K. With usl
+!> w = A p - dt A K u. An eigenvalue of the step leaves the unit circle through -1, which is where
+!>
+!>    (4/dt^2) u = Q K u,    Q = A M A, and with usl Q = 2 A - A M A.
+!>
+!> Damping, a force -rate m v at the beginning of a step, turns 4/dt^2 into (4 - 2 rate dt)/dt^2.
+!>
+!> Waves in an endless body have a closed form (docs/mass.md), but modes at free edges and corners are faster, in plane strain at
+!> nu = 0.45 by 12 %, and more in bodies that are one or two cells thick. So the sample is the body itself or, where it is large, its
+!> corners: what is between them allows more.
+module hampm_critical_step
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions, shape_gradients
+   use hampm_mass_choice, only: mass_choice_t
+   use hampm_mass_matrix, only: prepare_cell
+   use hampm_mass_solver, only: by_lumped, by_fmpm
+   implicit none
+   private
+   public :: row_t, row_of_points, shifted, largest_courant, sample_cells
+
+   integer, parameter :: sample_cells = 8        !! that a sample has at most in each direction
+
+   !> Distance to the edge of a cell, at least [cells]: nodes of next to no mass keep their digits
+   real(dp), parameter :: margin = 1e-6_dp
+
+   !> The positions of the particles of a body in one direction.
+   type :: row_t
+      real(dp), allocatable :: x(:)              !! in cells, from a node on, ascending
+      real(dp) :: spacing = 0                    !! between them [cells]
+   end type row_t
+
+   !> The matrices of a sample, in cells of size 1, with density 1 and the dilatational wave speed 1.
+   type :: sample_t
+      integer :: cells(ndim) = 0
+      real(dp), allocatable :: cell(:, :, :)     !! mass matrix of each cell, (corners, corners, cells)
+      real(dp), allocatable :: mass(:, :)        !! M, (nodes, nodes)
+      real(dp), allocatable :: lumped(:)         !! its row sums, (nodes)
+      real(dp), allocatable :: stiffness(:, :)   !! K, (2 nodes, 2 nodes); first all x components
+   end type sample_t
+
+   interface
+      pure subroutine dpotrf(uplo, n, a, lda, info)
+         import :: dp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(dp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info
+      end subroutine dpotrf
+
+      pure subroutine dpotri(uplo, n, a, lda, info)
+         import :: dp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(dp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info
+      end subroutine dpotri
+
+      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+         import :: dp
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         real(dp), intent(inout) :: a(lda, *)
+         real(dp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsyev
+   end interface
+
+contains
+
+   !> The particles of a body along one direction: `n` of them, evenly, from `lower` to `upper`. Of more than `most` cells those in
+   !> the middle are left out.
+   pure type(row_t) function row_of_points(lower, upper, n, most) result(row)
+      real(dp), intent(in) :: lower, upper       !! ends of the body, from a node on [cells]
+      integer, intent(in) :: n, most
+      real(dp) :: x, position
+      integer :: first, surplus, gap, k
+      row%spacing = (upper - lower)/n
+      first = floor(lower + 0.5_dp*row%spacing)
+      surplus = max(0, floor(upper - 0.5_dp*row%spacing) - first + 1 - most)
+      gap = first + most/2                       ! the first cell that may be left out
+      allocate (row%x(0))
+      k = 0
+      do while (k < n)
+         position = lower + (k + 0.5_dp)*row%spacing
+         if (surplus > 0 .and. position >= gap .and. position < gap + surplus) then
+            k = max(k + 1, ceiling((gap + surplus - lower)/row%spacing - 0.5_dp))
+            cycle
+         end if
+         x = position - first
+         if (position >= gap + surplus) x = x - surplus
+         row%x = [row%x, x]
+         k = k + 1
+      end do
+   end function row_of_points
+
+   !> A row somewhere else in the cells.
+   elemental type(row_t) function shifted(row, by)
+      type(row_t), intent(in) :: row
+      real(dp), intent(in) :: by                 !! [cells], not below 0
+      shifted = row
+      shifted%x = row%x + by
+   end function shifted
+
+   !> Largest stable time step, times the dilatational wave speed over the size of a cell [-]; huge where nothing has a stiffness.
+   pure real(dp) function largest_courant(rows, speeds, mass, strains_last, damping) result(courant)
+      type(row_t), intent(in) :: rows(ndim)      !! the particles in each direction
+      real(dp), intent(in) :: speeds             !! shear over dilatational wave speed [-]
+      type(mass_choice_t), intent(in) :: mass    !! of a partial matrix the full part counts: it is the faster one
+      logical, intent(in) :: strains_last        !! usl
+      real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
+      type(sample_t) :: sample
+      real(dp), allocatable :: inverse(:, :), q(:, :), root(:)
+      real(dp) :: square
+      integer :: i, n
+      call build_sample(rows, speeds, sample)
+      call build_inverse(sample, mass, inverse)
+      q = matmul(inverse, matmul(sample%mass, inverse))
+      if (strains_last) q = 2*inverse - q
+      root = sqrt(where_mass(sample%lumped))     ! with D of 1, nodes of little mass keep their digits
+      n = size(root)
+      do i = 1, n
+         q(:, i) = root*q(:, i)*root(i)
+         sample%stiffness(:, i) = sample%stiffness(:, i)/[root, root]/root(i)
+         sample%stiffness(:, n + i) = sample%stiffness(:, n + i)/[root, root]/root(i)
+      end do
+      square = largest_eigenvalue(q, sample%stiffness)
+      courant = huge(courant)
+      if (square > 0) courant = 4/(damping + sqrt(damping**2 + 4*square))
+   end function largest_courant
+
+   !> Sum the particles into the matrices.
+   pure subroutine build_sample(rows, speeds, s)
+      type(row_t), intent(in) :: rows(ndim)
+      real(dp), intent(in) :: speeds
+      type(sample_t), intent(out) :: s
+      real(dp) :: xi(ndim), shape(corners), gradient(corners, ndim), weight
+      integer :: nodes(corners), i, j, c, d, e, n, at(ndim)
+      s%cells = [(floor(maxval(rows(d)%x)) + 1, d=1, ndim)]
+      n = product(s%cells + 1)
+      allocate (s%cell(corners, corners, product(s%cells)), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
+      weight = product(rows%spacing)
+      do j = 1, size(rows(2)%x)
+         do i = 1, size(rows(1)%x)
+            xi = [rows(1)%x(i), rows(2)%x(j)]
+            at = floor(xi)
+            xi = min(max(xi - at, margin), 1 - margin)
+            shape = shape_functions(xi)
+            gradient = shape_gradients(xi, 1.0_dp)
+            e = at(1) + at(2)*s%cells(1) + 1
+            nodes = nodes_of(at, s%cells)
+            do c = 1, corners
+               s%cell(:, c, e) = s%cell(:, c, e) + weight*shape(c)*shape
+               call add_stiffness(weight, speeds**2, gradient, c, nodes, n, s%stiffness)
+            end do
+         end do
+      end do
+      do j = 0, s%cells(2) - 1
+         do i = 0, s%cells(1) - 1
+            nodes = nodes_of([i, j], s%cells)
+            s%mass(nodes, nodes) = s%mass(nodes, nodes) + s%cell(:, :, i + j*s%cells(1) + 1)
+         end do
+      end do
+      s%lumped = sum(s%mass, dim=1)
+   end subroutine build_sample
+
+   !> Nodes at the corners of a cell.
+   pure function nodes_of(at, cells) result(nodes)
+      integer, intent(in) :: at(ndim), cells(ndim)
+      integer :: nodes(corners)
+      nodes = at(1) + at(2)*(cells(1) + 1) + [1, 2, cells(1) + 2, cells(1) + 3]
+   end function nodes_of
+
+   !> Add what a particle gives to the columns of a corner in the stiffness, of lambda = 1 - 2 mu and mu.
+   pure subroutine add_stiffness(weight, mu, gradient, c, nodes, n, stiffness)
+      real(dp), intent(in) :: weight, mu, gradient(corners, ndim)
+      integer, intent(in) :: c, nodes(corners), n
+      real(dp), intent(inout) :: stiffness(:, :)
+      real(dp) :: slope(corners)
+      integer :: d, k
+      slope = mu*(gradient(:, 1)*gradient(c, 1) + gradient(:, 2)*gradient(c, 2))
+      do d = 1, ndim
+         do k = 1, ndim
+            associate (block => stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n))
+               stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n) = block + weight*( &
+                  merge(slope, 0*slope, d == k) + (1 - 2*mu)*gradient(:, d)*gradient(c, k) + mu*gradient(:, k)*gradient(c, d))
+            end associate
+         end do
+      end do
+   end subroutine add_stiffness
+
+   !> What a run takes for the inverse of M, by the rule of `hampm_mass_matrix`.
+   pure subroutine build_inverse(s, mass, inverse)
+      type(sample_t), intent(in) :: s
+      type(mass_choice_t), intent(in) :: mass
+      real(dp), allocatable, intent(out) :: inverse(:, :)
+      real(dp) :: cell(corners, corners)
+      integer :: nodes(corners), n, i, j, info
+      n = size(s%lumped)
+      allocate (inverse(n, n), source=0.0_dp)
+      if (mass%by == by_lumped) then
+         call add_diagonal(1/where_mass(s%lumped), inverse)
+      else if (mass%by == by_fmpm) then
+         call sum_series(s, mass%order, inverse)
+      else
+         do j = 0, s%cells(2) - 1
+            do i = 0, s%cells(1) - 1
+               cell = s%cell(:, :, i + j*s%cells(1) + 1)
+               call prepare_cell(mass%blend_inside, .true., .false., cell)
+               nodes = nodes_of([i, j], s%cells)
+               inverse(nodes, nodes) = inverse(nodes, nodes) + cell
+            end do
+         end do
+         call add_diagonal(merge(0.0_dp, 1.0_dp, s%lumped > 0), inverse)
+         call dpotrf('U', n, inverse, n, info)
+         call dpotri('U', n, inverse, n, info)
+         do i = 1, n
+            inverse(i + 1:, i) = inverse(i, i + 1:)
+         end do
+      end if
+   end subroutine build_inverse
+
+   !> The series of `mass = 'fmpm'` for the inverse.
+   pure subroutine sum_series(s, order, inverse)
+      type(sample_t), intent(in) :: s
+      integer, intent(in) :: order
+      real(dp), intent(inout) :: inverse(:, :)
+      real(dp) :: rest(size(inverse, 1), size(inverse, 1)), term(size(inverse, 1), size(inverse, 1))
+      real(dp) :: divisor(size(inverse, 1))
+      integer :: k
+      divisor = where_mass(s%lumped)
+      rest = -s%mass/spread(divisor, 2, size(divisor))
+      call add_diagonal(spread(1.0_dp, 1, size(divisor)), rest)
+      term = 0
+      call add_diagonal(1/divisor, term)
+      inverse = term
+      do k = 2, order
+         term = matmul(rest, term)
+         inverse = inverse + term
+      end do
+   end subroutine sum_series
+
+   !> Masses, 1 where there is none.
+   elemental real(dp) function where_mass(lumped)
+      real(dp), intent(in) :: lumped
+      where_mass = merge(lumped, 1.0_dp, lumped > 0)
+   end function where_mass
+
+   !> Add to the diagonal of a matrix.
+   pure subroutine add_diagonal(diagonal, matrix)
+      real(dp), intent(in) :: diagonal(:)
+      real(dp), intent(inout) :: matrix(:, :)
+      integer :: i
+      do i = 1, size(diagonal)
+         matrix(i, i) = matrix(i, i) + diagonal(i)
+      end do
+   end subroutine add_diagonal
+
+   !> Largest eigenvalue of Q K, Q acting on each component by itself: with Q = U^T U it is that of U K U^T.
+   pure real(dp) function largest_eigenvalue(q, k) result(largest)
+      real(dp), intent(in) :: q(:, :), k(:, :)   !! symmetric, none below zero
+      real(dp) :: u(size(q, 1), size(q, 1)), both(size(k, 1), size(k, 1)), value(size(k, 1)), work(4*size(k, 1))
+      real(dp), parameter :: little = 1e-12_dp   ! part of the diagonal that makes Q positive definite where M is singular
+      integer :: n, i, j, info
+      n = size(q, 1)
+      u = q
+      call add_diagonal(little*[(q(i, i), i=1, n)], u)
+      call dpotrf('U', n, u, n, info)
+      do i = 1, n - 1
+         u(i + 1:, i) = 0
+      end do
+      do i = 0, n, n
+         do j = 0, n, n
+            both(i + 1:i + n, j + 1:j + n) = matmul(u, matmul(k(i + 1:i + n, j + 1:j + n), transpose(u)))
+         end do
+      end do
+      call dsyev('N', 'U', 2*n, both, 2*n, value, work, size(work), info)
+      largest = value(2*n)
+   end function largest_eigenvalue
+end module hampm_critical_step

@@ -1,0 +1,207 @@
+!> The largest courant number with which a scene is stable, and the one that is taken where none is given.
+module hampm_largest_step
+   use hampm_kinds, only: dp, ndim
+   use hampm_bodies, only: points_along
+   use hampm_critical_step, only: row_t, row_of_points, shifted, largest_courant, sample_cells
+   use hampm_mass_choice, only: mass_choice_t, new_mass_choice
+   use hampm_placement, only: tolerance
+   use hampm_scene, only: scene_t, body_t, material_spec_t
+   implicit none
+   private
+   public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
+
+   !> `rate*dt` above which `v <- v - rate*dt*v` turns the velocity around in a step; from 2 on it grows.
+   real(dp), parameter :: most_damping_a_step = 1.0_dp
+   real(dp), parameter :: default_part = 0.9_dp  !! of the limit, for what a sample does not have in it
+   !> Courant numbers of the paper, for material that moves through the cells: its edges gain energy where they cross them, below any
+   !> limit for a body at one place (docs/mass.md).
+   real(dp), parameter :: crossing = 0.1_dp, crossing_full = 0.05_dp
+   !> What several materials in contact leave of the limit of each by itself, at least: quarters of a square that meet in a point
+   real(dp), parameter :: of_contrast = 0.9_dp
+   !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
+   real(dp), parameter :: of_hanging_nodes = 0.8_dp
+   !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
+   real(dp), parameter :: of_local_steps = 0.54_dp
+   !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
+   real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
+   real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
+   real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
+   integer, parameter :: shifted_cells = 3       !! of a sample that is looked at anywhere in the cells
+
+contains
+
+   !> The largest stable courant number, of the wave speed that the scene names, in three digits; the keys it depends on are good.
+   pure real(dp) function courant_limit(scene) result(limit)
+      type(scene_t), intent(in) :: scene
+      type(mass_choice_t) :: mass
+      real(dp) :: step
+      integer :: k, j
+      associate (method => scene%method)
+         mass = new_mass_choice(method%mass, method%solver, method%order, method%blend, method%full_lower, method%full_upper)
+         step = huge(step)
+         do k = 1, size(scene%bodies)
+            if (any([(is_alike(scene, scene%bodies(k), scene%bodies(j)), j=1, k - 1)])) cycle
+            step = min(step, body_limit(scene, scene%bodies(k), mass))
+         end do
+         limit = step*chosen_speed(scene)
+         if (several_materials(scene)) limit = limit*of_contrast
+         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
+         if (method%time_steps == 'local') limit = limit*of_local_steps
+      end associate
+      limit = three_digits(limit)
+   end function courant_limit
+
+   !> What is taken where no courant number is given: a safe part of the limit. For material that moves through the cells, and with
+   !> damping, which a long step would not resolve, there are shorter ones.
+   pure real(dp) function default_courant(scene) result(courant)
+      type(scene_t), intent(in) :: scene
+      courant = default_part*courant_limit(scene)
+      associate (method => scene%method)
+         if (method%frame == 'updated') &
+            courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
+      end associate
+      courant = three_digits(min(courant, default_part*damping_limit(scene)))
+   end function default_courant
+
+   !> The courant number at which damping takes all of a velocity in a step.
+   pure real(dp) function damping_limit(scene) result(limit)
+      type(scene_t), intent(in) :: scene
+      limit = huge(limit)
+      if (scene%damping%rate > 0) limit = most_damping_a_step/scene%damping%rate/smallest_cell(scene)*chosen_speed(scene)
+   end function damping_limit
+
+   !> The wave speed that courant refers to, the largest of any material [m/s].
+   pure real(dp) function chosen_speed(scene) result(speed)
+      type(scene_t), intent(in) :: scene
+      integer :: k
+      associate (materials => scene%materials)
+         speed = maxval([(dilatational_speed(materials(k), scene%run%plane), k=1, size(materials))])
+         if (scene%method%wave_speed == 'shear') &
+            speed = maxval([(dilatational_speed(materials(k), scene%run%plane)*speed_ratio(materials(k), scene%run%plane), &
+                             k=1, size(materials))])
+      end associate
+   end function chosen_speed
+
+   !> Size of the cells that the first step is for: those around a tip are there from the start, and with subcycling the
+   !> largest cells take the longest step [m].
+   pure real(dp) function smallest_cell(scene) result(cell)
+      type(scene_t), intent(in) :: scene
+      cell = scene%grid%cell
+      if (scene%refine%indicator == 'tip' .and. scene%method%time_steps == 'global') cell = scale(cell, -scene%refine%max_level)
+   end function smallest_cell
+
+   !> Largest stable time step over cell size for a body that is alone [s/m].
+   pure real(dp) function body_limit(scene, body, mass) result(limit)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      type(mass_choice_t), intent(in) :: mass
+      type(row_t) :: rows(ndim), moved(ndim)
+      real(dp) :: start(ndim), length(ndim), speed, ratio, damping, shift(ndim, 0:size(entered))
+      integer :: n(ndim), d, i, j
+      logical :: strains_last
+      associate (cell => scene%grid%cell, material => scene%materials(body%material_index))
+         n = points_along(body%lower, body%upper, cell, body%points_per_cell)
+         length = (body%upper - body%lower)/cell
+         start = place_in_cell(scene, body)
+         speed = dilatational_speed(material, scene%run%plane)
+         ratio = speed_ratio(material, scene%run%plane)
+         damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
+         strains_last = scene%method%scheme == 'usl'
+         if (.not. crosses_cells(scene, body)) then
+            rows = [(row_of_points(start(d), start(d) + length(d), n(d), sample_cells), d=1, ndim)]
+            limit = largest_courant(rows, ratio, mass, strains_last, damping)/speed
+            return
+         end if
+         n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
+         length = n*length/points_along(body%lower, body%upper, cell, body%points_per_cell)
+         start = ceiling(length - grace) - length          ! the upper end on a node
+         rows = [(row_of_points(start(d), start(d) + length(d), n(d), sample_cells), d=1, ndim)]
+         shift(:, 0) = 0
+         do i = 1, size(entered)
+            shift(:, i) = rows%spacing/2 + entered(i)
+         end do
+         limit = huge(limit)
+         do j = 0, size(entered)
+            do i = 0, size(entered)
+               if (i > j .and. n(1) == n(2)) exit          ! the same but for the names of the directions
+               moved = [shifted(rows(1), shift(1, i)), shifted(rows(2), shift(2, j))]
+               limit = min(limit, largest_courant(moved, ratio, mass, strains_last, damping)/speed)
+            end do
+         end do
+      end associate
+   end function body_limit
+
+   !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
+   !> no time step would do for all positions.
+   elemental logical function crosses_cells(scene, body) result(crosses)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      crosses = .false.
+      if (scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
+      crosses = scene%materials(body%material_index)%law /= 'linear_elastic' &
+                .or. maxval(abs(body%velocity)) > small_move*scene%grid%cell/scene%run%end_time
+   end function crosses_cells
+
+   !> Where in its cell the lower corner of a body is [cells].
+   pure function place_in_cell(scene, body) result(place)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      real(dp) :: place(ndim)
+      place = (body%lower - scene%grid%lower)/scene%grid%cell
+      place = place - aint(place)
+      where (abs(place - anint(place)) <= grace) place = 0
+   end function place_in_cell
+
+   !> Whether two bodies have the same limit.
+   pure logical function is_alike(scene, a, b)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: a, b
+      is_alike = a%material_index == b%material_index .and. a%points_per_cell == b%points_per_cell &
+                 .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(scene%grid)) &
+                 .and. all(abs(place_in_cell(scene, a) - place_in_cell(scene, b)) <= grace)
+   end function is_alike
+
+   !> Whether bodies are of several materials.
+   pure logical function several_materials(scene) result(several)
+      type(scene_t), intent(in) :: scene
+      several = any(scene%bodies%material_index /= scene%bodies(1)%material_index)
+   end function several_materials
+
+   !> Whether cells may refine.
+   pure logical function refines(scene)
+      type(scene_t), intent(in) :: scene
+      refines = scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0
+   end function refines
+
+   !> Speed of dilatational waves [m/s].
+   pure real(dp) function dilatational_speed(material, plane) result(speed)
+      type(material_spec_t), intent(in) :: material
+      character(*), intent(in) :: plane          !! 'stress' or 'strain'
+      associate (nu => material%poisson)
+         if (plane == 'stress') then
+            speed = sqrt(material%young/(1 - nu**2)/material%density)
+         else
+            speed = sqrt(material%young*(1 - nu)/((1 + nu)*(1 - 2*nu))/material%density)
+         end if
+      end associate
+   end function dilatational_speed
+
+   !> Shear over dilatational wave speed [-].
+   pure real(dp) function speed_ratio(material, plane) result(ratio)
+      type(material_spec_t), intent(in) :: material
+      character(*), intent(in) :: plane          !! 'stress' or 'strain'
+      if (plane == 'stress') then
+         ratio = sqrt((1 - material%poisson)/2)
+      else
+         ratio = sqrt((1 - 2*material%poisson)/(2 - 2*material%poisson))
+      end if
+   end function speed_ratio
+
+   !> A positive number, rounded down to three digits.
+   pure real(dp) function three_digits(x)
+      real(dp), intent(in) :: x
+      real(dp) :: unit
+      unit = 10.0_dp**(2 - floor(log10(x)))
+      three_digits = aint(x*unit*(1 + epsilon(x)))/unit
+   end function three_digits
+end module hampm_largest_step

@@ -1,0 +1,111 @@
+"""The limit of the time step that the program names is that of the run: below it nothing grows, above it everything does."""
+
+import itertools
+import re
+import sys
+
+import pytest
+
+from paths import BENCH, PROGRAM
+
+sys.path.insert(0, str(BENCH))
+
+from mass_theory import Block  # noqa: E402
+
+MASSES = {"lumped": "", "full": "mass = 'full'", "fmpm 2": "mass = 'fmpm'", "fmpm 5": "mass = 'fmpm' order = 5",
+          "blend 0.25": "mass = 'blend' blend = 0.25", "blend 0.7": "mass = 'blend' blend = 0.7"}
+
+# Loads at places without symmetry set in at once, and move all modes of the block by about the same.
+SCENE = """\
+&run plane = '{plane}' end_time = {end} /
+&grid cell = 1.0 cells = 12, 12 /
+&material name = 'm' young = 1.0 poisson = {poisson} density = 1.0 /
+&body material = 'm' lower = {lower} upper = {upper} points_per_cell = {points} /
+&load kind = 'point' lower = {near} upper = {near} force = 1e-6, 3e-7 /
+&load kind = 'point' lower = {far} upper = {far} force = -4e-7, 8e-7 /
+&method scheme = '{scheme}' frame = '{frame}' {mass} courant = {courant} {more} /
+&output file = 'case.h5' history_interval = {interval} /
+"""
+
+
+def scene(steps=400, step=1.0, lower=(2.0, 2.0), size=(8.0, 8.0), **keys):
+    """A block; lengths and times are in cells of size 1 and with Young's modulus and density 1."""
+    upper = [a + b for a, b in zip(lower, size)]
+
+    def text(x):
+        return ", ".join(map(repr, x))
+    keys = {"plane": "strain", "poisson": 0.3, "points": 2, "scheme": "musl", "frame": "total", "mass": "", "courant": 0.0,
+            "more": ""} | keys
+    return SCENE.format(end=steps * step, interval=steps * step / 8, lower=text(lower), upper=text(upper),
+                        near=text([a + 0.03 for a in lower]), far=text([a + 0.71 * b for a, b in zip(lower, size)]), **keys)
+
+
+def named_limit(hampm, folder, **keys):
+    """The largest courant number, as a scene is told that asks for more."""
+    (folder / "case.nml").write_text(scene(**keys, courant=10.0))
+    result = hampm("--check", "case.nml", cwd=folder)
+    assert result.returncode == 2, result.stdout
+    return float(re.search(r"&method courant = 10\.0: must be at most (\S+), not 10\.0, with wave_speed", result.stderr)[1])
+
+
+def survives(hampm, folder, courant, **keys):
+    """Whether a run with a courant number, allowed or not, comes to its end."""
+    poisson = keys.get("poisson", 0.3)
+    step = courant * (2 * (1 + poisson)) ** 0.5
+    (folder / "case.nml").write_text(scene(**keys, step=step))
+    result = hampm(repr(courant), "case.nml", "--force", "--quiet", program=PROGRAM.parent / "forced_step", cwd=folder)
+    assert result.returncode in (0, 3), result.stderr
+    return result.returncode == 0
+
+
+def check_limit(hampm, folder, above, **keys):
+    limit = named_limit(hampm, folder, **keys)
+    assert survives(hampm, folder, 0.98 * limit, **keys), limit
+    assert not survives(hampm, folder, above * limit, **keys), limit
+
+
+@pytest.mark.parametrize(("plane", "poisson"), [("strain", 0.0), ("strain", 0.33), ("strain", 0.45), ("stress", 0.4)])
+@pytest.mark.parametrize("mass", MASSES)
+def test_limit_of_each_mass_matrix(hampm, tmp_path, mass, plane, poisson):
+    for scheme, points in itertools.product(("musl", "usl"), (2, 3)):
+        check_limit(hampm, tmp_path, 1.03, plane=plane, poisson=poisson, mass=MASSES[mass], scheme=scheme, points=points)
+
+
+@pytest.mark.parametrize("scheme", ["usf", "usavg"])
+@pytest.mark.parametrize("frame", ["updated", "total"])
+def test_limit_of_other_schemes_and_frames(hampm, tmp_path, scheme, frame):
+    check_limit(hampm, tmp_path, 1.03, scheme=scheme, frame=frame)
+
+
+@pytest.mark.parametrize(("lower", "size"), [((2.0, 2.0), (8.0, 1.0)), ((2.0, 2.0), (2.0, 2.0)), ((2.3, 2.1), (7.0, 7.2)),
+                                             ((2.3, 2.4), (0.5, 4.0)), ((2.25, 2.0), (6.0, 6.0))])
+@pytest.mark.parametrize("mass", ["lumped", "full", "blend 0.25"])
+def test_limit_of_thin_bodies_and_of_bodies_anywhere_in_their_cells(hampm, tmp_path, mass, lower, size):
+    check_limit(hampm, tmp_path, 1.03, lower=lower, size=size, mass=MASSES[mass])
+
+
+@pytest.mark.parametrize(("poisson", "courant"), [(0.33, 0.85), (0.35, 0.80), (0.40, 0.75)])
+def test_nearly_incompressible_material_is_not_taken_beyond_its_limit(hampm, tmp_path, poisson, courant):
+    (tmp_path / "case.nml").write_text(scene(poisson=poisson, courant=courant))
+    result = hampm("case.nml")
+    assert result.returncode == 2
+    assert f"case.nml:7: &method courant = {courant}: must be at most 0." in result.stderr
+    assert not survives(hampm, tmp_path, courant, poisson=poisson)
+
+
+@pytest.mark.parametrize("scheme", ["musl", "usl"])
+@pytest.mark.parametrize("mass", MASSES)
+def test_limit_is_that_of_the_matrices(hampm, tmp_path, mass, scheme):
+    """Against the eigenvalues of a step as a whole, from matrices that are built by themselves (bench/mass_theory.py)."""
+    block, (kind, _, number) = Block(3, 2, 0.3, held_left=False), mass.partition(" ")
+    number = float(number or 1)
+    theory = block.limit(scheme, block.inverse(kind, order=int(number), blend=number))
+    named = named_limit(hampm, tmp_path, size=(3.0, 2.0), scheme=scheme, mass=MASSES[mass])
+    assert named * (2 * 0.7 / 0.4) ** 0.5 == pytest.approx(theory, rel=6e-3)
+
+
+def test_default_is_a_safe_part_of_the_limit(hampm, tmp_path):
+    limit = named_limit(hampm, tmp_path)
+    (tmp_path / "case.nml").write_text(scene())
+    chosen = re.search(r"courant = (\S+)", hampm("--check", "case.nml").stdout)[1]
+    assert 0.89 * limit < float(chosen) <= 0.9 * limit
