@@ -25,6 +25,7 @@ contains
       scene%grid%cell = cell
       scene%grid%cells = cells
       scene%method%scheme = 'musl'
+      scene%method%frame = 'updated'
       allocate (scene%materials(1), scene%bodies(1), scene%constraints(0), scene%loads(0))
       scene%materials(1)%law = 'linear_elastic'
       scene%materials(1)%young = 70e9_dp

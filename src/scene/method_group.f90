@@ -21,8 +21,8 @@ module hampm_method_group
             'shear|dilatational', 'which wave speed courant refers to'), &
       key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &
             'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
-      key_t('method', 'frame', type_name, 1, 1, may, 'updated', '', '', &
-            'updated|total', 'shape functions at the present or always at the initial positions'), &
+      key_t('method', 'frame', type_name, 1, 1, may, 'total', '', '', &
+            'updated|total', 'shape functions at the present positions, for bodies that meet, or always at the initial ones'), &
       key_t('method', 'mass', type_name, 1, 1, may, 'lumped', '', '', &
             'lumped|full|partial|fmpm|blend', &
             'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a mean of both'), &
@@ -46,7 +46,7 @@ module hampm_method_group
       real(dp) :: courant = 0                    !! [-]
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
       character(name_len) :: time_steps = 'global' !! 'global' or 'local'
-      character(name_len) :: frame = 'updated'   !! 'updated' or 'total'
+      character(name_len) :: frame = 'total'     !! 'updated' or 'total'
       character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
       integer :: order = 1                       !! of fmpm
       real(dp) :: blend = 0                      !! lumped part [-]

@@ -8,6 +8,7 @@ FLIGHT = """\
 &grid cell = 1.0 cells = 8, 4 /
 &material name = 'soft' law = 'neo_hookean' young = 1e5 density = 1000 poisson = 0.3 /
 &body material = 'soft' lower = 1.25, 1.0 upper = 2.25, 2.0 velocity = 30, 0 /
+&method frame = 'updated' courant = 0.1 /
 &load kind = 'body' lower = 1.0, 1.0 upper = 3.0, 2.0 force = 0, 0 /
 &output history_interval = 1e-4 /
 """

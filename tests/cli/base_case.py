@@ -46,6 +46,7 @@ GOOD = """\
   scheme = 'musl'
   courant = 0.1
   wave_speed = 'shear'
+  frame = 'updated'
 /
 &crack
   kind = 'symmetry'

@@ -179,7 +179,7 @@ def test_smallest_scene_gets_the_defaults(check):
                   "&body material = 'a' lower = 0, 0 upper = 1, 1 /\n")  # fmt: skip
     assert value_of(scene, "run", "thickness") == "1.0"
     assert value_of(scene, "method", "scheme") == "'musl'"
-    assert value_of(scene, "method", "courant") == "0.1"
+    assert value_of(scene, "method", "frame") == "'total'"
     assert value_of(scene, "energy_release", "estimators") == ""
     assert "&crack" not in scene
     assert "&load" not in scene

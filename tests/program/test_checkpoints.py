@@ -27,7 +27,7 @@ FLIGHT = """\
 &material name = 'hard' young = 1e6 density = 2000 /
 &body material = 'soft' lower = 1.3, 1.2 upper = 2.3, 2.8 velocity = 30, 3 points_per_cell = 4 /
 &body material = 'hard' lower = 4.6, 1.0 upper = 5.6, 3.0 velocity = -10, 0 /
-&method courant = 0.02 /
+&method courant = 0.02 frame = 'updated' /
 &damping rate = 1.0 /
 &load kind = 'traction' lower = 1.3, 1.2 upper = 1.3, 2.8 force = 1e3, 0 history = 'sine' frequency = 30 /
 &load kind = 'body' lower = 4.6, 1.0 upper = 5.6, 3.0 force = 1e3, 0 /
@@ -65,6 +65,7 @@ MANY_CELLS = """\
 &grid cell = 1.0e-3 cells = 60, 50 /
 &material name = 'a' young = 70e9 density = 2700 /
 &body material = 'a' lower = 2e-3, 2e-3 upper = 52e-3, 47e-3 velocity = 1500, 700 /
+&method courant = 0.1 frame = 'updated' /
 &damping rate = 1e5 /
 &load kind = 'traction' lower = 2e-3, 2e-3 upper = 2e-3, 47e-3 force = 1e5, 0 /
 &output history_interval = 1e-7 snapshot_interval = 1e-6 /

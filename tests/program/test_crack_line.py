@@ -145,7 +145,7 @@ OPENED = """\
 &load kind = 'traction' lower = 0.0, 0.01 upper = 0.0, 0.02 force = 0.0, {force} history = 'ramp' rise_time = 1e-4 /
 &load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 0.0, -{force} history = 'ramp' rise_time = 1e-4 /
 &damping rate = 6e4 /
-&method courant = 0.5 /
+&method courant = 0.5 frame = 'updated' /
 &crack kind = 'line' tip = 0.025, 0.01 /
 &energy_release estimators = 'nodal_force' /
 &output file = 'beam.h5' history_interval = 1e-5 snapshot_interval = 2e-4 /
@@ -182,6 +182,7 @@ BEHIND = """\
 &load kind = 'traction' lower = -0.03, 0.0 upper = -0.03, 0.005 force = 0.0, 1.0 /
 &load kind = 'traction' lower = -0.03, -0.005 upper = -0.03, 0.0 force = 0.0, -1.0 /
 &output file = 'beam.h5' history_interval = 1e-6 /
+&method courant = 0.1 frame = 'updated' /
 """
 
 
@@ -199,7 +200,7 @@ MOVING = """\
 &grid lower = -5e-3, -15e-3 cell = 2.5e-3 cells = 26, 20 /
 &material name = 'aluminium' young = 70e9 poisson = 0.3 density = 2700 /
 &body material = 'aluminium' lower = 0.0, 0.0 upper = 0.05, 0.02 velocity = {velocity} /
-&method courant = 0.5 /
+&method courant = 0.5 frame = 'updated' /
 &crack kind = 'line' tip = 0.025, 0.01 /
 &output file = 'beam.h5' history_interval = 1e-5 /
 """

@@ -15,6 +15,7 @@ FLYING = """\
 &grid cell = 1.0 cells = 4, 2 /
 &material name = 'a' young = 1e6 density = 1000 /
 &body material = 'a' lower = 1.3, 0.2 upper = 2.3, 0.8 velocity = 3000, 0 /
+&method frame = 'updated' /
 """
 CRUSHED = """\
 &run end_time = 1.0 /

@@ -16,17 +16,19 @@ SCENE = """\
 &material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
 &body material = 'a' lower = 0.0, 0.0 upper = {2}e-3, {2}e-3 points_per_cell = {3} /
 &load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, {2}e-3 force = 1.0, 1.0 /
+&method courant = 0.1 /
 """
 PLAIN = SCENE.format(151, 151, 150, 2)
 CRACK = "&constraint lower = 0.05, 0.0 upper = 0.1, 0.0 fix = 'y' /\n&crack tip = 0.05, 0.0 /\n"
-MASS = "&method mass = 'full' solver = '{}' frame = 'total' /\n"
+PLAIN_METHOD = "&method courant = 0.1 /\n"
+MASS = "&method courant = 0.1 mass = 'full' solver = '{}' frame = 'total' /\n"
 SCENES = {
     "particles": SCENE.format(151, 151, 150, 4),
     "cells": SCENE.format(500, 500, 20, 2),
     "plain": PLAIN,
-    "cg": PLAIN + MASS.format("cg"),
-    "banded": PLAIN + MASS.format("banded"),
-    "umfpack": PLAIN + MASS.format("umfpack"),
+    "cg": PLAIN.replace(PLAIN_METHOD, MASS.format("cg")),
+    "banded": PLAIN.replace(PLAIN_METHOD, MASS.format("banded")),
+    "umfpack": PLAIN.replace(PLAIN_METHOD, MASS.format("umfpack")),
     "refined": SCENE.format(101, 101, 100, 2) + CRACK + "&refine indicator = 'tip' rings = 40 max_level = 4 /\n",
     "snapshots": PLAIN + "&output snapshot_interval = 1e-8 /\n",
 }
