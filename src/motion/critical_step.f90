@@ -123,7 +123,7 @@ contains
       call build_inverse(sample, mass, inverse)
       q = matmul(inverse, matmul(sample%mass, inverse))
       if (strains_last) q = 2*inverse - q
-      root = sqrt(where_mass(sample%lumped))     ! with D of 1, nodes of little mass keep their digits
+      allocate (root, source=sqrt(where_mass(sample%lumped)))    ! with D of 1, nodes of little mass keep their digits
       n = size(root)
       do i = 1, n
          q(:, i) = root*q(:, i)*root(i)
