@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps tip vtk
+         bench against minimal masses adaptivity extremes tradeoff local_steps tip vtk errors
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -144,6 +144,10 @@ local_steps: setup  ## measure what time steps that fit the size of the cells co
 tip: setup  ## measure how far from its node the discrete crack tip acts
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/effective_tip.py --output results/effective_tip
+
+errors: setup  ## hold the estimated errors of G, J and K to the true ones on specimens with known G
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/error_specimens.py --output results/error_specimens
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh

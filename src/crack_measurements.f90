@@ -3,18 +3,25 @@ module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip, only: crack_tip_t, upper, lower
-   use hampm_crack_tip_field, only: modes
+   use hampm_crack_tip_field, only: modes, effective_modulus
+   use hampm_cracks, only: cracks_t
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
+   use hampm_estimated_errors, only: estimated_errors_t, relative_errors, follow
+   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_particles, only: particles_t
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: crack_values_t, new_crack_values, measure_crack, record_crack
+   public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack
+
+   !> Estimated error of the stress closure over its value, where nothing better is known: it is a third to a half of G.
+   real(dp), parameter :: of_stress_closure = 2
 
    !> What was measured last; that of estimators that are not chosen is 0.
    type :: crack_values_t
@@ -22,9 +29,11 @@ module hampm_crack_measurements
       real(dp) :: stress_closure(modes) = 0      !! the same, stress closure [J/m2]
       real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
+      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains [Pa sqrt(m)]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
+      type(estimated_errors_t) :: errors         !! of all these
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies [N]
    end type crack_values_t
 
@@ -50,32 +59,118 @@ contains
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure
       type(nodal_state_t) :: state
-      real(dp) :: applied(ndim, 2)               ! force on the tip node from the tractions on each face [N]
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release)
          if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
          if (failure%failed()) return
-         call place_loads(motion%loads, grid, p)
-         if (chosen%nodal_force) then
-            applied(:, upper) = force_at_node(motion%loads, motion%time, grid, p, tip%nodes%tip, tip%axis(:, 2))
-            applied(:, lower) = force_at_node(motion%loads, motion%time, grid, p, tip%nodes%tip, -tip%axis(:, 2))
-            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness, applied)
-            call keep_first(values%nodal_force, first_g)
-         end if
-         if (chosen%stress_closure) then
-            call refresh_grid(motion)
-            call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
-                                values%stress_closure, failure)
-            call keep_first(values%stress_closure, first_g)
-         end if
-         if (chosen%domain_integral) then
-            call measure_domain(scene, motion, tip, state, values)
-            call keep_first(values%domain, first_g)
-         end if
+         if (chosen%stress_closure) call refresh_grid(motion)
+         call estimate_rates(scene, motion, motion%time, tip, p, state, extrapolation, values, failure)
+         if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)
+         if (chosen%stress_closure) call keep_first(values%stress_closure, first_g)
+         if (chosen%domain_integral) call keep_first(values%domain, first_g)
          values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
          values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
          values%reaction = state%reaction
       end associate
+      call follow_values(scene, tip, values)
    end subroutine measure_crack
+
+   !> The chosen energy release rates and stress intensity factors, of some particles that stand where those of the motion do.
+   subroutine estimate_rates(scene, motion, time, tip, p, state, extrapolation, values, failure)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(inout) :: motion
+      real(dp), intent(in) :: time               !! of the loads on the faces [s]
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(nodal_state_t), intent(in) :: state   !! of these particles, where there is a domain integral
+      type(mass_solver_t), intent(inout) :: extrapolation
+      type(crack_values_t), intent(inout) :: values
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: applied(ndim, 2)               ! force on the tip node from the tractions on each face [N]
+      associate (grid => motion%grid, chosen => scene%energy_release)
+         call place_loads(motion%loads, grid, p)
+         if (chosen%nodal_force) then
+            applied(:, upper) = force_at_node(motion%loads, time, grid, p, tip%nodes%tip, tip%axis(:, 2))
+            applied(:, lower) = force_at_node(motion%loads, time, grid, p, tip%nodes%tip, -tip%axis(:, 2))
+            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness, applied)
+         end if
+         if (chosen%stress_closure) call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
+                                                        values%stress_closure, failure)
+         if (chosen%domain_integral) call measure_domain(scene, motion, time, tip, p, state, values)
+      end associate
+   end subroutine estimate_rates
+
+   !> Before the first step: estimate by which part of their values the chosen estimators are off, from what they find at rest.
+   subroutine estimate_errors(scene, motion, cracks, extrapolation, values, failure)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(inout) :: motion
+      type(cracks_t), intent(in) :: cracks
+      type(mass_solver_t), intent(inout) :: extrapolation
+      type(crack_values_t), intent(inout) :: values
+      type(failure_t), intent(inout) :: failure
+      type(crack_at_rest_t) :: crack
+      type(crack_values_t) :: found
+      type(particles_t) :: p
+      type(nodal_state_t) :: state
+      associate (tip => cracks%tips(1), errors => values%errors, chosen => scene%energy_release)
+         if (.not. (chosen%nodal_force .or. chosen%stress_closure .or. chosen%domain_integral)) return
+         call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
+         errors%cell = tip%nodes%spacing
+         if (.not. crack%known) then
+            errors%nodal_force%relative = error_by_lengths(motion, tip, cracks%crack(tip%crack)%mouth)
+            errors%domain = errors%nodal_force
+            errors%j = errors%domain(1)
+            errors%intensity%relative = errors%domain%relative/2
+            errors%stress_closure%relative = of_stress_closure
+            return
+         end if
+         allocate (state%velocity(ndim, motion%grid%n_points), state%divergence(ndim, motion%grid%n_points), source=0.0_dp)
+         call displace(motion, crack%u, p)
+         if (chosen%stress_closure) call refresh_grid(motion)
+         call new_crack_values(scene, tip, found)
+         call estimate_rates(scene, motion, settled_time(motion), tip, p, state, extrapolation, found, failure)
+         if (failure%failed()) return
+         errors%of_tip = crack%part_of_tip()
+         associate (best => crack%best(), doubt => crack%doubt(), modulus => effective_modulus(motion%materials(tip%material)))
+            errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt)
+            errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt)
+            errors%domain%relative = relative_errors(found%domain, best, doubt)
+            errors%intensity%relative = relative_errors(found%intensity, sqrt(modulus*abs(best)), doubt/2)
+            if (chosen%domain_integral) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
+                                                                                [sum(doubt*best)/sum(best)]))
+         end associate
+      end associate
+   end subroutine estimate_errors
+
+   !> When all loads have come that stay [s].
+   pure real(dp) function settled_time(motion) result(time)
+      type(motion_t), intent(in) :: motion
+      integer :: k
+      time = 0
+      do k = 1, size(motion%loads)
+         associate (settled => motion%loads(k)%history%time_to_settle())
+            if (settled < huge(settled)) time = max(time, settled)
+         end associate
+      end do
+   end function settled_time
+
+   !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
+   pure subroutine follow_values(scene, tip, values)
+      type(scene_t), intent(in) :: scene
+      type(crack_tip_t), intent(in) :: tip
+      type(crack_values_t), intent(inout) :: values
+      real(dp) :: spread_of_j, part
+      associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
+         call follow(errors%nodal_force, v%nodal_force, scale, 0.0_dp)
+         call follow(errors%stress_closure, v%stress_closure, scale, 0.0_dp)
+         if (.not. scene%energy_release%domain_integral) return
+         spread_of_j = maxval(v%j) - minval(v%j)
+         call follow(errors%j, sum(v%j)/size(v%j), scale, spread_of_j)
+         part = 0
+         if (sum(abs(v%domain)) > 0) part = 1/sum(abs(v%domain))
+         call follow(errors%domain, v%domain, scale, spread_of_j*part*abs(v%domain))
+         call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
+      end associate
+   end subroutine follow_values
 
    !> Record what was measured. On a symmetry plane there is only mode I.
    subroutine record_crack(scene, tip, values, history)
@@ -89,15 +184,24 @@ contains
          if (chosen%nodal_force) &
             call history%record_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure', &
                                       v%nodal_force(:recorded))
+         if (chosen%nodal_force) &
+            call history%record_modes('G_nodal_force_', 'J/m2', 'estimated error of G_nodal_force', &
+                                      v%errors%nodal_force(:recorded)%now, '_error')
          if (chosen%stress_closure) &
             call history%record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', &
                                       v%stress_closure(:recorded))
+         if (chosen%stress_closure) &
+            call history%record_modes('G_stress_closure_', 'J/m2', 'estimated error of G_stress_closure', &
+                                      v%errors%stress_closure(:recorded)%now, '_error')
          if (chosen%domain_integral) then
             call history%record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain(:recorded))
+            call history%record_modes('G_domain_', 'J/m2', 'estimated error of G_domain', v%errors%domain(:recorded)%now, '_error')
             call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity(:recorded))
+            call history%record_modes('K_', 'Pa m^0.5', 'estimated error of K', v%errors%intensity(:recorded)%now, '_error')
             if (recorded > 1) &
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
+            call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
@@ -125,10 +229,13 @@ contains
       associate (chosen => scene%energy_release)
          if (chosen%domain_integral) then
             call history%record('G', 'J/m2', meaning//'domain_integral', sum(v%j)/size(v%j))
+            call history%record('G_error', 'J/m2', 'estimated error of G', v%errors%j%now)
          else if (chosen%nodal_force) then
             call history%record('G', 'J/m2', meaning//'nodal_force', total(v%nodal_force))
+            call history%record('G_error', 'J/m2', 'estimated error of G', sum(v%errors%nodal_force%now))
          else if (chosen%stress_closure) then
             call history%record('G', 'J/m2', meaning//'stress_closure', total(v%stress_closure))
+            call history%record('G_error', 'J/m2', 'estimated error of G', sum(v%errors%stress_closure%now))
          end if
       end associate
    end subroutine record_best
@@ -147,10 +254,12 @@ contains
    end subroutine keep_first
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
-   subroutine measure_domain(scene, motion, tip, state, values)
+   subroutine measure_domain(scene, motion, time, tip, p, state, values)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: time               !! of the loads on the faces [s]
       type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
       type(nodal_state_t), intent(in) :: state
       type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
@@ -162,8 +271,9 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
-      call domain_integrals(domain, motion%grid, motion%particles, motion%blocks, motion%materials, state, values%j, k, &
-                            motion%loads, motion%time)
+      call domain_integrals(domain, motion%grid, p, motion%blocks, motion%materials, state, values%j, k, &
+                            motion%loads, time)
+      values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
    end subroutine measure_domain

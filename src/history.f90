@@ -66,15 +66,20 @@ contains
       call put(self, real(value, dp))
    end subroutine record_long
 
-   !> A column for each mode: `name`I, `name`II.
-   subroutine record_modes(self, name, unit, meaning, values)
+   !> A column for each mode: `name`I, `name`II, each with what is `behind` that.
+   subroutine record_modes(self, name, unit, meaning, values, behind)
       class(history_t), intent(inout) :: self
       character(*), intent(in) :: name, unit, meaning
       real(dp), intent(in) :: values(:)          !! by mode
+      character(*), intent(in), optional :: behind
+      character(:), allocatable :: column
       integer :: mode
       do mode = 1, size(values)
-         if (is_new(self)) call add_column(self, name//repeat('I', mode), unit, meaning//', mode '//repeat('I', mode), &
-                                           integer_valued=.false.)
+         if (is_new(self)) then
+            column = name//repeat('I', mode)
+            if (present(behind)) column = column//behind
+            call add_column(self, column, unit, meaning//', mode '//repeat('I', mode), integer_valued=.false.)
+         end if
          call put(self, values(mode))
       end do
    end subroutine record_modes

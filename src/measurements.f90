@@ -4,7 +4,7 @@ module hampm_measurements
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
-   use hampm_crack_measurements, only: crack_values_t, new_crack_values, measure_crack, record_crack
+   use hampm_crack_measurements, only: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
@@ -12,6 +12,7 @@ module hampm_measurements
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, angular_momentum
    use hampm_face_overlap, only: face_overlap_t, keep_overlap
+   use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
@@ -21,8 +22,8 @@ module hampm_measurements
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: measurements_t, new_measurements, rebuild_extrapolation, measure, take_row, declare_columns, energy_residual, &
-             keep_measurements
+   public :: measurements_t, new_measurements, estimate_error, rebuild_extrapolation, measure, take_row, &
+             declare_columns, energy_residual, keep_measurements
 
    !> What was measured last, with what is needed to measure again.
    type :: measurements_t
@@ -85,6 +86,16 @@ contains
       end do
       energy = epsilon(energy)*force**2/(minval(scene%materials%young)*scene%run%thickness)
    end function energy_of_rounding
+
+   !> Estimate at the start how far off energy release rates will be. Fails where the nodal equations cannot be solved.
+   subroutine estimate_error(scene, motion, cracks, m, failure)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(inout) :: motion
+      type(cracks_t), intent(in) :: cracks
+      type(measurements_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      if (size(cracks%tips) > 0) call estimate_errors(scene, motion, cracks, m%extrapolation, m%crack, failure)
+   end subroutine estimate_error
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
    subroutine rebuild_extrapolation(motion, m, failure)
@@ -217,6 +228,7 @@ contains
       call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
       call archive%keep('largest_inner_energy', m%largest_inner_energy)
       call keep_overlap(m%overlap, archive)
+      call keep_errors(m%crack%errors, archive)
       call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
    end subroutine keep_measurements
 end module hampm_measurements

@@ -127,7 +127,7 @@ contains
    pure integer function columns_of(scene) result(columns)
       type(scene_t), intent(in) :: scene
       columns = 10
-      if (scene%crack%present) columns = columns + 15 + size(scene%energy_release%radii)
+      if (scene%crack%present) columns = columns + 24 + size(scene%energy_release%radii)
    end function columns_of
 
    !> Fail where a scene needs more than there can be.

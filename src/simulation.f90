@@ -14,7 +14,7 @@ module hampm_simulation
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t
-   use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure, take_row, &
+   use hampm_measurements, only: measurements_t, new_measurements, estimate_error, rebuild_extrapolation, measure, take_row, &
                                  declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
    use hampm_progress, only: progress_t
@@ -78,6 +78,7 @@ contains
       call rebuild_on_mesh(s, failure)
       if (failure%failed()) return
       call new_measurements(scene, s%motion, s%cracks, s%measurements)
+      call estimate_error(scene, s%motion, s%cracks, s%measurements, failure)
    end subroutine build
 
    !> Build the simulation of a scene as it was when a checkpoint of it was written.

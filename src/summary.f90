@@ -70,7 +70,7 @@ contains
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
              'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl
-      if (size(s%cracks%tips) > 0) text = text//crack_summary(s, s%cracks%tips(1))
+      if (size(s%cracks%tips) > 0) text = text//crack_summary(s, s%cracks%tips(1))//error_summary(s)
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
 
@@ -98,4 +98,32 @@ contains
       end do
       text = text//' m'//nl
    end function crack_summary
+
+   !> By which part of their values the estimators are expected to be off with the cells of the start; '' where none is chosen.
+   function error_summary(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      text = ''
+      associate (chosen => s%scene%energy_release, errors => s%measurements%crack%errors)
+         if (chosen%nodal_force) text = text//', G_nodal_force '//percent(maxval(errors%nodal_force%relative))
+         if (chosen%stress_closure) text = text//', G_stress_closure '//percent(maxval(errors%stress_closure%relative))
+         if (chosen%domain_integral) text = text//', J '//percent(errors%j%relative)//', K '// &
+                                            percent(maxval(errors%intensity%relative))
+         if (text /= '') text = 'expected error  '//text(3:)//'; the part '//percent(errors%of_tip)// &
+                                ' of it goes with the cells at the tip'//new_line('a')
+      end associate
+   end function error_summary
+
+   !> A part as text, in two digits of percent.
+   pure function percent(part) result(text)
+      real(dp), intent(in) :: part
+      character(:), allocatable :: text
+      character(16) :: buffer
+      if (part > 9.995_dp) then
+         text = 'more than 1000 %'
+      else
+         write (buffer, '(f8.1)') 100*part
+         text = trim(adjustl(buffer))//' %'
+      end if
+   end function percent
 end module hampm_summary

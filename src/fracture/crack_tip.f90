@@ -9,7 +9,7 @@ module hampm_crack_tip
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: crack_tip_t, tip_nodes_t, frame_along, upper, lower, keep_surroundings
+   public :: crack_tip_t, tip_nodes_t, frame_along, face_nodes, upper, lower, keep_surroundings
 
    integer, parameter :: upper = 1, lower = 2    !! the faces
 

@@ -22,12 +22,12 @@ module hampm_material
       real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
       real(dp) :: mu = 0                         !! shear modulus [Pa]
    contains
-      procedure :: small_strain_lambda
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
       procedure :: mapped_stress
       procedure :: energy_density
       procedure :: stress_energy_density
+      procedure :: small_strain_lambda
       procedure :: shear_wave_speed
       procedure :: dilatational_wave_speed
    end type material_t
@@ -54,13 +54,6 @@ contains
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
       if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
    end function new_material
-
-   !> The constant lambda with which, and with mu, the law is linear at small strain in the plane [Pa].
-   pure real(dp) function small_strain_lambda(self) result(lambda)
-      class(material_t), intent(in) :: self
-      lambda = self%lambda
-      if (self%plane_stress) lambda = self%young*self%poisson/(1 - self%poisson**2)
-   end function small_strain_lambda
 
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
    pure function kirchhoff_stress(self, h) result(stress)
@@ -120,11 +113,15 @@ contains
    pure real(dp) function stress_energy_density(self, stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
-      real(dp) :: lambda
+      stress_energy_density = linear_stress_energy_density(self%small_strain_lambda(), self%mu, stress)
+   end function stress_energy_density
+
+   !> Lame constant with which every law is the linear one at small strain; in plane stress lambda' [Pa].
+   pure real(dp) function small_strain_lambda(self) result(lambda)
+      class(material_t), intent(in) :: self
       lambda = self%lambda
       if (self%plane_stress .and. .not. self%linear) lambda = 2*lambda*self%mu/(lambda + 2*self%mu)
-      stress_energy_density = linear_stress_energy_density(lambda, self%mu, stress)
-   end function stress_energy_density
+   end function small_strain_lambda
 
    !> Speed of shear (rotational) waves [m/s], equation (32).
    pure real(dp) function shear_wave_speed(self)

@@ -29,8 +29,7 @@ module hampm_contact
    use hampm_text, only: to_text
    implicit none
    private
-   public :: contact_t, rebuild_contact, lump_at_pairs, share_velocity, pressing_forces, press_pairs, share_normal, keep_apart, &
-             keep_contact
+   public :: contact_t, rebuild_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart, keep_contact
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
 
@@ -178,21 +177,6 @@ contains
          forces(k) = force(1)
       end do
    end function pressing_forces
-
-   !> Add to nodal forces those with which pressed faces act on each other, such that the accelerations of both are one.
-   pure subroutine press_pairs(c, matrix, force)
-      type(contact_t), intent(in) :: c
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(inout), contiguous :: force(:, :)  !! [N], (ndim, n_points)
-      integer :: k
-      do k = 1, c%n
-         associate (i => c%node(:, k), d => c%normal(k))
-            associate (mass => matrix%lumped(i))
-               if (all(mass > 0)) force(d, i) = mass*shared_values(c, k, matrix, force(d, i)/mass)
-            end associate
-         end associate
-      end do
-   end subroutine press_pairs
 
    !> Set the normal components of a nodal field at pressed pairs to their mean by lumped mass.
    subroutine share_normal(c, grid, matrix, field)

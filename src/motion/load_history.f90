@@ -18,6 +18,7 @@ module hampm_load_history
    contains
       procedure :: factor
       procedure :: time_to_settle
+      procedure :: largest_factor
    end type load_history_t
 
 contains
@@ -55,6 +56,13 @@ contains
          time = time + self%times(size(self%times))
       end select
    end function time_to_settle
+
+   !> The factor of largest size that there ever is, with its sign [-].
+   pure real(dp) function largest_factor(self)
+      class(load_history_t), intent(in) :: self
+      largest_factor = 1
+      if (self%kind == 'table') largest_factor = self%factors(maxloc(abs(self%factors), dim=1))
+   end function largest_factor
 
    !> Piecewise linear interpolation, constant outside the table.
    pure real(dp) function interpolate(x, y, at)

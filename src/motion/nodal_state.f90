@@ -1,7 +1,7 @@
 !> The motion of the nodes at an instant between steps, for what is measured there.
 module hampm_nodal_state
    use hampm_kinds, only: dp, ndim
-   use hampm_contact, only: pressing_forces, press_pairs, share_normal
+   use hampm_contact, only: pressing_forces, share_normal
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
@@ -57,8 +57,8 @@ contains
       state%reaction = -force_on_held(m)
    end subroutine find_nodal_state
 
-   !> What is out of balance at the nodes as the particles are now: internal forces, loads and, where faces are pressed together,
-   !> their pressure [N]. The run goes on with the same bytes.
+   !> What is out of balance at the nodes as the particles are now: internal forces and loads, without what faces press on each other
+   !> [N]. The run goes on with the same bytes.
    subroutine unbalanced_force(m, force, internal)
       type(motion_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :), internal(:, :) !! all, and the internal ones alone; (ndim, n_points)
@@ -68,7 +68,6 @@ contains
       call gather_loads(m, by_mass=.false.)
       call gather_loads(m, by_mass=.true.)
       allocate (force, source=m%fields%force)
-      if (m%contact%n > 0) call press_pairs(m%contact, m%fields%mass_matrix, force)
    end subroutine unbalanced_force
 
    !> Room for a number of points.

@@ -7,8 +7,7 @@
 module hampm_rest
    use hampm_kinds, only: dp, ndim
    use hampm_energy, only: kinetic_energy, strain_energy
-   use hampm_failure, only: failure_t
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_motion, only: motion_t, refresh_grid, update_particles
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness
    implicit none
@@ -34,26 +33,32 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(out) :: distance
       type(stiffness_t) :: k
-      type(failure_t) :: failure                 ! nobody is told: the run is at its end, and its numbers stand
       real(dp), parameter :: least = 1e-6_dp     ! of the present strain energy
-      real(dp), allocatable :: force(:, :), internal(:, :), way(:)
+      real(dp), allocatable :: force(:, :), internal(:, :), way(:, :)
       real(dp) :: stored, missing
+      logical :: done
       distance = -1
       call update_particles(m)
       stored = strain_energy(m%particles, m%materials)
-      if (.not. stored > 0 .or. ndim*m%fields%mass_matrix%all%n_nodes > most_unknowns) return
+      if (.not. stored > 0) return
       call unbalanced_force(m, force, internal)
-      call new_stiffness(m, k, failure)
-      if (.not. failure%failed() .and. k%numbering%n > 0) then
-         allocate (way(k%numbering%n))
-         call k%solve(k%gather(force), way)
-         missing = dot_product(k%gather(force), way)/2
+      call new_stiffness(m, most_unknowns, pressed_pairs(m), k, done)
+      if (done) then
+         call k%solve(m, force, way)
+         missing = sum(force*way)/2
          distance = sqrt((kinetic_energy(m%particles) + max(0.0_dp, missing)) &
-                         /max(least*stored, stored - dot_product(k%gather(internal), way) + missing))
+                         /max(least*stored, stored - sum(internal*way) + missing))
          if (.not. distance <= huge(distance)) distance = -1
       end if
       call k%release()
    end subroutine find_distance_from_rest
+
+   !> The pairs of nodes on faces that are pressed together: they move alike.
+   pure function pressed_pairs(m) result(tied)
+      type(motion_t), intent(in) :: m
+      logical :: tied(m%contact%n)
+      if (m%contact%n > 0) tied = m%contact%touches
+   end function pressed_pairs
 
    !> The lowest angular frequency at which the material of a motion can swing [1/s], by inverse iteration. 0 where it is not known:
    !> a body can move without any force, or the scene is too large.
@@ -61,29 +66,33 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(out) :: frequency
       type(stiffness_t) :: k
-      type(failure_t) :: failure                 ! nobody is told: the frequency is not known
-      real(dp), allocatable :: x(:), y(:), force(:, :), internal(:, :)
+      real(dp), allocatable :: x(:, :), y(:, :), mass(:, :)
       real(dp) :: square, last
+      logical :: done
       integer :: turn, i
       frequency = 0
-      if (ndim*m%fields%mass_matrix%all%n_nodes > most_unknowns) return
-      call unbalanced_force(m, force, internal)  ! nodes have their masses now
-      call new_stiffness(m, k, failure)
-      if (.not. failure%failed() .and. k%numbering%n > 0) then
-         allocate (x(k%numbering%n), y(k%numbering%n))
-         do i = 1, size(x)
-            x(i) = 1 + 0.5_dp*sin(1.7_dp*i)      ! has a part of every mode
+      call refresh_grid(m)                       ! nodes have their masses now
+      call new_stiffness(m, most_unknowns, pressed_pairs(m), k, done)
+      if (done) then
+         allocate (x(ndim, m%grid%n_points), mass(ndim, m%grid%n_points))
+         mass = 0
+         do i = 1, m%fields%mass_matrix%all%n_nodes
+            associate (node => m%fields%mass_matrix%all%nodes(i))
+               mass(:, node) = m%fields%mass_matrix%lumped(node)
+               x(:, node) = 1 + 0.5_dp*sin(1.7_dp*i*[1, 2])     ! has a part of every mode
+            end associate
          end do
+         where (.not. mass > 0) x = 0
          last = 0
          do turn = 1, turns
-            x = x/sqrt(sum(k%mass*x**2))
-            call k%solve(k%mass*x, y)
-            square = sum(k%mass*x*y)/sum(k%mass*y**2) - k%shift
+            x = x/sqrt(sum(mass*x**2))
+            call k%solve(m, mass*x, y)
+            square = sum(mass*x*y)/sum(mass*y**2) - k%spring
             x = y
             if (abs(square - last) <= settled*square) exit
             last = square
          end do
-         if (square > 100*k%shift) frequency = sqrt(square)
+         if (square > 100*k%spring) frequency = sqrt(square)
       end if
       call k%release()
    end subroutine find_lowest_frequency

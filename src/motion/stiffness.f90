@@ -1,140 +1,251 @@
-!> The stiffness of a motion's material on its grid, by the particles as points of quadrature,
+!> The stiffness of a motion's material at small strain, by its particles as they stand in the grid, and solutions of K u = f with it:
+!> the place at which the motion comes to rest, if it does, and what changes there by other forces.
 !>
-!>    K_ij = sum_p V_p (grad N_i)' C (grad N_j),
-!>
-!> with the laws linearised about zero strain, and solutions with it. Unknowns are the degrees of freedom of the nodes with material
-!> that no constraint fixes.
-!>
-!> What nothing holds has rigid motions, against which K is no resistance. So what is factorised is K + shift M with the lumped
-!> masses M, the shift so small that it matters to nothing else.
+!> Where nothing holds a body, a part of K is singular. So K is that of bodies on very soft springs, everywhere in proportion
+!> to the mass: forces that balance each other do not feel them, others accelerate the body as a whole.
 module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_gradients, inside_cell
+   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
+   use hampm_linear_elastic, only: linear_stress
+   use hampm_loads, only: add_load, place_loads
+   use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t
    implicit none
    private
-   public :: stiffness_t, new_stiffness
+   public :: stiffness_t, new_stiffness, full_loads, small_stress, stiff_points, gradient_at, local_of
 
-   !> Shift over the largest K_ii/M_ii: an eigenvalue of a rigid motion is then a thousand times the rounding of a factorisation, and
-   !> that of a slender body with a thousand cells along it still a thousand times the shift.
-   real(dp), parameter :: relative_shift = 1e-13_dp
+   integer, parameter :: dofs = ndim*corners
 
-   !> A stiffness that can be solved with.
+   !> Squared frequency of the springs over that of a wave that crosses the bodies: far below that of the first bending of an arm
+   !> of a hundred times its depth, far above rounding.
+   real(dp), parameter :: softness = 1.0e-8_dp
+
+   !> A factorised stiffness.
    type :: stiffness_t
-      type(numbering_t) :: numbering             !! of the unknowns
-      real(dp), allocatable :: mass(:)           !! lumped, of each unknown [kg], (n)
-      real(dp) :: shift = 0                      !! [1/s2]
+      integer, allocatable, private :: nodes(:)  !! those of occupied cells
+      type(numbering_t), private :: unknowns
+      real(dp) :: spring = 0                     !! squared frequency of the springs [1/s2]
       type(factorisation_t), private :: factorised
    contains
       procedure :: solve
-      procedure :: gather
       procedure :: release
    end type stiffness_t
 
 contains
 
-   !> Assemble and factorise the stiffness of a motion whose particles are up to date and whose nodes have their masses. Fails where
-   !> the memory does not suffice.
-   subroutine new_stiffness(m, s, failure)
+   !> Assemble and factorise the stiffness, of at most so many unknowns. Of the pairs of the contact those that are `tied` move
+   !> alike in the direction normal to their faces. `done` is false where there are more unknowns or memory does not suffice.
+   subroutine new_stiffness(m, most_unknowns, tied, stiffness, done)
       type(motion_t), intent(in) :: m
-      type(stiffness_t), intent(out) :: s
-      type(failure_t), intent(inout) :: failure
+      integer, intent(in) :: most_unknowns
+      logical, intent(in) :: tied(:)             !! by pair of the contact
+      type(stiffness_t), intent(inout) :: stiffness
+      logical, intent(out) :: done
       type(sparse_t) :: matrix
-      integer, allocatable :: elements(:), nodes(:)
-      real(dp), allocatable :: diagonal(:)
-      logical, allocatable :: fixed(:, :)
-      real(dp) :: weight(corners, most_nodes_of_leaf)
-      integer :: masters(most_nodes_of_leaf), n, k, i
-      associate (grid => m%grid, lumped => m%fields%mass_matrix%lumped)
-         elements = pack([(k, k=1, grid%n_elements)], m%blocks%count_in > 0)
-         call nodes_of_elements(grid, elements, nodes)
-         allocate (fixed, source=m%constraints%fixed)
-         do k = 1, size(nodes)
-            if (.not. lumped(nodes(k)) > 0) fixed(:, nodes(k)) = .true.
-         end do
-         call number_unknowns(nodes, fixed, s%numbering)
-         call pattern_of_elements(grid, elements, s%numbering, matrix)
-         do k = 1, size(elements)
-            call grid%dofs%masters_of(grid%element_nodes(:, elements(k)), n, masters, weight)
-            call add_element(s%numbering, masters(:n), matrix_by_masters(ndim, weight, stiffness_of_cell(m, elements(k))), matrix)
-         end do
-         s%mass = lumped(s%numbering%node)
+      type(failure_t) :: failure                 ! nobody is told: without a solution there is only no estimate
+      call stiffness%release()
+      associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
+         call number(m, cells, tied, stiffness)
+         done = stiffness%unknowns%n > 0 .and. stiffness%unknowns%n <= most_unknowns
+         if (.not. done) return
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix)
+         call fill(m, cells, stiffness, matrix)
       end associate
-      if (s%numbering%n == 0) return
-      allocate (diagonal(matrix%n))
-      do i = 1, matrix%n
-         associate (row => [(k, k=matrix%row_start(i), matrix%row_start(i + 1) - 1)])
-            diagonal(i) = sum(matrix%value(row), mask=matrix%column(row) == i)
-         end associate
-      end do
-      s%shift = relative_shift*maxval(diagonal/s%mass)
-      do i = 1, matrix%n
-         call matrix%add(i, i, s%shift*s%mass(i))
-      end do
-      call s%factorised%analyse(matrix, failure)
-      if (.not. failure%failed()) call s%factorised%factorise(matrix, failure)
+      call stiffness%factorised%analyse(matrix, failure)
+      if (.not. failure%failed()) call stiffness%factorised%factorise(matrix, failure)
+      done = .not. failure%failed()
    end subroutine new_stiffness
 
-   !> Stiffness of a cell by its corners, the directions of a corner one after the other [N/m].
-   pure function stiffness_of_cell(m, e) result(k)
+   !> Number the unknowns: a tied pair has one for both of its nodes.
+   pure subroutine number(m, cells, tied, stiffness)
       type(motion_t), intent(in) :: m
-      integer, intent(in) :: e                   !! the element
-      real(dp) :: k(ndim*corners, ndim*corners)
-      real(dp) :: dn(ndim, corners), lambda, mu
-      integer :: i, a, b
-      k = 0
-      do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-         associate (p => m%particles, material => m%materials(m%particles%material(i)))
-            dn = transpose(shape_gradients(inside_cell(m%grid%local_coordinate(e, p%place_in_grid(i))), &
-                                           1/m%grid%element_size(e)))
-            lambda = p%volume(i)*material%small_strain_lambda()
-            mu = p%volume(i)*material%mu
+      integer, intent(in) :: cells(:)            !! the occupied elements
+      logical, intent(in) :: tied(:)
+      type(stiffness_t), intent(inout) :: stiffness
+      logical, allocatable :: fixed(:, :)
+      integer :: k
+      call nodes_of_elements(m%grid, cells, stiffness%nodes)
+      allocate (fixed, source=m%constraints%fixed)
+      do k = 1, size(tied)
+         if (tied(k)) fixed(m%contact%normal(k), m%contact%node(2, k)) = .true.
+      end do
+      call number_unknowns(stiffness%nodes, fixed, stiffness%unknowns)
+      do k = 1, size(tied)
+         associate (dof => stiffness%unknowns%dof, normal => m%contact%normal(k), pair => m%contact%node(:, k))
+            if (tied(k)) dof(normal, pair(2)) = dof(normal, pair(1))
          end associate
-         do b = 1, corners
-            do a = 1, corners
-               k(ndim*a - 1:ndim*a, ndim*b - 1:ndim*b) = k(ndim*a - 1:ndim*a, ndim*b - 1:ndim*b) + coupling(dn(:, a), dn(:, b))
+      end do
+   end subroutine number
+
+   !> Add the stiffness of all cells.
+   subroutine fill(m, cells, stiffness, matrix)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: cells(:)            !! the occupied elements
+      type(stiffness_t), intent(inout) :: stiffness
+      type(sparse_t), intent(inout) :: matrix
+      real(dp) :: by_corner(dofs, dofs), by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
+      real(dp) :: weight(corners, most_nodes_of_leaf)
+      integer :: masters(most_nodes_of_leaf), n, k
+      stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
+      do k = 1, size(cells)
+         call m%grid%dofs%masters_of(m%grid%element_nodes(:, cells(k)), n, masters, weight)
+         call element_stiffness(m, cells(k), stiffness%spring, by_corner)
+         by_master = matrix_by_masters(ndim, weight, by_corner)
+         call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
+      end do
+   end subroutine fill
+
+   !> The longer side of the box around all particles [m].
+   pure real(dp) function extent(m)
+      type(motion_t), intent(in) :: m
+      associate (x => m%particles%reference(:m%particles%n, :))
+         extent = max(maxval(maxval(x, dim=1) - minval(x, dim=1)), m%grid%finest_cell)
+      end associate
+   end function extent
+
+   !> Stiffness of an element, by corner, its directions one after the other [N/m].
+   pure subroutine element_stiffness(m, e, spring, matrix)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp), intent(in) :: spring             !! squared frequency [1/s2]
+      real(dp), intent(out) :: matrix(dofs, dofs)
+      real(dp), allocatable :: gradient(:, :, :)
+      integer :: i, k
+      matrix = 0
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            call stiff_points(m, e, i, gradient)
+            do k = 1, size(gradient, 3)
+               call add_point(m%materials(p%material(i)), p%volume(i)/size(gradient, 3), gradient(:, :, k), matrix)
+            end do
+            do k = 1, dofs
+               matrix(k, k) = matrix(k, k) + spring*p%mass(i)/corners
             end do
          end do
+      end associate
+   end subroutine element_stiffness
+
+   !> Gradients of the shape functions at the points by which a particle is stiff [1/m], (corners, ndim, points): where it stands.
+   !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
+   pure subroutine stiff_points(m, e, i, gradient)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e, i
+      real(dp), allocatable, intent(out) :: gradient(:, :, :)
+      real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
+      real(dp), parameter :: around(ndim, 4) = near*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
+      integer :: k
+      allocate (gradient(corners, ndim, merge(4, 1, m%blocks%count_in(e) == 1)))
+      gradient(:, :, 1) = gradient_at(m, i)
+      if (size(gradient, 3) == 1) return
+      do k = 1, 4
+         gradient(:, :, k) = shape_gradients(inside_cell(local_of(m, i) + around(:, k)), 1/m%grid%element_size(e))
       end do
-   contains
-      !> lambda g h' + mu (h g' + g . h I) of two gradients of shape functions.
-      pure function coupling(g, h) result(c)
-         real(dp), intent(in) :: g(ndim), h(ndim)
-         real(dp) :: c(ndim, ndim)
-         integer :: d, j
+   end subroutine stiff_points
+
+   !> Gradients of the shape functions at a particle [1/m].
+   pure function gradient_at(m, i) result(gradient)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: gradient(corners, ndim)
+      gradient = shape_gradients(local_of(m, i), 1/m%grid%element_size(m%particles%cell(i)))
+   end function gradient_at
+
+   !> Place of a particle in its cell, 0 to 1.
+   pure function local_of(m, i) result(xi)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: xi(ndim)
+      xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
+   end function local_of
+
+   !> Add the stiffness of a volume of material: the force on corner a in direction i by a displacement of corner b in direction
+   !> j.
+   pure subroutine add_point(material, volume, gradient, matrix)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp), intent(in) :: gradient(corners, ndim) !! of the shape functions [1/m]
+      real(dp), intent(inout) :: matrix(dofs, dofs)
+      real(dp) :: h(ndim, ndim), force(corners, ndim)
+      integer :: b, j, i
+      do b = 1, corners
          do j = 1, ndim
-            do d = 1, ndim
-               c(d, j) = lambda*g(d)*h(j) + mu*h(d)*g(j)
+            h = 0
+            h(j, :) = gradient(b, :)
+            force = volume*matmul(gradient, small_stress(material, h))
+            do i = 1, ndim
+               matrix(i::ndim, ndim*(b - 1) + j) = matrix(i::ndim, ndim*(b - 1) + j) + force(:, i)
             end do
-            c(j, j) = c(j, j) + mu*dot_product(g, h)
          end do
-      end function coupling
-   end function stiffness_of_cell
-
-   !> x with (K + shift M) x = b, by unknown.
-   subroutine solve(self, b, x)
-      class(stiffness_t), intent(in) :: self
-      real(dp), intent(in) :: b(:)
-      real(dp), intent(out) :: x(:)
-      call self%factorised%solve(b, x)
-   end subroutine solve
-
-   !> The unknowns' part of a nodal field.
-   pure function gather(self, field) result(x)
-      class(stiffness_t), intent(in) :: self
-      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
-      real(dp) :: x(self%numbering%n)
-      integer :: i
-      do i = 1, self%numbering%n
-         x(i) = field(self%numbering%direction(i), self%numbering%node(i))
       end do
-   end function gather
+   end subroutine add_point
+
+   !> Stress of a small displacement gradient, whatever the law [Pa].
+   pure function small_stress(material, h) result(stress)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(ndim, ndim)      !! [-]
+      real(dp) :: stress(ndim, ndim)
+      stress = linear_stress(material%small_strain_lambda(), material%mu, h)
+   end function small_stress
+
+   !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in a
+   !> second [N], (ndim, n_points).
+   subroutine full_loads(m, force)
+      type(motion_t), intent(inout) :: m
+      real(dp), allocatable, intent(out) :: force(:, :)
+      integer :: k, i
+      allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+      call place_loads(m%loads, m%grid, m%particles)
+      do k = 1, size(m%loads)
+         call add_load(m%loads(k), m%loads(k)%history%largest_factor(), force)
+      end do
+      if (size(m%loads) > 0) return
+      associate (p => m%particles)
+         do i = 1, p%n
+            associate (at => m%grid%element_nodes(:, p%cell(i)))
+               force(:, at) = force(:, at) - p%mass(i)*spread(p%velocity(i, :), 2, corners) &
+                              *spread(shape_functions(local_of(m, i)), 1, ndim)
+            end associate
+         end do
+      end associate
+   end subroutine full_loads
+
+   !> Displacement of the points by forces on them; forces on hanging nodes go to their masters [m].
+   subroutine solve(self, m, force, u)
+      class(stiffness_t), intent(in) :: self
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
+      real(dp), allocatable :: condensed(:, :), b(:), x(:)
+      integer :: k, d
+      allocate (condensed, source=force)
+      allocate (u(ndim, m%grid%n_points), b(self%unknowns%n), source=0.0_dp)
+      allocate (x(self%unknowns%n))
+      associate (all => m%fields%mass_matrix%all, dof => self%unknowns%dof)
+         call m%grid%dofs%condense(all, ndim, condensed)
+         do k = 1, size(self%nodes)
+            do d = 1, ndim
+               associate (node => self%nodes(k), unknown => dof(d, self%nodes(k)))
+                  if (unknown > 0) b(unknown) = b(unknown) + condensed(d, node)
+               end associate
+            end do
+         end do
+         call self%factorised%solve(b, x)
+         do k = 1, size(self%nodes)
+            do d = 1, ndim
+               associate (node => self%nodes(k), unknown => dof(d, self%nodes(k)))
+                  if (unknown > 0) u(d, node) = x(unknown)
+               end associate
+            end do
+         end do
+         call m%grid%dofs%distribute(all, ndim, u)
+      end associate
+   end subroutine solve
 
    !> Give back the memory.
    subroutine release(self)

@@ -1,0 +1,128 @@
+!> What it takes to close a crack at rest: by how much the faces at pairs of nodes part by forces there, and the work that brings
+!> together again what the loads have parted. That work, over the area, is what the energy release rate has been while the crack
+!> grew there. So its change with the length of the crack is known too, from one mesh and one crack.
+module hampm_closing
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_tip, only: crack_tip_t, face_nodes, upper, lower
+   use hampm_crack_tip_field, only: modes
+   use hampm_motion, only: motion_t
+   use hampm_stiffness, only: stiffness_t
+   implicit none
+   private
+   public :: closing_t, new_closing
+
+   !> A relative motion of the faces at a pair of nodes: the upper one moves along an axis and the lower one against it. On a
+   !> symmetry plane there is one node.
+   type :: parting_t
+      integer :: node(2) = 0                     !! on the upper and the lower face, 0 where there is no face
+      integer :: mode = 1                        !! opening or sliding
+      real(dp) :: axis(ndim) = 0                 !! unit vector
+      integer :: place = 0                       !! number of the pair
+   end type parting_t
+
+   !> The partings at some pairs, and what unit forces on each of them do.
+   type :: closing_t
+      type(parting_t), allocatable :: parting(:)
+      real(dp), allocatable :: moved(:, :, :)    !! displacement by a unit force on each [m/N], (ndim, n_points, partings)
+      real(dp), allocatable, private :: compliance(:, :) !! parting of each by a unit force on each other [m/N]
+      real(dp), allocatable, private :: parted(:)        !! by the loads [m]
+   contains
+      procedure :: close_pairs
+   end type closing_t
+
+   interface
+      !> Solve a symmetric positive definite system, by LAPACK.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: dp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(dp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dposv
+   end interface
+
+contains
+
+   !> Find what closes the pairs that are so many cells behind each of some tips, numbered as they are given; `found` tells how many
+   !> of them are there, one after the other.
+   subroutine new_closing(m, rest, tips, cells, u, closing, found)
+      type(motion_t), intent(in) :: m
+      type(stiffness_t), intent(in) :: rest
+      type(crack_tip_t), intent(in) :: tips(:)
+      integer, intent(in) :: cells(:)            !! by tip
+      real(dp), intent(in) :: u(:, :)            !! displacement by the loads [m], (ndim, n_points)
+      type(closing_t), intent(out) :: closing
+      integer, intent(out) :: found
+      real(dp), allocatable :: force(:, :), moved(:, :)
+      integer :: k, i
+      allocate (closing%parting(0), force(ndim, m%grid%n_points))
+      do found = 0, size(cells) - 1
+         k = size(closing%parting)
+         call add_pair(m, tips(found + 1), cells(found + 1), found + 1, closing%parting)
+         if (size(closing%parting) == k) exit
+      end do
+      associate (n => size(closing%parting))
+         allocate (closing%moved(ndim, m%grid%n_points, n), closing%compliance(n, n), closing%parted(n))
+         do k = 1, n
+            force = 0
+            associate (at => closing%parting(k))
+               if (at%node(upper) > 0) force(:, at%node(upper)) = at%axis
+               if (at%node(lower) > 0) force(:, at%node(lower)) = -at%axis
+            end associate
+            call rest%solve(m, force, moved)
+            closing%moved(:, :, k) = moved
+            closing%compliance(:, k) = [(parting_by(closing%parting(i), moved), i=1, n)]
+            closing%parted(k) = parting_by(closing%parting(k), u)
+         end do
+      end associate
+   end subroutine new_closing
+
+   !> Add the partings of the pair that is so many cells behind a tip, if it is there.
+   subroutine add_pair(m, tip, cells, place, list)
+      type(motion_t), intent(in) :: m
+      type(crack_tip_t), intent(in) :: tip
+      integer, intent(in) :: cells, place
+      type(parting_t), allocatable, intent(inout) :: list(:)
+      integer :: node(2), mode
+      node = face_nodes(tip, m%grid, tip%place - cells*tip%nodes%spacing*tip%axis(:, 1))
+      if (any(node == 0 .and. tip%face)) return
+      do mode = 1, merge(1, modes, tip%is_half())
+         list = [list, parting_t(node, mode, tip%axis(:, modes + 1 - mode), place)]
+      end do
+   end subroutine add_pair
+
+   !> By how much a displacement of the points parts a pair [m].
+   pure real(dp) function parting_by(at, u) result(parting)
+      type(parting_t), intent(in) :: at
+      real(dp), intent(in) :: u(:, :)            !! (ndim, n_points)
+      parting = 0
+      if (at%node(upper) > 0) parting = dot_product(u(:, at%node(upper)), at%axis)
+      if (at%node(lower) > 0) parting = parting - dot_product(u(:, at%node(lower)), at%axis)
+   end function parting_by
+
+   !> Close some pairs: the forces on all partings that do it [N], 0 on those of other pairs and on those that are held together
+   !> anyway, and their work by mode [J].
+   subroutine close_pairs(self, places, force, work)
+      class(closing_t), intent(in) :: self
+      integer, intent(in) :: places(:)           !! the pairs, by their numbers
+      real(dp), intent(out) :: force(:), work(modes)
+      integer, allocatable :: chosen(:)
+      real(dp), allocatable :: matrix(:, :), b(:, :)
+      integer :: i, info
+      force = 0
+      work = 0
+      chosen = pack([(i, i=1, size(force))], [(any(places == self%parting(i)%place) .and. self%compliance(i, i) > 0, &
+                                               i=1, size(force))])
+      if (size(chosen) == 0) return
+      allocate (matrix, source=self%compliance(chosen, chosen))
+      b = reshape(self%parted(chosen), [size(chosen), 1])
+      call dposv('L', size(chosen), 1, matrix, size(chosen), b, size(chosen), info)
+      if (info /= 0) return
+      force(chosen) = b(:, 1)
+      do i = 1, size(force)
+         associate (mode => self%parting(i)%mode)
+            work(mode) = work(mode) + force(i)*self%parted(i)/2
+         end associate
+      end do
+   end subroutine close_pairs
+end module hampm_closing

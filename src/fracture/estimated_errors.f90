@@ -1,0 +1,100 @@
+!> The estimated error of each column of G, J and K: a part of the value that is known before the first step, and that follows the
+!> value in time.
+module hampm_estimated_errors
+   use hampm_kinds, only: dp
+   use hampm_archive, only: archive_t
+   use hampm_crack_tip_field, only: modes
+   implicit none
+   private
+   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors
+
+   !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
+   !> shift in time is an error of the size of its neighbours.
+   real(dp), parameter :: floor_of_values = 0.1_dp
+
+   !> Part of what is corrected by which the correction may itself be wrong: how much too short a crack is depends on the
+   !> particles a cell, Poisson's ratio and the plane condition, from 0.20 to 0.30 cells, and the correction is that of 0.21.
+   real(dp), parameter :: uncertainty = 0.35_dp
+
+   !> The estimated error of a column.
+   type :: error_t
+      real(dp) :: relative = 0                   !! with the cells of the start [-]
+      real(dp) :: largest = 0                    !! size of the largest value so far, in the unit of the column
+      real(dp) :: now = 0                        !! of the latest value, in the unit of the column
+   end type error_t
+
+   !> Those of all columns.
+   type :: estimated_errors_t
+      type(error_t) :: nodal_force(modes)
+      type(error_t) :: stress_closure(modes)
+      type(error_t) :: domain(modes)
+      type(error_t) :: intensity(modes)
+      type(error_t) :: j
+      real(dp) :: of_tip = 1                     !! part of the estimate that goes with the cells at the tip [-]
+      real(dp) :: cell = 0                       !! size of these at the start [m]
+   contains
+      procedure :: with_cells
+   end type estimated_errors_t
+
+contains
+
+   !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `doubt` of it.
+   !> A mode that is hardly there at rest has the relative error of the other.
+   pure function relative_errors(value, best, doubt) result(relative)
+      real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
+      real(dp), intent(in) :: doubt(:)           !! by how much the estimate corrects `best`, over it [-]
+      real(dp) :: relative(size(value))          !! [-]
+      real(dp), parameter :: hardly = 1.0e-2_dp
+      logical :: there(size(value))
+      there = abs(best) > hardly*maxval(abs(best)) .and. abs(value) > 0
+      relative = 0
+      where (there) relative = abs(abs(best/value) - 1) + uncertainty*doubt*abs(best/value)
+      where (.not. there) relative = maxval(relative)
+   end function relative_errors
+
+   !> Follow a value: its error is a part of it, or of the largest so far, and not below `least`.
+   pure elemental subroutine follow(error, value, scale, least)
+      type(error_t), intent(inout) :: error
+      real(dp), intent(in) :: value              !! in the unit of the column, as the next but one
+      real(dp), intent(in) :: scale              !! of the relative error [-]
+      real(dp), intent(in) :: least
+      error%largest = max(error%largest, abs(value))
+      error%now = max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least)
+   end subroutine follow
+
+   !> By how much the relative errors of the start change with the cells at the tip [-].
+   pure real(dp) function with_cells(self, cell) result(scale)
+      class(estimated_errors_t), intent(in) :: self
+      real(dp), intent(in) :: cell               !! [m]
+      scale = 1
+      if (self%cell > 0) scale = 1 - self%of_tip*(1 - cell/self%cell)
+   end function with_cells
+
+   !> Keep what the next errors need of the values so far.
+   subroutine keep_errors(errors, archive)
+      type(estimated_errors_t), intent(inout) :: errors
+      class(archive_t), intent(inout) :: archive
+      call keep_column(errors%nodal_force, 'nodal_force', archive)
+      call keep_column(errors%stress_closure, 'stress_closure', archive)
+      call keep_column(errors%domain, 'domain', archive)
+      call keep_column(errors%intensity, 'intensity', archive)
+      call archive%keep('j_relative', errors%j%relative)
+      call archive%keep('j_largest', errors%j%largest)
+      call archive%keep('of_tip', errors%of_tip)
+      call archive%keep('error_cell', errors%cell)
+   end subroutine keep_errors
+
+   !> Keep those of the columns of an estimator.
+   subroutine keep_column(errors, name, archive)
+      type(error_t), intent(inout) :: errors(modes)
+      character(*), intent(in) :: name
+      class(archive_t), intent(inout) :: archive
+      real(dp) :: kept(modes)
+      kept = errors%relative
+      call archive%keep_reals(name//'_relative', modes, kept)
+      errors%relative = kept
+      kept = errors%largest
+      call archive%keep_reals(name//'_largest', modes, kept)
+      errors%largest = kept
+   end subroutine keep_column
+end module hampm_estimated_errors

@@ -1,0 +1,336 @@
+!> The energy release rate of a scene at rest, and how far off it is on the mesh of the run: an estimate before the first step, in
+!> docs/energy_release_rate.md with the specimens on which it was tried.
+module hampm_expected_error
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: shape_functions, shape_gradients
+   use hampm_closing, only: closing_t, new_closing
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_material, only: material_t
+   use hampm_motion, only: motion_t
+   use hampm_particles, only: particles_t
+   use hampm_recovery, only: recover
+   use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, small_stress, stiff_points, gradient_at, local_of
+   implicit none
+   private
+   public :: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
+
+   integer, parameter :: n_stress = ndim*ndim
+   integer, parameter :: most_turns = 5              !! of solving and tying faces that press on each other
+   integer, parameter :: most_pairs = 3              !! behind the tip that are closed
+
+   !> Unknowns of the largest problem that is solved: it takes about a gigabyte.
+   integer, parameter :: most_unknowns = 500000
+
+   !> By how much the crack of the cells is too short, in cells at the tip, by mode, and what comes to that times lambda/mu, as
+   !> nearly incompressible cells are too stiff. With Poisson's ratio 0.3, J lacks what it changes by over 0.21 and 0.31 cells
+   !> with 2 by 2 particles a cell, 0.23 and 0.34 with 3 by 3; of a centre crack in plane strain 0.25 to 0.27 at 0.45 and 0.44 at
+   !> 0.49.
+   real(dp), parameter :: short(modes) = [0.21_dp, 0.31_dp], by_stiffness = 0.005_dp
+
+   !> Radius around the tip, in cells there, within which the error is that of the shortness.
+   real(dp), parameter :: tip_zone = 3
+
+   !> How far, in cells, the middle of the material of an element that counts as full may be from that of the element.
+   real(dp), parameter :: not_full = 1.0e-3_dp
+
+   !> A crack at rest under the loads of the scene at their largest.
+   type :: crack_at_rest_t
+      logical :: known = .false.
+      real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
+      real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
+      real(dp) :: by_tip(modes) = 0              !! what it lacks as their crack is too short [J/m2]
+      real(dp) :: by_cells(modes) = 0            !! what it lacks by the cells away from the tip [J/m2]
+   contains
+      procedure :: best
+      procedure :: doubt
+      procedure :: part_of_tip
+   end type crack_at_rest_t
+
+contains
+
+   !> What G is thought to be, by mode [J/m2].
+   pure function best(self)
+      class(crack_at_rest_t), intent(in) :: self
+      real(dp) :: best(modes)
+      best = max(self%g + self%by_tip + self%by_cells, tiny(1.0_dp))
+   end function best
+
+   !> By how much that is corrected, over it, by mode; of a mode that is hardly there as of both together [-].
+   pure function doubt(self)
+      class(crack_at_rest_t), intent(in) :: self
+      real(dp) :: doubt(modes)
+      real(dp), parameter :: hardly = 1.0e-3_dp
+      associate (corrected => abs(self%by_tip) + abs(self%by_cells), g => self%best())
+         doubt = sum(corrected)/sum(g)
+         where (g > hardly*sum(g)) doubt = corrected/g
+      end associate
+   end function doubt
+
+   !> Part of the corrections that is that of the tip [-].
+   pure real(dp) function part_of_tip(self) result(part)
+      class(crack_at_rest_t), intent(in) :: self
+      part = sum(abs(self%by_tip))/max(sum(abs(self%by_tip) + abs(self%by_cells)), tiny(1.0_dp))
+   end function part_of_tip
+
+   !> Relative error of G where nothing is known but lengths [-]: of tips that are by the shortness too far back, with G as (a**2)
+   !> of a beam of length a and as (b**-3) of a ligament b that is bent, whichever way the loads are.
+   pure real(dp) function error_by_lengths(m, tip, mouth) result(relative)
+      type(motion_t), intent(in) :: m
+      type(crack_tip_t), intent(in) :: tip
+      real(dp), intent(in) :: mouth(ndim)        !! of the crack [m]
+      real(dp) :: a, b
+      integer :: i
+      b = 0
+      do i = 1, m%particles%n
+         b = max(b, dot_product(m%particles%reference(i, :) - tip%place, tip%axis(:, 1)))
+      end do
+      associate (cell => tip%nodes%spacing)
+         a = max(norm2(tip%place - mouth), cell)
+         b = max(b, cell)
+         associate (shortness => shortness_of(m%materials(tip%material)))
+            relative = shortness(1)*cell*(2/a + 3/b)
+         end associate
+      end associate
+   end function error_by_lengths
+
+   !> Find the first of some tips, of one crack, at rest. `known` is false where the crack has less than two nodes behind the tip,
+   !> where the loads do not open it, and where there are too many unknowns.
+   subroutine find_crack_at_rest(m, tips, thickness, crack)
+      type(motion_t), intent(inout) :: m
+      type(crack_tip_t), intent(in) :: tips(:)
+      real(dp), intent(in) :: thickness          !! [m]
+      type(crack_at_rest_t), intent(out) :: crack
+      type(stiffness_t) :: rest
+      type(closing_t) :: closing
+      integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
+      real(dp) :: to_g
+      logical :: done
+      call come_to_rest(m, rest, crack%u, done)
+      if (.not. done) call rest%release()
+      if (.not. done) return
+      of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
+      cells = [(k, k=1, most_pairs), (1, k=2, size(tips))]
+      do pairs = most_pairs, 2, -1
+         call new_closing(m, rest, tips([of_tip(:pairs), of_tip(most_pairs + 1:)]), [cells(:pairs), cells(most_pairs + 1:)], &
+                          crack%u, closing, found)
+         if (found == pairs + size(tips) - 1) exit
+      end do
+      call rest%release()
+      if (pairs < 2) return
+      to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
+      call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m%materials(tips(1)%material)), crack)
+      call find_far_error(m, tips(1), closing, to_g, crack)
+      crack%known = sum(abs(crack%g)) > 0
+   end subroutine find_crack_at_rest
+
+   !> Solve for rest under all loads. Faces in contact that would go through each other are tied, and stay so.
+   subroutine come_to_rest(m, rest, u, done)
+      type(motion_t), intent(inout) :: m
+      type(stiffness_t), intent(inout) :: rest
+      real(dp), allocatable, intent(inout) :: u(:, :)
+      logical, intent(out) :: done
+      real(dp), allocatable :: force(:, :)
+      logical :: tied(m%contact%n), through(m%contact%n)
+      integer :: turn, k
+      tied = .false.
+      call full_loads(m, force)
+      done = any(abs(force) > 0)
+      do turn = 1, most_turns
+         if (done) call new_stiffness(m, most_unknowns, tied, rest, done)
+         if (.not. done) return
+         call rest%solve(m, force, u)
+         call make_small(m, u)
+         do k = 1, size(tied)
+            associate (pair => m%contact%node(:, k), normal => m%contact%normal(k))
+               through(k) = .not. tied(k) .and. u(normal, pair(1)) < u(normal, pair(2))
+            end associate
+         end do
+         if (.not. any(through)) return
+         tied = tied .or. through
+      end do
+   end subroutine come_to_rest
+
+   !> Scale a displacement to small gradients: only ratios are asked for, and laws and positions are to be those of small strain.
+   subroutine make_small(m, u)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
+      real(dp), parameter :: small = 1.0e-7_dp
+      real(dp) :: largest
+      integer :: i
+      largest = 0
+      do i = 1, m%particles%n
+         largest = max(largest, maxval(abs(gradient_of(m, u, i))))
+      end do
+      if (largest > 0) u = u*(small/largest)
+   end subroutine make_small
+
+   !> Cells by which the crack of the cells is too short, by mode [-].
+   pure function shortness_of(material) result(shortness)
+      type(material_t), intent(in) :: material
+      real(dp) :: shortness(modes)
+      shortness = short + by_stiffness*material%small_strain_lambda()/material%mu
+   end function shortness_of
+
+   !> G, and by how much it would be larger with all tips by the shortness s further out, from the work that closes one pair of
+   !> nodes after the other. Through d_1, d_2, d_3, the means over the cells behind the tip, goes a parabola, with at the tip
+   !>
+   !>    G = (11 d_1 - 7 d_2 + 2 d_3)/6,  change over s cells = s (2 d_1 - 3 d_2 + d_3) + s**2/2 (d_1 - 2 d_2 + d_3),
+   !>
+   !> and one through their logarithms l, with
+   !>
+   !>    ln G = (15 l_1 - 10 l_2 + 3 l_3)/8,  change over s cells = s (2 l_1 - 3 l_2 + l_3) + s**2/2 (l_1 - 2 l_2 + l_3),
+   !>
+   !> as a mean over a cell is the value in the middle and h**2/24 G''. The first is right where a crack is a few cells long, the
+   !> second where a ligament is a few cells wide; each falls short in the other case, so that the larger change is taken. Of two
+   !> pairs they are lines. To this comes by how much closing a cell at another tip lowers d_1.
+   subroutine follow_closing(closing, pairs, others, to_g, shortness, crack)
+      type(closing_t), intent(in) :: closing
+      integer, intent(in) :: pairs, others       !! numbers of pairs behind the tip, and of other tips
+      real(dp), intent(in) :: to_g               !! from work by cell to G [1/m2]
+      real(dp), intent(in) :: shortness(modes)   !! [cells]
+      type(crack_at_rest_t), intent(inout) :: crack
+      real(dp) :: force(size(closing%parting)), work(modes, 0:pairs), d(most_pairs), l(most_pairs), apart(modes), both(modes)
+      real(dp) :: g(2), change(2)                ! by the two parabolas
+      integer :: k, mode
+      work(:, 0) = 0
+      do k = 1, pairs
+         call closing%close_pairs(first_few(k), force, work(:, k))
+      end do
+      do mode = 1, modes
+         d(:pairs) = to_g*(work(mode, 1:) - work(mode, :pairs - 1))
+         if (any(d(:pairs) <= 0)) cycle
+         if (pairs == 2) d(3) = d(2)**2/d(1)
+         l = log(d)
+         associate (s => shortness(mode), bend => d(1) - 2*d(2) + d(3))
+            g = [(11*d(1) - 7*d(2) + 2*d(3))/6, exp((15*l(1) - 10*l(2) + 3*l(3))/8)*(1 - bend/(24*d(2)))]
+            change = [s*(2*d(1) - 3*d(2) + d(3)) + s**2/2*bend, &
+                      g(2)*(exp(s*(2*l(1) - 3*l(2) + l(3)) + s**2/2*(l(1) - 2*l(2) + l(3))) - 1)]
+            crack%by_tip(mode) = change(maxloc(abs(change), dim=1))
+            crack%g(mode) = g(maxloc(abs(change), dim=1))
+         end associate
+      end do
+      do k = pairs + 1, pairs + others
+         call closing%close_pairs([k], force, apart)
+         call closing%close_pairs([1, k], force, both)
+         crack%by_tip = crack%by_tip + shortness*to_g*(work(:, 1) + apart - both)
+      end do
+   end subroutine follow_closing
+
+   !> The first numbers.
+   pure function first_few(n) result(numbers)
+      integer, intent(in) :: n
+      integer :: numbers(n)
+      integer :: k
+      numbers = [(k, k=1, n)]
+   end function first_few
+
+   !> What G lacks by the cells away from the tip. If these store M less than the body would, G = (U(a) - U(a - h))/(B h) lacks
+   !> what that changes by as the first pair is closed. The tip's surroundings, which look alike before and after, go with it. The
+   !> modes share it as they share G.
+   subroutine find_far_error(m, tip, closing, to_g, crack)
+      type(motion_t), intent(in) :: m
+      type(crack_tip_t), intent(in) :: tip
+      type(closing_t), intent(in) :: closing
+      real(dp), intent(in) :: to_g
+      type(crack_at_rest_t), intent(inout) :: crack
+      real(dp), allocatable :: closed(:, :)
+      real(dp) :: force(size(closing%parting)), work(modes)
+      integer :: k
+      call closing%close_pairs([1], force, work)
+      allocate (closed, source=crack%u)
+      do k = 1, size(force)
+         if (abs(force(k)) > 0) closed = closed - force(k)*closing%moved(:, :, k)
+      end do
+      associate (h => tip%nodes%spacing)
+         crack%by_cells = to_g*(missing_energy(m, tip%place, tip_zone*h, crack%u) &
+                                - missing_energy(m, tip%place - h*tip%axis(:, 1), tip_zone*h, closed))
+      end associate
+      crack%by_cells = crack%by_cells*work/sum(work)
+   end subroutine find_far_error
+
+   !> Energy that the cells away from a place store too little under given forces [J]: half of the squared error e in the energy
+   !> norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what the
+   !> particles miss of the energy of the cells' own field, which makes these softer.
+   real(dp) function missing_energy(m, place, radius, u) result(missing)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: place(ndim), radius !! and how far away [m]
+      real(dp), intent(in) :: u(:, :)            !! displacement of the points [m], (ndim, n_points)
+      real(dp), allocatable :: stress(:, :), nodal(:, :)
+      integer :: i, k, e
+      missing = 0
+      allocate (stress(n_stress, m%particles%n), nodal(n_stress, m%grid%n_points))
+      associate (p => m%particles, grid => m%grid, b => m%blocks)
+         do i = 1, p%n
+            stress(:, i) = reshape(small_stress(m%materials(p%material(i)), gradient_of(m, u, i)), [n_stress])
+         end do
+         do k = 1, size(m%materials)
+            call recover(grid, p, b, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+            do i = 1, b%n_occupied
+               e = b%occupied(i)
+               if (p%material(b%first_in(e)) /= k) cycle
+               if (norm2(grid%element_lower(:, e) + grid%element_size(e)/2 - place) < radius) cycle
+               missing = missing + missing_in_element(m, e, u(:, grid%element_nodes(:, e)), nodal(:, grid%element_nodes(:, e)))
+            end do
+         end do
+      end associate
+   end function missing_energy
+
+   !> The same of an element that is full of material; of others nothing is known [J].
+   pure real(dp) function missing_in_element(m, e, u, recovered) result(missing)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp), intent(in) :: u(ndim, corners)           !! [m]
+      real(dp), intent(in) :: recovered(n_stress, corners) !! stress at its nodes [Pa]
+      real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
+      real(dp), parameter :: gauss(ndim, 4) = 0.5_dp + off*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
+      real(dp), allocatable :: gradient(:, :, :)
+      real(dp) :: volume, middle(ndim), stress(ndim, ndim)
+      integer :: i, k
+      missing = 0
+      volume = 0
+      middle = 0
+      associate (p => m%particles, b => m%blocks, material => m%materials(m%particles%material(m%blocks%first_in(e))))
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            volume = volume + p%volume(i)
+            middle = middle + p%volume(i)*(local_of(m, i) - 0.5_dp)
+            call stiff_points(m, e, i, gradient)
+            do k = 1, size(gradient, 3)
+               stress = small_stress(material, matmul(u, gradient(:, :, k)))
+               missing = missing + p%volume(i)/size(gradient, 3)*material%stress_energy_density(stress)
+            end do
+         end do
+         if (any(abs(middle) > not_full*volume)) missing = 0
+         if (any(abs(middle) > not_full*volume)) return
+         do k = 1, 4
+            stress = small_stress(material, matmul(u, shape_gradients(gauss(:, k), 1/m%grid%element_size(e))))
+            missing = missing - volume/4*material%stress_energy_density(stress)
+            stress = reshape(matmul(recovered, shape_functions(gauss(:, k))), [ndim, ndim]) - stress
+            missing = missing + volume/4*material%stress_energy_density(stress)
+         end do
+      end associate
+   end function missing_in_element
+
+   !> Particles as they are where their points have a displacement.
+   pure subroutine displace(m, u, p)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      type(particles_t), intent(out) :: p
+      integer :: i
+      p = m%particles
+      p%velocity = 0
+      do i = 1, p%n
+         p%gradient(i, :, :) = gradient_of(m, u, i)
+         p%displacement(i, :) = matmul(u(:, m%grid%element_nodes(:, p%cell(i))), shape_functions(local_of(m, i)))
+      end do
+   end subroutine displace
+
+   !> Gradient at a particle of a displacement of the points [-].
+   pure function gradient_of(m, u, i) result(gradient)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      integer, intent(in) :: i
+      real(dp) :: gradient(ndim, ndim)
+      gradient = matmul(u(:, m%grid%element_nodes(:, m%particles%cell(i))), gradient_at(m, i))
+   end function gradient_of
+end module hampm_expected_error

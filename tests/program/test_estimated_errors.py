@@ -1,0 +1,66 @@
+"""The estimated errors of G, J and K cover the true ones, on specimens with known G, and are not much larger."""
+
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from history import History
+from paths import BENCH
+
+sys.path.insert(0, str(BENCH))
+
+from error_specimens import columns_of, specimens  # noqa: E402
+
+CHEAP = ["centre 0.4", "centre 0.5", "compact 0.5", "double edge 0.5", "beam, 4 cells", "beam, 4 cells, 3 points", "beam, 4 cells, strain",
+         "beam, 8 cells, 1 point", "split beam, one moment", "split beam, opposite", "split beam, equal, 4 cells"]
+MOST = 3  # times the true error
+
+
+@pytest.fixture(scope="module")
+def results(run_hampm, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("errors")
+    found = {}
+    for name in CHEAP:
+        specimen = specimens()[name]
+        (folder / "case.nml").write_text(specimen.scene)
+        done = run_hampm("case.nml", "--force", "--quiet", "--set", "output.file=case.h5", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        found[name] = History(folder / "case.h5").columns
+    return found
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_the_estimate_covers_the_error(results, name):
+    columns, specimen = results[name], specimens()[name]
+    for column, known in columns_of(specimen).items():
+        error = abs(abs(columns[column][-1]) - known)
+        assert error <= columns[column + "_error"][-1] + specimen.uncertainty_of(column), column
+
+
+def test_the_estimate_of_j_is_not_much_larger_than_the_error(results):
+    for name in CHEAP:
+        known = columns_of(specimens()[name])["J"]
+        assert results[name]["J_error"][-1] <= MOST * abs(results[name]["J"][-1] - known), name
+
+
+def test_no_estimate_is_below_its_part_of_the_largest_value(results):
+    columns = results["beam, 4 cells"]
+    part = columns["J_error"][-1] / columns["J"][-1]
+    assert np.all(columns["J_error"] >= 0.099 * part * np.maximum.accumulate(np.abs(columns["J"])))
+
+
+def test_estimates_have_the_units_of_their_columns(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(specimens()["beam, 4 cells"].scene)
+    assert hampm("case.nml", "--set", "output.history_interval=1e-4", "--steps", 5).returncode == 5
+    with h5py.File(tmp_path / "case.h5") as file:
+        names = [name for name in file["history"] if name.endswith("_error")]
+        assert len(names) == 5
+        assert all(file["history"][n].attrs["units"] == file["history"][n.removesuffix("_error")].attrs["units"] for n in names)
+
+
+def test_the_check_says_what_error_is_to_be_expected(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(specimens()["centre 0.5"].scene)
+    lines = [line for line in hampm("--check", "case.nml").stdout.splitlines() if line.startswith("! expected error")]
+    assert len(lines) == 1 and "J " in lines[0] and "%" in lines[0]
