@@ -115,12 +115,15 @@ def test_a_mirrored_scene_gives_mode_ii_of_the_other_sign(columns_of, refine, ti
 @pytest.mark.parametrize("refine", TIP.values(), ids=TIP)
 @pytest.mark.parametrize("method", ["", "frame = 'total'", "scheme = 'usl'", "mass = 'full'", "mass = 'fmpm'"])
 def test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives(columns_of, refine, method):
-    """The stress closure is left out where the matrix is not lumped: extrapolation then knows of the other half or does not."""
+    """The stress closure is left out where the matrix is not lumped: extrapolation then knows of the other half or does not. The
+    recovery of the stress, from which errors are estimated, never does the same at the plane as in the middle of a body."""
     half, whole = (columns_of(cantilever(refine, whole, method)) for whole in (False, True))
     doubled = {"particles", "cells", "kinetic_energy", "strain_energy", "external_work", "damping_loss"}
     left_out = {"reaction_x", "reaction_y", "numerical_loss"} | ({"G_stress_closure_I"} if "mass" in method else set())
     doubled &= half.keys() & whole.keys()
-    assert_equal(half, whole, [name for name in half if name not in left_out], {name: 2 for name in doubled})
+    errors = {name for name in half if name.endswith("_error")}
+    assert_equal(half, whole, [name for name in half if name not in left_out | errors], {name: 2 for name in doubled})
+    assert_equal(half, whole, sorted(errors - {"G_stress_closure_I_error"}), rtol=0.1)
     for mode_ii, mode_i in [("K_II", "K_I"), ("G_nodal_force_II", "G_nodal_force_I"), ("G_domain_II", "J")]:
         assert np.max(np.abs(whole[mode_ii])) < 1e-10 * np.max(np.abs(whole[mode_i]))
 
