@@ -2,6 +2,7 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
+   use hampm_cracks, only: crack_t
    use hampm_energy, only: angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
@@ -206,20 +207,20 @@ contains
    end subroutine look_at_modes
 
    !> Warn where the faces of the crack have gone through each other in the run.
-   subroutine look_at_faces(measurements, kind, contact, warning)
+   subroutine look_at_faces(measurements, crack, at_rest, warning)
       type(measurements_t), intent(in) :: measurements
-      character(*), intent(in) :: kind           !! of the crack
-      logical, intent(in) :: contact             !! whether its faces press on each other
+      type(crack_t), intent(in) :: crack
+      logical, intent(in) :: at_rest             !! whether the motion has come to rest
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: remedy
       associate (overlap => measurements%overlap)
-         if (contact .or. .not. overlap%is_notable()) return
+         if (crack%contact .or. .not. overlap%is_notable(at_rest)) return
          remedy = '&crack contact = ''frictionless'''
-         if (kind /= 'line') remedy = 'a whole body with a &crack of kind = ''line'' and contact = ''frictionless'''
+         if (crack%kind /= 'line') remedy = 'a whole body with a &crack of kind = ''line'' and contact = ''frictionless'''
          call warn(overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
                    three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
-                   'other, at '//three_digits(overlap%time)//' s, last at '//three_digits(overlap%last_time)// &
-                   ' s: then G and K are those of material that cannot be. Use '//remedy, overlapped, warning)
+                   'other, at '//three_digits(overlap%time)//' s: then G and K are those of material that cannot be. Use '// &
+                   remedy, overlapped, warning)
       end associate
    end subroutine look_at_faces
 

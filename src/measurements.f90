@@ -158,8 +158,7 @@ contains
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
       if (size(cracks%tips) > 0) then
          call measure_crack(scene, motion, cracks%tips(1), m%extrapolation, m%crack, first_g, failure)
-         call m%overlap%look(m%crack%behind, motion%time)
-         call m%overlap%look(m%crack%mouth, motion%time)
+         call m%overlap%look(reshape([m%crack%behind, m%crack%mouth], [2, 2]), motion%time)
       end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref

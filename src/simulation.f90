@@ -24,7 +24,6 @@ module hampm_simulation
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: piece_t
    use hampm_state, only: keep_motion
-   use hampm_text, only: three_digits
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
@@ -32,8 +31,9 @@ module hampm_simulation
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: simulation_t, build, rebuild, run, warnings, result_path
+   public :: simulation_t, build, rebuild, run, warnings, result_path, is_at_rest
 
+   real(dp), parameter :: near_rest = 0.01_dp    !! distance from rest up to which values are taken for those at rest [-]
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
    !> All that a run consists of.
@@ -206,9 +206,9 @@ contains
       end do
       call show_progress(s, last=.true.)
       if (failure%code == exit_computation) call show_what_failed(s)
+      if (.not. failure%failed()) call find_distance_from_rest(s%motion, s%distance_from_rest)
       if (size(s%cracks%crack) > 0 .and. failure%code /= exit_stopped) &
-         call look_at_faces(s%measurements, trim(s%cracks%crack(1)%kind), s%cracks%crack(1)%contact, s%warning)
-      if (.not. failure%failed()) call measure_rest(s)
+         call look_at_faces(s%measurements, s%cracks%crack(1), is_at_rest(s), s%warning)
       call tell_end(s, failure)
       call s%results%close(failure)
       if (failure%failed()) return
@@ -326,19 +326,11 @@ contains
       call ieee_set_halting_mode(ieee_usual, halting)
    end subroutine show_what_failed
 
-   !> Measure how far from rest the last values are. Who damps a motion wants it to come to rest: then a distance is warned of.
-   subroutine measure_rest(s)
-      type(simulation_t), intent(inout) :: s
-      real(dp), parameter :: noticed = 0.01_dp   ! [-]
-      character(:), allocatable :: text
-      call find_distance_from_rest(s%motion, s%distance_from_rest)
-      if (s%distance_from_rest <= noticed .or. .not. s%motion%damping_rate > 0) return
-      text = 'the run is damped, but has not come to rest: its displacements are '//three_digits(100*s%distance_from_rest)// &
-             ' % from it, G and J about twice that. Use a later &run end_time and the &damping rate '// &
-             'that --check proposes'
-      if (allocated(s%warning)) text = s%warning//new_line('a')//text
-      s%warning = text
-   end subroutine measure_rest
+   !> Whether the run has come to rest.
+   pure logical function is_at_rest(s)
+      type(simulation_t), intent(in) :: s
+      is_at_rest = s%distance_from_rest >= 0 .and. s%distance_from_rest <= near_rest
+   end function is_at_rest
 
    !> Write into the result how the run has ended and what it has warned of, so that the numbers do not go without that. A run that
    !> goes on later, or cannot write, has not ended.

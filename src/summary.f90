@@ -6,7 +6,7 @@ module hampm_summary
    use hampm_cracks, only: first_point
    use hampm_placement, only: point_text, length_text
    use hampm_rest, only: find_lowest_frequency, time_to_rest
-   use hampm_simulation, only: simulation_t
+   use hampm_simulation, only: simulation_t, is_at_rest
    use hampm_text, only: to_text, decimal, three_digits
    implicit none
    private
@@ -35,7 +35,8 @@ contains
    function rest_report(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
-      text = three_digits(s%distance_from_rest)//' (of the displacements, relative)'
+      text = three_digits(s%distance_from_rest)//' of the displacements'
+      if (.not. is_at_rest(s)) text = text//'; G, J and energies are about twice as far from their static values'
    end function rest_report
 
    !> How to come to rest: the damping and the end time for the lowest frequency of the scene; '' where that is not known, as

@@ -3,21 +3,22 @@
 module hampm_face_overlap
    use hampm_kinds, only: dp
    use hampm_archive, only: archive_t
-   use hampm_crack_tip_field, only: modes
    implicit none
    private
    public :: face_overlap_t, keep_overlap
 
-   !> Overlap over the largest displacement of the faces against each other in the run, above which it is told [-]. Dispersion lets
-   !> waves ripple before they arrive; what they part or press the faces by stays below a thousandth of what comes with the wave.
-   real(dp), parameter :: noticed = 1e-3_dp
+   !> Overlap over the largest displacement of the faces against each other in the run, above which it is told [-]. While waves come
+   !> and go it takes more: before a beam opens, the first bending waves press its arms together by up to a hundredth of that. What
+   !> is left at rest needs to be above rounding only.
+   real(dp), parameter :: noticed_in_motion = 0.02_dp, noticed_at_rest = 1e-6_dp
 
    !> The most that was seen, by the opening one cell behind the tip and at the mouth.
    type :: face_overlap_t
       real(dp) :: largest_jump = 0               !! largest opening, overlap or sliding [m]
       real(dp) :: overlap = 0                    !! largest overlap [m]
       real(dp) :: time = 0                       !! when that was [s]
-      real(dp) :: last_time = 0                  !! when there was a notable one last [s]
+      real(dp) :: last = 0                       !! overlap at the last look; below 0 where the faces have parted [m]
+      real(dp) :: last_time = 0                  !! when that was [s]
    contains
       procedure :: look
       procedure :: is_notable
@@ -25,22 +26,25 @@ module hampm_face_overlap
 
 contains
 
-   !> Look at an opening and sliding of the faces.
-   pure subroutine look(self, jump, time)
+   !> Look at the openings and slidings of the faces at some places.
+   pure subroutine look(self, jumps, time)
       class(face_overlap_t), intent(inout) :: self
-      real(dp), intent(in) :: jump(modes)        !! opening, sliding [m]
+      real(dp), intent(in) :: jumps(:, :)        !! opening, sliding [m], (modes, places)
       real(dp), intent(in) :: time               !! [s]
-      self%largest_jump = max(self%largest_jump, maxval(abs(jump)))
-      if (-jump(1) > noticed*self%largest_jump) self%last_time = time
-      if (-jump(1) <= self%overlap) return
-      self%overlap = -jump(1)
+      self%largest_jump = max(self%largest_jump, maxval(abs(jumps)))
+      self%last = maxval(-jumps(1, :))
+      self%last_time = time
+      if (self%last <= self%overlap) return
+      self%overlap = self%last
       self%time = time
    end subroutine look
 
-   !> Whether there was an overlap beyond rounding and ripples.
-   pure logical function is_notable(self)
+   !> Whether there was an overlap beyond rounding and passing waves.
+   pure logical function is_notable(self, at_rest)
       class(face_overlap_t), intent(in) :: self
-      is_notable = self%overlap > noticed*self%largest_jump
+      logical, intent(in) :: at_rest             !! whether the motion has come to rest
+      is_notable = self%overlap > noticed_in_motion*self%largest_jump
+      if (at_rest) is_notable = is_notable .or. self%last > noticed_at_rest*self%largest_jump
    end function is_notable
 
    !> Keep it in an archive.
@@ -51,6 +55,7 @@ contains
       call archive%keep('largest_jump', overlap%largest_jump)
       call archive%keep('overlap', overlap%overlap)
       call archive%keep('time', overlap%time)
+      call archive%keep('last', overlap%last)
       call archive%keep('last_time', overlap%last_time)
    end subroutine keep_overlap
 end module hampm_face_overlap

@@ -32,8 +32,8 @@ module hampm_loads
       integer, allocatable :: node(:, :)         !! nodes of the cell of each point, (corners, points)
       real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], (corners, points)
       ! What `book_work_late` needs of the step before [m/s]
-      real(dp) :: velocity(ndim) = 0             !! of the points, the mean by their parts of the load
-      real(dp) :: guess(ndim) = 0                !! what it was taken for after that step
+      real(dp) :: host_velocity(ndim) = 0        !! of the hosts after it, the mean by the parts of the load
+      real(dp) :: guess(ndim) = 0                !! what that of the points was taken for
    end type load_t
 
 contains
@@ -96,7 +96,10 @@ contains
             if (allocated(load%node)) then
                if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
             end if
-            if (.not. allocated(load%node)) allocate (load%node(corners, n), load%shape(corners, n))
+            if (.not. allocated(load%node)) then
+               allocate (load%node(corners, n), load%shape(corners, n))
+               load%host_velocity = velocity_of_hosts(load, p)
+            end if
             do k = 1, n
                load%node(:, k) = grid%element_nodes(:, p%cell(load%host(k)))
                load%shape(:, k) = weights(load, k, grid, p)
@@ -173,24 +176,25 @@ contains
    end subroutine book_work
 
    !> The same where that velocity is known in the next step only. What is booked now is the work of the step before, from
-   !> `time - last_dt` to `time`, without what it was taken for then, and what that of this step is taken for: with the velocity
-   !> continued by a line from the last two. So errors of the guess do not add up.
-   pure subroutine book_work_late(loads, time, dt, last_dt, velocity, work)
-      type(load_t), intent(inout) :: loads(:)
+   !> `time - last_dt` to `time`, without what it was taken for then, and what that of this step is taken for: with the velocity of
+   !> the step before and what the hosts have gained. So errors of the guess do not add up.
+   pure subroutine book_work_late(loads, p, time, dt, last_dt, velocity, work)
+      type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
+      type(particles_t), intent(in) :: p         !! after the step
       real(dp), intent(in) :: time, dt           !! [s]
       real(dp), intent(in) :: last_dt            !! 0 in the first step [s]
       real(dp), intent(in) :: velocity(:, :)     !! that of the step before, (ndim, n_points)
       real(dp), intent(out) :: work
-      real(dp) :: v(ndim)
+      real(dp) :: v(ndim), now(ndim)
       integer :: l
       work = 0
       do l = 1, size(loads)
          associate (load => loads(l))
             v = velocity_of_points(load, velocity)
             work = work + work_over(load, time - last_dt, last_dt, v - load%guess)
-            load%guess = v
-            if (last_dt > 0) load%guess = v + (v - load%velocity)*dt/last_dt
-            load%velocity = v
+            now = velocity_of_hosts(load, p)
+            load%guess = v + (now - load%host_velocity)
+            load%host_velocity = now
             work = work + work_over(load, time, dt, load%guess)
          end associate
       end do
@@ -203,6 +207,18 @@ contains
       real(dp), intent(in) :: velocity(ndim)     !! [m/s]
       work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, velocity)
    end function work_over
+
+   !> Velocity of the hosts of a load, the mean by its parts [m/s].
+   pure function velocity_of_hosts(load, p) result(v)
+      type(load_t), intent(in) :: load
+      type(particles_t), intent(in) :: p
+      real(dp) :: v(ndim)
+      integer :: k
+      v = 0
+      do k = 1, size(load%host)
+         v = v + load%fraction(k)*p%velocity(load%host(k), :)
+      end do
+   end function velocity_of_hosts
 
    !> Velocity of the points of a load, the mean by their parts of the load [m/s].
    pure function velocity_of_points(load, velocity) result(v)
@@ -295,7 +311,6 @@ contains
             call archive%keep_integers('host', n, load%host)
             call archive%keep_reals('offset', size(load%offset), load%offset)
             call archive%keep_reals('half', size(load%half), load%half)
-            call archive%keep_reals('velocity', ndim, load%velocity)
             call archive%keep_reals('guess', ndim, load%guess)
          end associate
       end do

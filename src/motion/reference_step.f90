@@ -53,7 +53,7 @@ contains
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
          call book_work(m%loads, m%time, dt, v_mapped, work)
       else
-         call book_work_late(m%loads, m%time, dt, m%last_dt, v, work)
+         call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, v, work)
       end if
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*at_particle(m, i, v_next)

@@ -169,7 +169,7 @@ contains
       if (m%scheme%remaps) then
          call book_work(m%loads, m%time, dt, m%fields%velocity(:, :, v_mapped), work)
       else
-         call book_work_late(m%loads, m%time, dt, m%last_dt, m%fields%velocity(:, :, v_n), work)
+         call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, m%fields%velocity(:, :, v_n), work)
       end if
       m%last_dt = dt
       m%external_work = m%external_work + work

@@ -41,7 +41,7 @@ def notes(result):
 
 
 def in_frame(text, frame):
-    return changed(text, "  courant = 0.1\n", f"  courant = 0.1\n  frame = '{frame}'\n")
+    return changed(text, "  frame = 'updated'\n", f"  frame = '{frame}'\n")
 
 
 def test_a_usual_scene_has_no_caveat(hampm, tmp_path):

@@ -51,11 +51,10 @@ def test_history_of_a_coarse_beam(dcb_result):
 
 def test_the_result_says_how_the_run_has_ended(dcb, tmp_path, dcb_result):
     attributes = History(dcb_result).attributes
-    assert attributes["ended"] == "done"
-    assert [line[:20] for line in attributes["warnings"].splitlines()] == ["the faces of the cra", "the run is damped, b"]
+    assert (attributes["ended"], attributes["warnings"]) == ("done", "")
     settings = "refine.indicator=gradient", "refine.max_level=1", "load.force=0,1e4", "run.end_time=4e-5", "output.snapshot_interval=0"
     printed = dcb(*(word for setting in settings for word in ("--set", setting))).stderr.splitlines()
-    assert len(printed) == 4  # strains, faces, no rest, and the limit of the levels
+    assert len(printed) == 2  # strains, and the limit of the levels
     assert printed == [f"hampm: warning: {line}" for line in History(tmp_path / "dcb.h5").attributes["warnings"].splitlines()]
     assert dcb("--force", "--steps", 50).returncode == 5
     assert not {"ended", "warnings"} & set(History(tmp_path / "dcb.h5").attributes)
