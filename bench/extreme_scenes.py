@@ -489,7 +489,8 @@ BLOW = {"run": {"end_time": 60.0, "thickness": 1.0, "plane": "'stress'"}, "grid"
         "material": {"name": "'m'", "law": "'neo_hookean'", "young": 1.0, "poisson": 0.3, "density": 1.0},
         "body": {"material": "'m'", "lower": (1.0, 2.0), "upper": (5.0, 6.0), "velocity": (0.03, 0.02), "points_per_cell": 4},
         "body ": {"material": "'m'", "lower": (6.3, 2.0), "upper": (10.3, 6.0), "velocity": (-0.01, 0.0), "points_per_cell": 4},
-        "method": {"courant": 0.1}, "output": {"history_interval": 1.0}, "energy_release": {"estimators": "'energy_balance'"}}
+        "method": {"courant": 0.1, "frame": "'updated'"}, "output": {"history_interval": 1.0},
+        "energy_release": {"estimators": "'energy_balance'"}}
 
 
 def in_units(groups, units):

@@ -2,8 +2,8 @@
 """Table of the last values of columns of one or more hampm results, such as energy release rates at rest.
 
 A value is the mean over the last tenth of the run (--part), so that what still rings counts little. Energy release rates are
-given over G_ref where there is one. With --converged each is followed by its difference from that, in percent, and where the files
-hold its estimated error, by that, in the unit of the value. A run that is not at rest is named where G, J or K are asked for.
+given over G_ref where there is one. With --converged each is followed by its difference from that, in percent, with --errors by its
+estimated error where the files hold that, in the unit of the value. A run that is not at rest is named where G, J or K are asked for.
 """
 
 import argparse
@@ -20,7 +20,8 @@ def main(arguments=None):
              if any(matches(name, pattern) for pattern in options.column)]
     if not names:
         raise ResultError(f"no column of {', '.join(map(str, options.files))} matches {', '.join(options.column)}", USAGE)
-    uncertain = {name for name in names for history in histories if history.error_of(name) and name + ERROR not in names}
+    uncertain = {name for name in names for history in histories
+                 if options.errors and history.error_of(name) and name + ERROR not in names}
     rows = [["file", *(heading for name in names for heading in headings(name, name in uncertain, options))]]
     rows += [[history.stem, *(word for name in names for word in words(history, name, name in uncertain, options))]
              for history in histories]
@@ -40,6 +41,7 @@ def parse(arguments):
                         "repeated (default: G_*)")
     parser.add_argument("--converged", type=float, metavar="VALUE", help="converged G/G_ref")
     parser.add_argument("--part", type=fraction, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
+    parser.add_argument("--errors", action="store_true", help="print the estimated errors beside their values")
     parser.add_argument("--csv", action="store_true", help="print comma-separated values")
     add_strict(parser)
     options = parser.parse_args(arguments)

@@ -186,18 +186,19 @@ contains
                                       v%nodal_force(:recorded))
          if (chosen%nodal_force) &
             call history%record_modes('G_nodal_force_', 'J/m2', 'estimated error of G_nodal_force', &
-                                      v%errors%nodal_force(:recorded)%now, '_error')
+                                      [v%errors%nodal_force(:recorded)%now], '_error')
          if (chosen%stress_closure) &
             call history%record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', &
                                       v%stress_closure(:recorded))
          if (chosen%stress_closure) &
             call history%record_modes('G_stress_closure_', 'J/m2', 'estimated error of G_stress_closure', &
-                                      v%errors%stress_closure(:recorded)%now, '_error')
+                                      [v%errors%stress_closure(:recorded)%now], '_error')
          if (chosen%domain_integral) then
             call history%record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain(:recorded))
-            call history%record_modes('G_domain_', 'J/m2', 'estimated error of G_domain', v%errors%domain(:recorded)%now, '_error')
+            call history%record_modes('G_domain_', 'J/m2', 'estimated error of G_domain', &
+                                      [v%errors%domain(:recorded)%now], '_error')
             call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity(:recorded))
-            call history%record_modes('K_', 'Pa m^0.5', 'estimated error of K', v%errors%intensity(:recorded)%now, '_error')
+            call history%record_modes('K_', 'Pa m^0.5', 'estimated error of K', [v%errors%intensity(:recorded)%now], '_error')
             if (recorded > 1) &
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))

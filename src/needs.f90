@@ -22,6 +22,10 @@ module hampm_needs
    real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
    real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
 
+   ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
+   real(dp), parameter :: of_stiffness = 336.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
+   real(dp), parameter :: most_at_rest = 2.5e5_dp   !! cells with particles for which it is found
+
    !> What a scene needs, in numbers.
    type :: needs_t
       real(dp) :: particles = 0                     !! that the run begins with, refined around a tip
@@ -100,6 +104,8 @@ contains
       if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
+      if ((estimates_errors(scene) .or. scene%damping%rate > 0) .and. occupied <= most_at_rest) &
+         bytes = bytes + of_stiffness*fill_of(occupied)
       if (scene%method%mass == 'lumped') return
       bytes = bytes + of_mass*cells
       if (scene%method%mass == 'fmpm') return
@@ -111,6 +117,14 @@ contains
       end select
    end function memory_of
 
+   !> Whether errors of energy release rates are estimated.
+   pure logical function estimates_errors(scene)
+      type(scene_t), intent(in) :: scene
+      associate (chosen => scene%energy_release)
+         estimates_errors = scene%crack%present .and. (chosen%nodal_force .or. chosen%stress_closure .or. chosen%domain_integral)
+      end associate
+   end function estimates_errors
+
    !> Memory of the factors of the mass matrix [bytes]: two directions, bands as wide as the narrower side of the material, or
    !> the fill of nested dissection.
    pure real(dp) function factors_of(scene, occupied) result(bytes)
@@ -119,9 +133,15 @@ contains
       if (scene%method%solver == 'banded') then
          bytes = 2*8*occupied*(min(sqrt(occupied), minval(scene%grid%cells) + 1.0_dp) + 2)
       else
-         bytes = 56*2*occupied*max(log(occupied)/log(2.0_dp), 1.0_dp)
+         bytes = 56*2*fill_of(occupied)
       end if
    end function factors_of
+
+   !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.
+   pure real(dp) function fill_of(occupied)
+      real(dp), intent(in) :: occupied
+      fill_of = occupied*max(log(occupied)/log(2.0_dp), 1.0_dp)
+   end function fill_of
 
    !> About how many columns the history has.
    pure integer function columns_of(scene) result(columns)

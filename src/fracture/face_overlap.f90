@@ -8,9 +8,10 @@ module hampm_face_overlap
    public :: face_overlap_t, keep_overlap
 
    !> Overlap over the largest displacement of the faces against each other in the run, above which it is told [-]. While waves come
-   !> and go it takes more: before a beam opens, the first bending waves press its arms together by up to a hundredth of that. What
-   !> is left at rest needs to be above rounding only.
-   real(dp), parameter :: noticed_in_motion = 0.02_dp, noticed_at_rest = 1e-6_dp
+   !> and go it takes more: before a beam opens, the first bending waves press its arms together by a hundredth of that, or by a
+   !> thirtieth of what they have opened by then. What
+   !> is left at rest needs to be above what is not yet at rest only.
+   real(dp), parameter :: noticed_in_motion = 0.1_dp, noticed_at_rest = 1e-3_dp
 
    !> The most that was seen, by the opening one cell behind the tip and at the mouth.
    type :: face_overlap_t

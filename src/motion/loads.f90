@@ -32,6 +32,7 @@ module hampm_loads
       integer, allocatable :: node(:, :)         !! nodes of the cell of each point, (corners, points)
       real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], (corners, points)
       ! What `book_work_late` needs of the step before [m/s]
+      logical :: begun = .false.                 !! whether there was one
       real(dp) :: host_velocity(ndim) = 0        !! of the hosts after it, the mean by the parts of the load
       real(dp) :: guess(ndim) = 0                !! what that of the points was taken for
    end type load_t
@@ -96,10 +97,9 @@ contains
             if (allocated(load%node)) then
                if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
             end if
-            if (.not. allocated(load%node)) then
-               allocate (load%node(corners, n), load%shape(corners, n))
-               load%host_velocity = velocity_of_hosts(load, p)
-            end if
+            if (.not. allocated(load%node)) allocate (load%node(corners, n), load%shape(corners, n))
+            if (.not. load%begun) load%host_velocity = velocity_of_hosts(load, p)
+            load%begun = .true.
             do k = 1, n
                load%node(:, k) = grid%element_nodes(:, p%cell(load%host(k)))
                load%shape(:, k) = weights(load, k, grid, p)
@@ -311,6 +311,8 @@ contains
             call archive%keep_integers('host', n, load%host)
             call archive%keep_reals('offset', size(load%offset), load%offset)
             call archive%keep_reals('half', size(load%half), load%half)
+            call archive%keep('begun', load%begun)
+            call archive%keep_reals('host_velocity', ndim, load%host_velocity)
             call archive%keep_reals('guess', ndim, load%guess)
          end associate
       end do

@@ -14,8 +14,9 @@ module hampm_rest
    private
    public :: find_distance_from_rest, find_lowest_frequency, time_to_rest
 
-   !> Unknowns of the largest stiffness that is factorised for this: about ten seconds and 3 GB.
-   integer, parameter :: most_unknowns = 1000000
+   !> Unknowns of the largest stiffness that is factorised for this: a few seconds and 1 GB; and where nobody asks for rest: a
+   !> few MB.
+   integer, parameter :: most_unknowns = 500000, most_unasked = 10000
    integer, parameter :: turns = 40              !! of inverse iteration, at most
    real(dp), parameter :: settled = 1e-4_dp      !! relative change of the frequency at which it ends
 
@@ -42,7 +43,7 @@ contains
       stored = strain_energy(m%particles, m%materials)
       if (.not. stored > 0) return
       call unbalanced_force(m, force, internal)
-      call new_stiffness(m, most_unknowns, pressed_pairs(m), k, done)
+      call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), pressed_pairs(m), k, done)
       if (done) then
          call k%solve(m, force, way)
          missing = sum(force*way)/2

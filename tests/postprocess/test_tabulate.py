@@ -49,7 +49,7 @@ def test_the_part_to_average(script, tmp_path):
 def test_estimated_errors_are_columns_beside_their_values(script, tmp_path):
     errors = {"G_nodal_force_I_error": np.full(101, 0.01 * G_REF), "K_I_error": np.full(101, 0.5)}
     files = [write_result(tmp_path / "a.h5", settled(1.25) | errors), write_result(tmp_path / "b.h5", settled(1.30))]
-    result = script("tabulate.py", *files, "--column", "G_*", "--column", "K_*", "--converged", 1.25, "--csv")
+    result = script("tabulate.py", *files, "--column", "G_*", "--column", "K_*", "--converged", 1.25, "--csv", "--errors")
     assert list(csv.reader(result.stdout.splitlines())) == [
         ["file", "G_nodal_force_I", "[%]", "G_nodal_force_I_error", "K_I", "K_I_error"],
         ["a", "1.25", "+0.00", "0.01", "7", "0.5"], ["b", "1.3", "+4.00", "-", "7", "-"]]

@@ -107,7 +107,7 @@ def test_table_and_result_files(extend, tmp_path):
     (["constraint.lower=0.07,0"], [], 2, "must be held in y by a &constraint"),
     (["run.end_tim=1"], [], 2, "did you mean 'end_time'?"),
     ([], ["--cells", "11"], 2, "&crack tip = 0.10500000000000001, 0.0: must be a node of the grid"),
-    (["method.scheme=usl", "method.courant=1.1"], [], 3, "has failed:\nhampm: ")])
+    (["material.density=2700", "load.force=0,1e9"], [], 3, "has failed:\nhampm: ")])
 def test_refuses(extend, settings, options, code, words):
     result = extend(*COARSE, *settings, options=options)
     assert (result.returncode, result.stdout) == (code, "") and words in result.stderr

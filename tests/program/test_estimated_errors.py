@@ -56,7 +56,7 @@ def test_estimates_have_the_units_of_their_columns(hampm, tmp_path):
     assert hampm("case.nml", "--set", "output.history_interval=1e-4", "--steps", 5).returncode == 5
     with h5py.File(tmp_path / "case.h5") as file:
         names = [name for name in file["history"] if name.endswith("_error")]
-        assert len(names) == 5
+        assert len(names) == 6
         assert all(file["history"][n].attrs["units"] == file["history"][n.removesuffix("_error")].attrs["units"] for n in names)
 
 

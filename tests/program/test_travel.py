@@ -3,7 +3,7 @@
 import pytest
 
 CANTILEVER = """
-&run plane = 'stress'  thickness = 1.0  end_time = 1.0 /
+&run plane = 'stress'  thickness = 1.0  end_time = 2.0 /
 &grid lower = -0.2, -1.2  cell = 0.025  cells = 56, 60 /
 &material name = 'rubber'  law = 'neo_hookean'  young = 1e6  poisson = 0.3  density = 1000 /
 &body material = 'rubber'  lower = 0.0, 0.0  upper = 1.0, 0.1  velocity = {velocity} /
