@@ -9,7 +9,7 @@ module hampm_rest
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_motion, only: motion_t, refresh_grid, update_particles
    use hampm_nodal_state, only: unbalanced_force
-   use hampm_stiffness, only: stiffness_t, new_stiffness
+   use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    implicit none
    private
    public :: find_distance_from_rest, find_lowest_frequency, time_to_rest
@@ -17,8 +17,8 @@ module hampm_rest
    !> Unknowns of the largest stiffness that is factorised for this: a few seconds and 1 GB; and where nobody asks for rest: a
    !> few MB.
    integer, parameter :: most_unknowns = 500000, most_unasked = 10000
-   integer, parameter :: turns = 40              !! of inverse iteration, at most
-   real(dp), parameter :: settled = 1e-4_dp      !! relative change of the frequency at which it ends
+   integer, parameter :: turns = 4               !! of inverse iteration, at most
+   real(dp), parameter :: settled = 1e-3_dp      !! relative change of the frequency at which it ends
 
    !> Critically damped, (1 + t w) exp(-t w) of a mode is left: a ten-thousandth after this many 1/w.
    real(dp), parameter :: radians_to_rest = 12.0_dp
@@ -61,33 +61,38 @@ contains
       if (m%contact%n > 0) tied = m%contact%touches
    end function pressed_pairs
 
-   !> The lowest angular frequency at which the material of a motion can swing [1/s], by inverse iteration. 0 where it is not known:
-   !> a body can move without any force, or the scene is too large.
+   !> The lowest angular frequency that the loads excite [1/s], by inverse iteration from where the material would rest under them.
+   !> 0 where it is not known: the loads move a body as a whole, there is neither load nor motion, or the scene is too large.
+   !>
+   !> A few turns only: the deflection by the loads is near the mode that is sought. A translation that nothing resists, of which
+   !> rounding leaves a part that would grow with each turn, is taken out.
    subroutine find_lowest_frequency(m, frequency)
       type(motion_t), intent(inout) :: m
       real(dp), intent(out) :: frequency
       type(stiffness_t) :: k
-      real(dp), allocatable :: x(:, :), y(:, :), mass(:, :)
+      real(dp), allocatable :: x(:, :), y(:, :), mass(:, :), force(:, :)
       real(dp) :: square, last
       logical :: done
       integer :: turn, i
       frequency = 0
       call refresh_grid(m)                       ! nodes have their masses now
+      call full_loads(m, force)
+      if (.not. any(abs(force) > 0)) return
       call new_stiffness(m, most_unknowns, pressed_pairs(m), k, done)
       if (done) then
-         allocate (x(ndim, m%grid%n_points), mass(ndim, m%grid%n_points))
-         mass = 0
+         allocate (mass(ndim, m%grid%n_points), source=0.0_dp)
          do i = 1, m%fields%mass_matrix%all%n_nodes
             associate (node => m%fields%mass_matrix%all%nodes(i))
                mass(:, node) = m%fields%mass_matrix%lumped(node)
-               x(:, node) = 1 + 0.5_dp*sin(1.7_dp*i*[1, 2])     ! has a part of every mode
             end associate
          end do
-         where (.not. mass > 0) x = 0
+         call k%solve(m, force, x)
+         call take_out_translation(m, mass, x)
          last = 0
          do turn = 1, turns
             x = x/sqrt(sum(mass*x**2))
             call k%solve(m, mass*x, y)
+            call take_out_translation(m, mass, y)
             square = sum(mass*x*y)/sum(mass*y**2) - k%spring
             x = y
             if (abs(square - last) <= settled*square) exit
@@ -97,6 +102,18 @@ contains
       end if
       call k%release()
    end subroutine find_lowest_frequency
+
+   !> Take the mean out of a field in the directions in which nothing is held.
+   pure subroutine take_out_translation(m, mass, x)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: mass(:, :)         !! of the points [kg], (ndim, n_points)
+      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
+      integer :: d
+      do d = 1, ndim
+         if (any(m%constraints%fixed(d, :))) cycle
+         x(d, :) = x(d, :) - sum(mass(d, :)*x(d, :))/sum(mass(d, :))
+      end do
+   end subroutine take_out_translation
 
    !> How long it takes until a ten-thousandth of the lowest mode is left, where it is damped critically, with a rate of twice its
    !> angular frequency [s].
