@@ -15,8 +15,8 @@ module hampm_rest
    public :: find_distance_from_rest, find_lowest_frequency, time_to_rest
 
    !> Unknowns of the largest stiffness that is factorised for this: a few seconds and 1 GB; and where nobody asks for rest: a
-   !> few MB.
-   integer, parameter :: most_unknowns = 500000, most_unasked = 10000
+   !> few MB; and to propose how to come to rest: a second and 0.2 GB.
+   integer, parameter :: most_unknowns = 500000, most_unasked = 10000, most_proposed = 100000
    integer, parameter :: turns = 4               !! of inverse iteration, at most
    real(dp), parameter :: settled = 1e-3_dp      !! relative change of the frequency at which it ends
 
@@ -78,7 +78,7 @@ contains
       call refresh_grid(m)                       ! nodes have their masses now
       call full_loads(m, force)
       if (.not. any(abs(force) > 0)) return
-      call new_stiffness(m, most_unknowns, pressed_pairs(m), k, done)
+      call new_stiffness(m, most_proposed, pressed_pairs(m), k, done)
       if (done) then
          allocate (mass(ndim, m%grid%n_points), source=0.0_dp)
          do i = 1, m%fields%mass_matrix%all%n_nodes
