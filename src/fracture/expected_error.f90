@@ -103,6 +103,7 @@ contains
       type(crack_at_rest_t), intent(out) :: crack
       type(stiffness_t) :: rest
       type(closing_t) :: closing
+      type(crack_tip_t), allocatable :: chosen(:)
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
@@ -112,8 +113,12 @@ contains
       of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
       cells = [(k, k=1, most_pairs), (1, k=2, size(tips))]
       do pairs = most_pairs, 2, -1
-         call new_closing(m, rest, tips([of_tip(:pairs), of_tip(most_pairs + 1:)]), [cells(:pairs), cells(most_pairs + 1:)], &
-                          crack%u, closing, found)
+         if (allocated(chosen)) deallocate (chosen)
+         allocate (chosen(pairs + size(tips) - 1))  ! tips(vector) as an argument would leak in gfortran 12
+         do k = 1, size(chosen)
+            chosen(k) = tips(of_tip(merge(k, k - pairs + most_pairs, k <= pairs)))
+         end do
+         call new_closing(m, rest, chosen, [cells(:pairs), cells(most_pairs + 1:)], crack%u, closing, found)
          if (found == pairs + size(tips) - 1) exit
       end do
       call rest%release()

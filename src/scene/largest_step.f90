@@ -108,14 +108,18 @@ contains
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
          if (.not. crosses_cells(scene, body)) then
-            rows = [(row_of_points(start(d), start(d) + length(d), n(d), sample_cells), d=1, ndim)]
+            do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
+               rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
+            end do
             limit = largest_courant(rows, ratio, mass, strains_last, damping)/speed
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
          length = n*length/points_along(body%lower, body%upper, cell, body%points_per_cell)
          start = ceiling(length - grace) - length          ! the upper end on a node
-         rows = [(row_of_points(start(d), start(d) + length(d), n(d), sample_cells), d=1, ndim)]
+         do d = 1, ndim
+            rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
+         end do
          shift(:, 0) = 0
          do i = 1, size(entered)
             shift(:, i) = rows%spacing/2 + entered(i)
@@ -124,7 +128,8 @@ contains
          do j = 0, size(entered)
             do i = 0, size(entered)
                if (i > j .and. n(1) == n(2)) exit          ! the same but for the names of the directions
-               moved = [shifted(rows(1), shift(1, i)), shifted(rows(2), shift(2, j))]
+               moved(1) = shifted(rows(1), shift(1, i))
+               moved(2) = shifted(rows(2), shift(2, j))
                limit = min(limit, largest_courant(moved, ratio, mass, strains_last, damping)/speed)
             end do
          end do
