@@ -22,6 +22,7 @@ module hampm_assembly
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
    use hampm_sorting, only: sort_into_cells
+   use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
    use hampm_text, only: to_text
    implicit none
@@ -64,7 +65,7 @@ contains
       if (failure%failed()) return
       do k = 1, size(scene%constraints)
          associate (c => scene%constraints(k))
-            call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed)
+            call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed, c%motion)
          end associate
       end do
       call place_loads(scene, motion, failure)
@@ -84,7 +85,13 @@ contains
    subroutine choose_integrator(scene, integrator)
       type(scene_t), intent(in) :: scene
       class(integrator_t), allocatable, intent(out) :: integrator
-      if (scene%method%time_steps == 'local') then
+      type(static_t) :: static
+      if (scene%method%time == 'static') then
+         static%equilibrium%solver = scene%method%solver
+         static%is_static = .true.
+         static%fixed_step = scene%output%history_interval
+         allocate (integrator, source=static)
+      else if (scene%method%time_steps == 'local') then
          allocate (subcycled_t :: integrator)
       else
          allocate (explicit_t :: integrator)
@@ -226,14 +233,7 @@ contains
       do k = 1, size(m%loads)
          associate (spec => scene%loads(k), load => m%loads(k))
             load%force = spec%force
-            load%history%kind = spec%history
-            load%history%start = spec%start
-            load%history%rise_time = spec%rise_time
-            load%history%frequency = spec%frequency
-            if (spec%history == 'table') then
-               load%history%times = spec%times
-               load%history%factors = spec%factors
-            end if
+            load%history = spec%history
             if (spec%kind == 'body') then
                call load_on_particles(m%particles, spec%lower, spec%upper, load)
             else

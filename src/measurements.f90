@@ -1,6 +1,6 @@
 !> What the history records: what is measured, and the list of its columns.
 module hampm_measurements
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
@@ -18,6 +18,7 @@ module hampm_measurements
    use hampm_history, only: history_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
    use hampm_motion, only: motion_t
+   use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    implicit none
@@ -41,6 +42,7 @@ module hampm_measurements
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       type(crack_values_t) :: crack              !! what was measured at the crack, if there is one
       type(face_overlap_t) :: overlap            !! of the faces of the crack
+      real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
       type(history_t) :: history                 !! the columns and the latest row
    end type measurements_t
 
@@ -74,14 +76,12 @@ contains
    !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude.
    pure real(dp) function energy_of_rounding(scene) result(energy)
       type(scene_t), intent(in) :: scene
-      real(dp) :: force, largest_factor
+      real(dp) :: force
       integer :: k
       force = 0
       do k = 1, size(scene%loads)
          associate (load => scene%loads(k))
-            largest_factor = 1
-            if (load%history == 'table') largest_factor = maxval(abs(load%factors))
-            force = force + norm2(load%force)*largest_factor
+            force = force + norm2(load%force)*abs(load%history%largest_factor())
          end associate
       end do
       energy = epsilon(energy)*force**2/(minval(scene%materials%young)*scene%run%thickness)
@@ -151,6 +151,7 @@ contains
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: first_g
+      type(nodal_state_t) :: state
       m%kinetic_energy = kinetic_energy(motion%particles)
       m%strain_energy = strain_energy(motion%particles, motion%materials)
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
@@ -159,6 +160,10 @@ contains
       if (size(cracks%tips) > 0) then
          call measure_crack(scene, motion, cracks%tips(1), m%extrapolation, m%crack, first_g, failure)
          call m%overlap%look(reshape([m%crack%behind, m%crack%mouth], [2, 2]), motion%time)
+      end if
+      if (any(scene%constraints%name /= '')) then
+         call find_nodal_state(motion, state, failure)
+         m%reactions = state%reactions
       end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
@@ -181,17 +186,34 @@ contains
          call history%record('finest_cell', 'm', 'size of the smallest occupied cell', smallest_occupied_cell(grid, motion%blocks))
          call history%record('kinetic_energy', 'J', 'kinetic energy', m%kinetic_energy)
          call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
-         call history%record('external_work', 'J', 'work of the loads', motion%external_work)
+         call history%record('external_work', 'J', 'work of the loads and of constraints that move', motion%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
          if (size(cracks%tips) > 0) call record_crack(scene, cracks%tips(1), m%crack, history)
+         call record_reactions(scene, m)
          if (scene%refine%indicator == 'zz') &
             call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
          if (scene%refine%indicator == 'gradient') &
             call history%record('largest_R', '1', 'largest mean R of the cells in the region', m%indicator)
       end associate
    end subroutine take_row
+
+   !> Record the force of each constraint that has a name, on the bodies.
+   subroutine record_reactions(scene, m)
+      type(scene_t), intent(in) :: scene
+      type(measurements_t), intent(inout) :: m
+      character(*), parameter :: meaning = 'force of this constraint on the bodies'
+      integer :: k
+      if (.not. allocated(m%reactions)) allocate (m%reactions(ndim, size(scene%constraints)), source=0.0_dp)
+      do k = 1, size(scene%constraints)
+         associate (name => scene%constraints(k)%name)
+            if (name == '') cycle
+            call m%history%record('reaction_'//trim(name)//'_x', 'N', meaning, m%reactions(1, k))
+            call m%history%record('reaction_'//trim(name)//'_y', 'N', meaning, m%reactions(2, k))
+         end associate
+      end do
+   end subroutine record_reactions
 
    !> Kinetic energy of the motion as a whole, which is nobody else's where nothing holds the material [J].
    pure real(dp) function energy_of_flight(motion) result(energy)

@@ -60,8 +60,12 @@ contains
          most_cells = needs%cells + (growth - 1)*occupied
          needs%most_memory = memory_of(scene, needs%most_particles, most_cells, growth*occupied)
       end associate
-      needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
-                                                        scene%method%wave_speed)
+      if (scene%method%time == 'static') then
+         needs%steps = scene%method%load_steps
+      else
+         needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
+                                                           scene%method%wave_speed)
+      end if
       needs%rows = 1 + scene%run%end_time/scene%output%history_interval
       if (scene%output%snapshot_interval > 0) needs%snapshots = 1 + scene%run%end_time/scene%output%snapshot_interval
       needs%rows = aint(needs%rows*(1 + 4*epsilon(needs%rows)))

@@ -180,6 +180,7 @@ contains
       type(simulation_t), intent(inout) :: s
       s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%blocks), s%motion%materials, &
                                         s%scene%method%courant, s%scene%method%wave_speed)
+      if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step
    end subroutine limit_time_step
 
    !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable. A run that
@@ -199,18 +200,23 @@ contains
       end if
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
-      if (.not. resumes) call record(s, failure)
+      if (.not. resumes .and. s%integrator%is_static) call settle_at_start(s, failure)
+      if (.not. (resumes .or. failure%failed())) call record(s, failure)
       do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
          call advance_to(s, next_output(s), failure)
          if (.not. failure%failed()) call record(s, failure)
       end do
       call show_progress(s, last=.true.)
       if (failure%code == exit_computation) call show_what_failed(s)
-      if (.not. failure%failed()) call find_distance_from_rest(s%motion, s%distance_from_rest)
+      if (.not. failure%failed()) then
+         s%distance_from_rest = s%integrator%distance_from_rest
+         if (.not. s%integrator%is_static) call find_distance_from_rest(s%motion, s%distance_from_rest)
+      end if
       if (size(s%cracks%crack) > 0 .and. failure%code /= exit_stopped) &
          call look_at_faces(s%measurements, s%cracks%crack(1), is_at_rest(s), s%warning)
       call tell_end(s, failure)
       call s%results%close(failure)
+      call s%integrator%finish()
       if (failure%failed()) return
       call remove_file(checkpoint_name(s%results%path))
       call remove_file(partial_name(checkpoint_name(s%results%path)))
@@ -235,7 +241,13 @@ contains
          if (failure%failed()) return
          before = s%motion%steps
          call s%integrator%advance(s%motion, s%dt, failure)
-         if (.not. failure%failed() .and. s%refinement%is_active()) call adapt(s, before, failure)
+         if (.not. failure%failed() .and. s%refinement%is_active()) then
+            if (s%integrator%is_static) then
+               call adapt_at_rest(s, failure)
+            else
+               call adapt(s, before, failure)
+            end if
+         end if
          if (failure%failed()) return
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1
@@ -272,6 +284,28 @@ contains
       call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine adapt
+
+   !> Find the equilibrium with which a static run begins.
+   subroutine settle_at_start(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call s%integrator%settle(s%motion, failure)
+      if (.not. failure%failed() .and. s%refinement%is_active()) call adapt_at_rest(s, failure)
+   end subroutine settle_at_start
+
+   !> At rest: refine the mesh and find equilibrium on it until the indicator asks for no more.
+   subroutine adapt_at_rest(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: adapted
+      do while (s%refinement%follows_motion())
+         call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
+         if (failure%failed() .or. .not. adapted) return
+         call rebuild_on_mesh(s, failure)
+         if (.not. failure%failed()) call s%integrator%settle(s%motion, failure)
+         if (failure%failed()) return
+      end do
+   end subroutine adapt_at_rest
 
    !> Whether the time of an output has come.
    pure logical function is_due(s, time)

@@ -34,6 +34,8 @@ contains
       call c%keep('steps', m%steps)
       call c%keep('last_dt', m%last_dt)
       call c%keep('external_work', m%external_work)
+      call c%keep('driven_dt', m%driven%dt)
+      call c%keep('driven_work', m%driven%work)
       call c%keep('damping_loss', m%damping_loss)
       call c%keep('numerical_loss', m%numerical_loss)
       call keep_grid(c, cracks, m%grid)

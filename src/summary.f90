@@ -47,6 +47,7 @@ contains
       real(dp) :: frequency, steady
       integer :: k
       text = ''
+      if (s%integrator%is_static) return
       call find_lowest_frequency(s%motion, frequency)
       if (.not. frequency > 0) return
       steady = 0

@@ -20,6 +20,7 @@ module hampm_factorisation
       procedure :: analyse
       procedure :: factorise
       procedure :: solve
+      procedure :: sign_of_determinant
       procedure :: bandwidth
       procedure :: release
    end type factorisation_t
@@ -61,6 +62,14 @@ contains
          call self%banded%solve(b, x)
       end if
    end subroutine solve
+
+   !> Sign of the determinant of the factorised matrix, 0 where it is not known; a Cholesky factorisation is there only where all
+   !> eigenvalues are positive.
+   integer function sign_of_determinant(self) result(sign_of)
+      class(factorisation_t), intent(in) :: self
+      sign_of = 1
+      if (self%by_umfpack) sign_of = self%umfpack%sign_of_determinant()
+   end function sign_of_determinant
 
    !> Entries beside the diagonal of the banded matrix, to one side; 0 by UMFPACK.
    pure integer function bandwidth(self)

@@ -25,6 +25,7 @@ module hampm_umfpack
       procedure :: analyse
       procedure :: factorise
       procedure :: solve
+      procedure :: sign_of_determinant
       procedure :: release
    end type umfpack_t
 
@@ -61,6 +62,13 @@ module hampm_umfpack
          type(c_ptr), value :: numeric
          real(c_double), intent(out) :: info(*)
       end function umfpack_di_solve
+
+      integer(c_int) function umfpack_di_get_determinant(mantissa, exponent, numeric, info) bind(c)
+         import :: c_int, c_double, c_ptr
+         real(c_double), intent(out) :: mantissa, exponent   ! of ten
+         type(c_ptr), value :: numeric
+         real(c_double), intent(out) :: info(*)
+      end function umfpack_di_get_determinant
 
       subroutine umfpack_di_free_symbolic(symbolic) bind(c)
          import :: c_ptr
@@ -117,6 +125,16 @@ contains
       status = umfpack_di_solve(solve_system, self%column_start, self%row, self%value, x, rhs, self%numeric, self%control, info)
       if (status /= 0) x = 0                     ! the caller checks the residual
    end subroutine solve
+
+   !> 1, -1, or 0 where it is not known.
+   integer function sign_of_determinant(self) result(sign_of)
+      class(umfpack_t), intent(in) :: self
+      real(c_double) :: mantissa, exponent, info(n_info)
+      integer(c_int) :: status
+      sign_of = 0
+      status = umfpack_di_get_determinant(mantissa, exponent, self%numeric, info)
+      if (status == 0 .and. abs(mantissa) > 0) sign_of = nint(sign(1.0_dp, mantissa))
+   end function sign_of_determinant
 
    !> Give back the memory.
    subroutine release(self)

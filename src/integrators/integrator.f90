@@ -10,11 +10,16 @@ module hampm_integrator
 
    !> A way to integrate the equations of motion.
    type, abstract :: integrator_t
+      real(dp) :: fixed_step = 0                 !! time step where it does not follow the cells, else 0 [s]
+      logical :: is_static = .false.             !! whether a step ends in equilibrium
+      real(dp) :: distance_from_rest = -1        !! of the last such step, see `equilibrium_t` [-]
       integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
    contains
       procedure(choose_steps), deferred :: choose_steps
       procedure(advance), deferred :: advance
       procedure :: has_to_choose
+      procedure :: settle
+      procedure :: finish
       procedure :: keep
    end type integrator_t
 
@@ -49,6 +54,21 @@ contains
       type(motion_t), intent(in) :: m
       has_to_choose = m%blocks%groups%largest < self%largest
    end function has_to_choose
+
+   !> Find equilibrium at the present time, where steps end in that; else there is nothing to do.
+   subroutine settle(self, m, failure)
+      class(integrator_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      if (failure%failed()) return
+      self%largest = min(self%largest, m%blocks%groups%largest)
+   end subroutine settle
+
+   !> Give back what is not needed after the last step.
+   subroutine finish(self)
+      class(integrator_t), intent(inout) :: self
+      self%largest = 0
+   end subroutine finish
 
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)

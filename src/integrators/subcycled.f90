@@ -20,7 +20,7 @@ module hampm_subcycled
    use hampm_cell_blocks, only: cell_blocks_t, smallest_occupied_cell, lanes, of_momentum, of_force
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t, steps_for
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_loads, only: place_loads, add_load, book_work
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_motion, only: motion_t, update_particles, map_to_grid
@@ -262,7 +262,7 @@ contains
    !> middle: one at t stands for the forces from t - T/2 to t + T/2, before and after which the velocities hold. A load that sets
    !> in at t has half of it; with all of it the motion would be early by T/2.
    pure real(dp) function mean_around(history, time, interval)
-      type(load_history_t), intent(in) :: history
+      type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: time, interval     !! [s]
       mean_around = 0.5_dp*(history%factor(time - 0.5_dp*interval) + history%factor(time + 0.5_dp*interval))
    end function mean_around

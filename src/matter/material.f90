@@ -2,7 +2,8 @@
 module hampm_material
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
-   use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density
+   use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density, &
+                                  neo_hookean_piola_change
    implicit none
    private
    public :: material_t, new_material, laws
@@ -24,6 +25,7 @@ module hampm_material
    contains
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
+      procedure :: conjugate_change
       procedure :: mapped_stress
       procedure :: energy_density
       procedure :: stress_energy_density
@@ -82,6 +84,21 @@ contains
          stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
       end select
    end function conjugate_stress
+
+   !> What a small change of H makes of `conjugate_stress` [Pa].
+   pure function conjugate_change(self, h, dh) result(change)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
+      real(dp) :: change(ndim, ndim)
+      change = 0
+      select case (self%law)
+       case (linear_elastic)
+         change = linear_stress(self%lambda, self%mu, dh)
+       case (neo_hookean)
+         change = neo_hookean_piola_change(self%lambda, self%mu, self%plane_stress, h, dh)
+      end select
+   end function conjugate_change
 
    !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
    pure function mapped_stress(self, h, total_frame) result(stress)

@@ -12,7 +12,7 @@ module hampm_neo_hookean
    use hampm_tensors, only: determinant, trace, identity, inverse_transpose
    implicit none
    private
-   public :: neo_hookean_kirchhoff, neo_hookean_energy_density, neo_hookean_first_piola
+   public :: neo_hookean_kirchhoff, neo_hookean_energy_density, neo_hookean_first_piola, neo_hookean_piola_change
 
 contains
 
@@ -41,6 +41,29 @@ contains
       if (turned_over(h)) return
       piola = matmul(neo_hookean_kirchhoff(lambda, mu, plane_stress, h), inverse_transpose(identity + h))
    end function neo_hookean_first_piola
+
+   !> Change of the first Piola stress P = mu (F - F^-T) + lambda ln J F^-T by a small change of H [Pa]:
+   !>
+   !>    dP = mu dF + (mu - lambda ln J) F^-T dF^T F^-T + lambda d(ln J) F^-T,
+   !>    d(ln J) = (1 + dy/d(ln J_2)) F^-T : dF,   dy/d(ln J_2) = -lambda/(2 mu exp(2 y) + lambda) in plane stress, else 0.
+   !>
+   !> Zero where the material is turned inside out.
+   pure function neo_hookean_piola_change(lambda, mu, plane_stress, h, dh) result(change)
+      real(dp), intent(in) :: lambda, mu, h(ndim, ndim)
+      logical, intent(in) :: plane_stress
+      real(dp), intent(in) :: dh(ndim, ndim)     !! change of the displacement gradient [-]
+      real(dp) :: change(ndim, ndim)
+      real(dp) :: inverse(ndim, ndim), log_j, y, part
+      change = 0
+      if (turned_over(h)) return
+      inverse = inverse_transpose(identity + h)
+      log_j = log_plane(h)
+      y = log_thickness(lambda, mu, plane_stress, log_j)
+      part = 1
+      if (plane_stress) part = 2*mu*exp(2*y)/(2*mu*exp(2*y) + lambda)
+      change = mu*dh + (mu - lambda*(log_j + y))*matmul(inverse, matmul(transpose(dh), inverse)) &
+               + lambda*part*sum(inverse*dh)*inverse
+   end function neo_hookean_piola_change
 
    !> Energy per reference volume [J/m3].
    pure real(dp) function neo_hookean_energy_density(lambda, mu, plane_stress, h) result(energy)

@@ -10,7 +10,7 @@ module hampm_loads
    use hampm_basis, only: shape_functions
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_particles, only: particles_t
    use hampm_text, only: to_text
    implicit none
@@ -21,7 +21,7 @@ module hampm_loads
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
-      type(load_history_t) :: history
+      type(time_history_t) :: history
       real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)
       integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)

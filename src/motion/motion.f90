@@ -5,6 +5,7 @@ module hampm_motion
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
    use hampm_cuts, only: crosses
+   use hampm_driven_nodes, only: driven_work_t
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
@@ -51,7 +52,8 @@ module hampm_motion
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done
       real(dp) :: last_dt = 0                    !! length of the last step [s]
-      real(dp) :: external_work = 0              !! work of the loads [J]
+      real(dp) :: external_work = 0              !! work of the loads and of constraints that move [J]
+      type(driven_work_t) :: driven              !! what of the latter is not final
       real(dp) :: damping_loss = 0               !! energy taken by the damping [J]
       real(dp) :: numerical_loss = 0             !! energy lost by the method, booked with `audit` [J]
    end type motion_t

@@ -12,7 +12,7 @@ module hampm_nodal_state
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: nodal_state_t, find_nodal_state, unbalanced_force
+   public :: nodal_state_t, find_nodal_state, internal_force, unbalanced_force
 
    !> Nodal fields at one instant, by point: zero where there are no particles.
    type :: nodal_state_t
@@ -23,6 +23,7 @@ module hampm_nodal_state
       real(dp), allocatable :: pressing(:)       !! force with which the faces press on each other there [N]
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
                                                  !! that is not diagonal couples to held nodes [N]
+      real(dp), allocatable :: reactions(:, :)   !! the same of each of the constraints [N], (ndim, constraints)
    end type nodal_state_t
 
 contains
@@ -39,6 +40,7 @@ contains
       type(motion_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
       type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: reactions(:, :)
       call resize_to_points(m%grid%n_points, state)
       call refresh_grid(m)
       state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
@@ -54,8 +56,19 @@ contains
          call share_normal(m%contact, m%grid, m%fields%mass_matrix, state%divergence)
       end if
       call gather_loads(m, by_mass=.true.)
-      state%reaction = -force_on_held(m)
+      allocate (reactions(ndim, m%constraints%number()), source=0.0_dp)
+      call sum_on_held(m, reactions)
+      state%reactions = -reactions
+      state%reaction = sum(state%reactions, dim=2)
    end subroutine find_nodal_state
+
+   !> Internal forces at the points as the particles are now, not condensed [N]. The run goes on with the same bytes.
+   subroutine internal_force(m, force)
+      type(motion_t), intent(inout) :: m
+      real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
+      call gather_stress(m)
+      allocate (force, source=m%fields%force)
+   end subroutine internal_force
 
    !> What is out of balance at the nodes as the particles are now: internal forces and loads, without what faces press on each other
    !> [N]. The run goes on with the same bytes.
@@ -115,18 +128,20 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
    end subroutine gather_loads
 
-   !> Sum of the forces on the fixed components of nodes with particles [N].
-   pure function force_on_held(m) result(force)
+   !> Sum of the forces on the components of nodes with particles that each constraint fixes [N].
+   pure subroutine sum_on_held(m, force)
       type(motion_t), intent(in) :: m
-      real(dp) :: force(ndim)
+      real(dp), intent(inout) :: force(:, :)     !! (ndim, constraints)
       integer :: a, d
-      force = 0
       associate (all => m%fields%mass_matrix%all)
          do a = 1, all%n_nodes
             do d = 1, ndim
-               if (m%constraints%holds(all%nodes(a), d)) force(d) = force(d) + m%fields%force(d, all%nodes(a))
+               if (.not. m%constraints%holds(all%nodes(a), d)) cycle
+               associate (k => m%constraints%box(d, all%nodes(a)))
+                  force(d, k) = force(d, k) + m%fields%force(d, all%nodes(a))
+               end associate
             end do
          end do
       end associate
-   end function force_on_held
+   end subroutine sum_on_held
 end module hampm_nodal_state

@@ -8,6 +8,7 @@
 module hampm_step
    use hampm_kinds, only: dp, ndim
    use hampm_contact, only: share_velocity, keep_apart
+   use hampm_driven_nodes, only: impose, drive
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
@@ -71,7 +72,7 @@ contains
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
       is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. .not. m%audit &
-                 .and. size(m%blocks%crowded) == 0
+                 .and. size(m%blocks%crowded) == 0 .and. .not. m%constraints%move()
    end function is_local
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
@@ -140,6 +141,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
+      if (m%constraints%move()) call impose(m%constraints, m%grid, m%fields, which)
       if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
    end subroutine solve_velocity
@@ -155,6 +157,7 @@ contains
       if (size(m%loads) > 0) m%fields%force = m%fields%force + m%fields%external
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)
+      if (m%constraints%move()) call drive(m%constraints, m%grid, m%time, dt, m%fields, m%driven, m%external_work)
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power

@@ -1,10 +1,12 @@
 !> The stiffness of a motion's material at small strain, by its particles as they stand in the grid, and solutions of K u = f with it:
 !> the place at which the motion comes to rest, if it does, and what changes there by other forces.
 !>
-!> Where nothing holds a body, a part of K is singular. So K is that of bodies on very soft springs, everywhere in proportion
+!> Where nothing holds a body, a part of K is singular. So K may be that of bodies on very soft springs, everywhere in proportion
 !> to the mass: forces that balance each other do not feel them, others accelerate the body as a whole.
+!>
+!> For equilibrium of any law K is the tangent: how internal forces change with the displacement from the particles' present state.
 module hampm_stiffness
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim, corners, name_len
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
@@ -15,10 +17,12 @@ module hampm_stiffness
    use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
+   use hampm_rigid_motions, only: pin_t
    use hampm_sparse, only: sparse_t
    implicit none
    private
-   public :: stiffness_t, new_stiffness, full_loads, small_stress, stiff_points, gradient_at, local_of
+   public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads, small_stress, stiff_points, &
+             gradient_at, local_of
 
    integer, parameter :: dofs = ndim*corners
 
@@ -26,55 +30,98 @@ module hampm_stiffness
    !> of a hundred times its depth, far above rounding.
    real(dp), parameter :: softness = 1.0e-8_dp
 
+   !> Which stiffness is wanted.
+   type :: stiffness_kind_t
+      logical :: is_tangent = .false.            !! that of the present state, with every particle as one point; else that of small
+                                                 !! strain, where a particle alone in its cell is four points
+      logical :: on_springs = .true.             !! see above
+      character(name_len) :: solver = 'umfpack'  !! or 'banded'
+      type(pin_t), allocatable :: pins(:)        !! what is held beside what the constraints hold
+   end type stiffness_kind_t
+
    !> A factorised stiffness.
    type :: stiffness_t
+      type(stiffness_kind_t), private :: kind
       integer, allocatable, private :: nodes(:)  !! those of occupied cells
       type(numbering_t), private :: unknowns
       real(dp) :: spring = 0                     !! squared frequency of the springs [1/s2]
       type(factorisation_t), private :: factorised
    contains
       procedure :: solve
+      procedure :: on_unknowns
+      procedure :: is_stable
       procedure :: release
    end type stiffness_t
 
 contains
 
-   !> Assemble and factorise the stiffness, of at most so many unknowns. Of the pairs of the contact those that are `tied` move
-   !> alike in the direction normal to their faces. `done` is false where there are more unknowns or memory does not suffice.
+   !> Assemble and factorise the stiffness of small strain on springs, of at most so many unknowns. Of the pairs of the contact those
+   !> that are `tied` move alike in the direction normal to their faces. `done` is false where there are more unknowns or memory does
+   !> not suffice.
    subroutine new_stiffness(m, most_unknowns, tied, stiffness, done)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: most_unknowns
       logical, intent(in) :: tied(:)             !! by pair of the contact
       type(stiffness_t), intent(inout) :: stiffness
       logical, intent(out) :: done
-      type(sparse_t) :: matrix
       type(failure_t) :: failure                 ! nobody is told: without a solution there is only no estimate
       call stiffness%release()
-      associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
-         call number(m, cells, tied, stiffness)
-         done = stiffness%unknowns%n > 0 .and. stiffness%unknowns%n <= most_unknowns
-         if (.not. done) return
-         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix)
-         call fill(m, cells, stiffness, matrix)
-      end associate
-      call stiffness%factorised%analyse(matrix, failure)
-      if (.not. failure%failed()) call stiffness%factorised%factorise(matrix, failure)
+      stiffness%kind = stiffness_kind_t()
+      call number(m, tied, stiffness)
+      done = stiffness%unknowns%n > 0 .and. stiffness%unknowns%n <= most_unknowns
+      if (.not. done) return
+      call assemble_and_factorise(m, stiffness, failure)
       done = .not. failure%failed()
    end subroutine new_stiffness
 
-   !> Number the unknowns: a tied pair has one for both of its nodes.
-   pure subroutine number(m, cells, tied, stiffness)
+   !> Assemble and factorise a stiffness of some kind, with pairs that are tied as above. Fails where it is singular or memory does
+   !> not suffice.
+   subroutine factorise_stiffness(m, kind, tied, stiffness, failure)
       type(motion_t), intent(in) :: m
-      integer, intent(in) :: cells(:)            !! the occupied elements
+      type(stiffness_kind_t), intent(in) :: kind
+      logical, intent(in) :: tied(:)             !! by pair of the contact
+      type(stiffness_t), intent(inout) :: stiffness
+      type(failure_t), intent(inout) :: failure
+      call stiffness%release()
+      stiffness%kind = kind
+      call number(m, tied, stiffness)
+      if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, failure)
+   end subroutine factorise_stiffness
+
+   !> Assemble and factorise the stiffness of the unknowns that there are.
+   subroutine assemble_and_factorise(m, stiffness, failure)
+      type(motion_t), intent(in) :: m
+      type(stiffness_t), intent(inout) :: stiffness
+      type(failure_t), intent(inout) :: failure
+      type(sparse_t) :: matrix
+      associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix)
+         call fill(m, cells, stiffness, matrix)
+      end associate
+      stiffness%factorised%by_umfpack = stiffness%kind%solver /= 'banded'
+      call stiffness%factorised%analyse(matrix, failure)
+      if (.not. failure%failed()) call stiffness%factorised%factorise(matrix, failure)
+   end subroutine assemble_and_factorise
+
+   !> Number the unknowns: a tied pair has one for both of its nodes.
+   pure subroutine number(m, tied, stiffness)
+      type(motion_t), intent(in) :: m
       logical, intent(in) :: tied(:)
       type(stiffness_t), intent(inout) :: stiffness
       logical, allocatable :: fixed(:, :)
       integer :: k
-      call nodes_of_elements(m%grid, cells, stiffness%nodes)
+      associate (all => m%fields%mass_matrix%all)
+         call nodes_of_elements(m%grid, all%cells(:all%n_cells), stiffness%nodes)
+      end associate
       allocate (fixed, source=m%constraints%fixed)
       do k = 1, size(tied)
          if (tied(k)) fixed(m%contact%normal(k), m%contact%node(2, k)) = .true.
       end do
+      if (allocated(stiffness%kind%pins)) then
+         do k = 1, size(stiffness%kind%pins)
+            fixed(stiffness%kind%pins(k)%direction, stiffness%kind%pins(k)%node) = .true.
+         end do
+      end if
       call number_unknowns(stiffness%nodes, fixed, stiffness%unknowns)
       do k = 1, size(tied)
          associate (dof => stiffness%unknowns%dof, normal => m%contact%normal(k), pair => m%contact%node(:, k))
@@ -92,10 +139,12 @@ contains
       real(dp) :: by_corner(dofs, dofs), by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
       real(dp) :: weight(corners, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n, k
-      stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
+      stiffness%spring = 0
+      if (stiffness%kind%on_springs) &
+         stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
       do k = 1, size(cells)
          call m%grid%dofs%masters_of(m%grid%element_nodes(:, cells(k)), n, masters, weight)
-         call element_stiffness(m, cells(k), stiffness%spring, by_corner)
+         call element_stiffness(m, cells(k), stiffness, by_corner)
          by_master = matrix_by_masters(ndim, weight, by_corner)
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
@@ -110,22 +159,26 @@ contains
    end function extent
 
    !> Stiffness of an element, by corner, its directions one after the other [N/m].
-   pure subroutine element_stiffness(m, e, spring, matrix)
+   pure subroutine element_stiffness(m, e, stiffness, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
-      real(dp), intent(in) :: spring             !! squared frequency [1/s2]
+      type(stiffness_t), intent(in) :: stiffness !! its kind and its springs
       real(dp), intent(out) :: matrix(dofs, dofs)
       real(dp), allocatable :: gradient(:, :, :)
       integer :: i, k
       matrix = 0
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            do k = 1, dofs
+               matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/corners
+            end do
+            if (stiffness%kind%is_tangent) then
+               call add_point(m%materials(p%material(i)), p%gradient_of(i), p%volume(i), gradient_at(m, i), matrix)
+               cycle
+            end if
             call stiff_points(m, e, i, gradient)
             do k = 1, size(gradient, 3)
-               call add_point(m%materials(p%material(i)), p%volume(i)/size(gradient, 3), gradient(:, :, k), matrix)
-            end do
-            do k = 1, dofs
-               matrix(k, k) = matrix(k, k) + spring*p%mass(i)/corners
+               call add_small_point(m%materials(p%material(i)), p%volume(i)/size(gradient, 3), gradient(:, :, k), matrix)
             end do
          end do
       end associate
@@ -166,7 +219,36 @@ contains
 
    !> Add the stiffness of a volume of material: the force on corner a in direction i by a displacement of corner b in direction
    !> j.
-   pure subroutine add_point(material, volume, gradient, matrix)
+   pure subroutine add_point(material, h, volume, gradient, matrix)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp), intent(in) :: gradient(corners, ndim) !! of the shape functions [1/m]
+      real(dp), intent(inout) :: matrix(dofs, dofs)
+      real(dp) :: unit(ndim, ndim), moduli(ndim, ndim, ndim, ndim), force(corners, ndim)
+      integer :: b, i, j, k
+      do k = 1, ndim                             ! change of the stress with H_jk
+         do j = 1, ndim
+            unit = 0
+            unit(j, k) = volume
+            moduli(:, :, j, k) = material%conjugate_change(h, unit)
+         end do
+      end do
+      do b = 1, corners
+         do j = 1, ndim
+            force = 0
+            do k = 1, ndim
+               force = force + gradient(b, k)*matmul(gradient, transpose(moduli(:, :, j, k)))
+            end do
+            do i = 1, ndim
+               matrix(i::ndim, ndim*(b - 1) + j) = matrix(i::ndim, ndim*(b - 1) + j) + force(:, i)
+            end do
+         end do
+      end do
+   end subroutine add_point
+
+   !> The same at small strain, whatever the law.
+   pure subroutine add_small_point(material, volume, gradient, matrix)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: volume             !! [m3]
       real(dp), intent(in) :: gradient(corners, ndim) !! of the shape functions [1/m]
@@ -183,7 +265,7 @@ contains
             end do
          end do
       end do
-   end subroutine add_point
+   end subroutine add_small_point
 
    !> Stress of a small displacement gradient, whatever the law [Pa].
    pure function small_stress(material, h) result(stress)
@@ -221,21 +303,14 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
-      real(dp), allocatable :: condensed(:, :), b(:), x(:)
+      real(dp), allocatable :: condensed(:, :), x(:)
       integer :: k, d
       allocate (condensed, source=force)
-      allocate (u(ndim, m%grid%n_points), b(self%unknowns%n), source=0.0_dp)
+      allocate (u(ndim, m%grid%n_points), source=0.0_dp)
       allocate (x(self%unknowns%n))
       associate (all => m%fields%mass_matrix%all, dof => self%unknowns%dof)
          call m%grid%dofs%condense(all, ndim, condensed)
-         do k = 1, size(self%nodes)
-            do d = 1, ndim
-               associate (node => self%nodes(k), unknown => dof(d, self%nodes(k)))
-                  if (unknown > 0) b(unknown) = b(unknown) + condensed(d, node)
-               end associate
-            end do
-         end do
-         call self%factorised%solve(b, x)
+         if (self%unknowns%n > 0) call self%factorised%solve(self%on_unknowns(condensed), x)
          do k = 1, size(self%nodes)
             do d = 1, ndim
                associate (node => self%nodes(k), unknown => dof(d, self%nodes(k)))
@@ -246,6 +321,53 @@ contains
          call m%grid%dofs%distribute(all, ndim, u)
       end associate
    end subroutine solve
+
+   !> What forces on the nodes, condensed, are on the unknowns: those on a tied pair are one.
+   pure function on_unknowns(self, force) result(b)
+      class(stiffness_t), intent(in) :: self
+      real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
+      real(dp) :: b(self%unknowns%n)
+      integer :: k, d
+      b = 0
+      do k = 1, size(self%nodes)
+         do d = 1, ndim
+            associate (node => self%nodes(k), unknown => self%unknowns%dof(d, self%nodes(k)))
+               if (unknown > 0) b(unknown) = b(unknown) + force(d, node)
+            end associate
+         end do
+      end do
+   end function on_unknowns
+
+   !> Whether an equilibrium with this stiffness is stable, as far as the sign of its determinant tells: at a limit point one
+   !> eigenvalue changes its sign.
+   logical function is_stable(self)
+      class(stiffness_t), intent(in) :: self
+      is_stable = .true.
+      if (self%unknowns%n > 0) is_stable = self%factorised%sign_of_determinant() > 0
+   end function is_stable
+
+   !> Forces by which the nodes resist a small displacement from the present state, K u, without springs [N]; not condensed.
+   subroutine forces_of(m, u, force)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
+      real(dp) :: dh(ndim, ndim), gradient(corners, ndim)
+      integer :: k, i
+      allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+      associate (p => m%particles, b => m%blocks)
+         do k = 1, b%n_occupied
+            associate (e => b%occupied(k), at => m%grid%element_nodes(:, b%occupied(k)))
+               if (.not. any(abs(u(:, at)) > 0)) cycle
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  gradient = gradient_at(m, i)
+                  dh = matmul(u(:, at), gradient)
+                  force(:, at) = force(:, at) + p%volume(i)*matmul( &
+                                 m%materials(p%material(i))%conjugate_change(p%gradient_of(i), dh), transpose(gradient))
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine forces_of
 
    !> Give back the memory.
    subroutine release(self)

@@ -6,6 +6,7 @@ module hampm_caveats
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes
    use hampm_placement, only: length_text, upper_corner
    use hampm_scene, only: scene_t, material_spec_t
+   use hampm_static_consistency, only: unused_at_rest
    use hampm_text, only: to_text, three_digits
    implicit none
    private
@@ -47,6 +48,8 @@ contains
             call add(text, '&grid: it is '//length_text(extent)//' m large; lengths are in m')
       end associate
       call look_at_bodies(scene, text)
+      if (unused_at_rest(scene) /= '') call add(text, 'time = ''static'' has no use for '//unused_at_rest(scene)//'; a row of '// &
+                                                'the history is a load step')
    end function notes_of
 
    !> Add a line.

@@ -12,6 +12,7 @@ module hampm_consistency
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_stability_consistency, only: check_stability
+   use hampm_static_consistency, only: check_static
    use hampm_text, only: to_text, did_you_mean
    implicit none
    private
@@ -46,6 +47,7 @@ contains
       call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
       call check_time_steps(scene, settings, mistakes)
+      call check_static(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency

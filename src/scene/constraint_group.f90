@@ -1,14 +1,17 @@
 !> The group &constraint: its row in the table of groups, its keys, and their values in a scene.
 module hampm_constraint_group
-   use hampm_kinds, only: dp, ndim
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_optional, any_number
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_constraints, only: given_motion_t
+   use hampm_history_values, only: fill_history
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, must, may, repeats, is_optional, any_number, &
+                             not_negative, max_values
    use hampm_settings, only: settings_t
    implicit none
    private
    public :: constraint_group, constraint_keys, constraint_spec_t, fill_constraints
 
    type(group_t), parameter :: constraint_group = group_t('constraint', repeats, is_optional, &
-      'fixed displacement components of all grid nodes in a box')
+      'displacement components of all grid nodes in a box that are held, or moved in a given way')
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
@@ -18,13 +21,34 @@ module hampm_constraint_group
       key_t('constraint', 'upper', type_real, ndim, ndim, must, '', '0.1, 0.0', 'm', &
             any_number, 'upper corner of the box, may equal the lower one'), &
       key_t('constraint', 'fix', type_name, 1, 1, must, '', 'y', '', &
-            'x|y|xy', 'components of the velocity that are zero there')]
+            'x|y|xy', 'components that are held there, or moved'), &
+      key_t('constraint', 'displacement', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'by which they are moved where its factor is 1'), &
+      key_t('constraint', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
+            any_number, 'with which they are moved where its factor is 1'), &
+      key_t('constraint', 'history', type_name, 1, 1, may, 'step', '', '', &
+            'step|ramp|sine|table', &
+            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
+      key_t('constraint', 'start', type_real, 1, 1, may, '0.0', '', 's', &
+            any_number, 'time at which the history begins; before it the factor is 0'), &
+      key_t('constraint', 'rise_time', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
+      key_t('constraint', 'frequency', type_real, 1, 1, may, '0.0', '', 'Hz', &
+            not_negative, 'of a sine: its frequency; needed there'), &
+      key_t('constraint', 'times', type_real, 0, max_values, may, '', '', 's', &
+            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
+      key_t('constraint', 'factors', type_real, 0, max_values, may, '', '', '', &
+            any_number, 'of a table: factors at its times, as many as these'), &
+      key_t('constraint', 'name', type_text, 1, 1, may, '', 'grip', '', &
+            '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y')]
 
    !> &constraint: nodes that are held.
    type :: constraint_spec_t
       real(dp) :: lower(ndim) = 0                !! [m]
       real(dp) :: upper(ndim) = 0                !! [m]
       logical :: fixed(ndim) = .false.           !! which components are held
+      type(given_motion_t) :: motion             !! how they are moved
+      character(name_len) :: name = ''           !! of the columns of its reaction; '' for none
    end type constraint_spec_t
 
 contains
@@ -51,6 +75,10 @@ contains
       constraint%lower = settings%vector(entry, 'lower')
       constraint%upper = settings%vector(entry, 'upper')
       fix = settings%text(entry, 'fix')
+      constraint%motion%displacement = settings%vector(entry, 'displacement')
+      constraint%motion%velocity = settings%vector(entry, 'velocity')
+      call fill_history(settings, entry, constraint%motion%history)
+      constraint%name = settings%text(entry, 'name')
       constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
    end subroutine fill_constraint
 end module hampm_constraint_group

@@ -1,11 +1,12 @@
 !> Whether constraints and loads act on something: on nodes of the lattice, on material.
 module hampm_load_consistency
+   use hampm_history_values, only: check_history
    use hampm_joints, only: holds_material
    use hampm_kinds, only: dp
    use hampm_crack_placement, only: is_on_crack
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: tolerance, within, overlap, nodes_touched, on_face, point_text
-   use hampm_scene, only: scene_t, load_spec_t
+   use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -25,6 +26,9 @@ contains
       is_total = settings%good(settings%find('method', 1), 'frame') .and. scene%method%frame == 'total'
       do i = 1, size(scene%constraints)
          entry = settings%find('constraint', i)
+         call check_history(scene%constraints(i)%motion%history, entry, settings, mistakes)
+         call check_motion(scene, scene%constraints(i), entry, settings, mistakes)
+         call check_name(scene, i, entry, settings, mistakes)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
          associate (constraint => scene%constraints(i))
             if (any(constraint%upper < constraint%lower)) then
@@ -44,6 +48,57 @@ contains
       end do
    end subroutine check_constraints
 
+   !> The name of a constraint is its own, and good for a column.
+   pure subroutine check_name(scene, number, entry, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: number                !! of the constraint
+      integer, intent(in) :: entry                 !! position of its group
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
+      associate (name => scene%constraints(number)%name)
+         if (name == '') return
+         if (verify(trim(name), allowed) > 0) then
+            call settings%complain(mistakes, entry, 'name', 'must be of letters, digits and _, as names of columns are')
+         else if (any(scene%constraints(:number - 1)%name == name)) then
+            call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other constraint')
+         end if
+      end associate
+   end subroutine check_name
+
+   !> What is moved is a component that is held, in a way that the method can follow.
+   pure subroutine check_motion(scene, constraint, entry, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(constraint_spec_t), intent(in) :: constraint
+      integer, intent(in) :: entry                 !! position of the group
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: intro = 'a motion other than 0 goes with '
+      character(:), allocatable :: key
+      if (.not. (settings%good(entry, 'displacement') .and. settings%good(entry, 'velocity') .and. settings%good(entry, 'fix'))) &
+         return
+      associate (motion => constraint%motion, method => scene%method)
+         if (.not. any(abs(motion%displacement) + abs(motion%velocity) > 0)) return
+         key = 'velocity'
+         if (any(abs(motion%displacement) > 0)) key = 'displacement'
+         if (any((abs(motion%displacement) > 0 .or. abs(motion%velocity) > 0) .and. .not. constraint%fixed)) then
+            call settings%complain(mistakes, entry, key, 'must be 0 in the direction that fix does not name')
+         else if (method%time == 'static') then
+            return
+         else if (any(abs(motion%displacement) > 0) .and. motion%history%kind == 'step') then
+            call settings%complain(mistakes, entry, 'history', 'must not be ''step'' with a displacement and &method time = '// &
+                                   '''explicit'': nodes would jump. Use ''ramp'', or a velocity')
+         else if (settings%good(settings%find('method', 1), 'mass') .and. method%mass /= 'lumped') then
+            call settings%complain(mistakes, entry, key, intro//'&method mass = ''lumped'' only, but at rest')
+         else if (method%time_steps == 'local') then
+            call settings%complain(mistakes, entry, key, intro//'&method time_steps = ''global'' only')
+         else if (scene%energy_release%energy_balance) then
+            call settings%complain(mistakes, entry, key, intro//'estimators of &energy_release other than ''energy_balance'', '// &
+                                   'but at rest: the audit does not know it')
+         end if
+      end associate
+   end subroutine check_motion
+
    !> Loads act on material and have a complete history.
    pure subroutine check_loads(scene, settings, has_grid, mistakes)
       type(scene_t), intent(in) :: scene
@@ -55,7 +110,7 @@ contains
       has_geometry = has_grid .and. bodies_good(settings)
       do i = 1, size(scene%loads)
          entry = settings%find('load', i)
-         call check_history(scene%loads(i), entry, settings, mistakes)
+         call check_history(scene%loads(i)%history, entry, settings, mistakes)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. settings%good(entry, 'kind'))) cycle
          if (any(scene%loads(i)%upper < scene%loads(i)%lower)) then
             call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
@@ -151,33 +206,4 @@ contains
                                 'crack of kind = ''line'', between its mouth or other tip and its tip')
       end if
    end subroutine check_face
-
-   !> A history needs the keys that belong to it.
-   pure subroutine check_history(load, entry, settings, mistakes)
-      type(load_spec_t), intent(in) :: load
-      integer, intent(in) :: entry
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: n
-      if (.not. settings%good(entry, 'history')) return
-      select case (load%history)
-       case ('ramp')
-         if (settings%good(entry, 'rise_time') .and. load%rise_time <= 0) &
-            call settings%complain(mistakes, entry, 'rise_time', 'must be in (0, inf) [s] for history = ''ramp''')
-       case ('sine')
-         if (settings%good(entry, 'frequency') .and. load%frequency <= 0) &
-            call settings%complain(mistakes, entry, 'frequency', 'must be in (0, inf) [Hz] for history = ''sine''')
-       case ('table')
-         n = size(load%times)
-         if (.not. settings%good(entry, 'times')) return
-         if (n < 2) then
-            call settings%complain(mistakes, entry, 'times', 'must have at least 2 values for history = ''table''')
-         else if (any(load%times(2:) <= load%times(:n - 1))) then
-            call settings%complain(mistakes, entry, 'times', 'must increase from value to value')
-         end if
-         if (settings%good(entry, 'factors') .and. size(load%factors) /= n) &
-            call settings%complain(mistakes, entry, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
-                                   to_text(size(load%factors)))
-      end select
-   end subroutine check_history
 end module hampm_load_consistency

@@ -1,9 +1,11 @@
 !> The group &load: its row in the table of groups, its keys, and their values in a scene.
 module hampm_load_group
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_history_values, only: fill_history
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_optional, any_number, not_negative, &
                              max_values
    use hampm_settings, only: settings_t
+   use hampm_time_history, only: time_history_t
    implicit none
    private
    public :: load_group, load_keys, load_spec_t, fill_loads
@@ -45,12 +47,7 @@ module hampm_load_group
       real(dp) :: upper(ndim) = 0                !! [m]
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       character(name_len) :: face = ''           !! of a crack: 'none', 'left' or 'right'
-      character(name_len) :: history = ''        !! 'step', 'ramp', 'sine' or 'table'
-      real(dp) :: start = 0                      !! time at which it begins [s]
-      real(dp) :: rise_time = 0                  !! of a ramp [s]
-      real(dp) :: frequency = 0                  !! of a sine [Hz]
-      real(dp), allocatable :: times(:)          !! of a table, relative to `start` [s]
-      real(dp), allocatable :: factors(:)        !! of a table [-]
+      type(time_history_t) :: history            !! of its factor
    end type load_spec_t
 
 contains
@@ -76,11 +73,6 @@ contains
       load%upper = settings%vector(entry, 'upper')
       load%force = settings%vector(entry, 'force')
       load%face = settings%text(entry, 'face')
-      load%history = settings%text(entry, 'history')
-      load%start = settings%number(entry, 'start')
-      load%rise_time = settings%number(entry, 'rise_time')
-      load%frequency = settings%number(entry, 'frequency')
-      load%times = settings%numbers(entry, 'times')
-      load%factors = settings%numbers(entry, 'factors')
+      call fill_history(settings, entry, load%history)
    end subroutine fill_load
 end module hampm_load_group

@@ -12,6 +12,10 @@ module hampm_method_group
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
    type(key_t), parameter :: method_keys(*) = [ &
+      key_t('method', 'time', type_name, 1, 1, may, 'explicit', '', '', &
+            'explicit|static', 'how motion is followed: by short explicit steps, or from equilibrium to equilibrium'), &
+      key_t('method', 'load_steps', type_integer, 1, 1, may, '1', '', '', &
+            '[1, 100000]', 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time'), &
       key_t('method', 'scheme', type_name, 1, 1, may, 'musl', '', '', &
             'usf|usl|usavg|musl', &
             'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
@@ -36,12 +40,14 @@ module hampm_method_group
             any_number, 'of full_region = ''box'': lower corner of the box in which mass = ''partial'' is full'), &
       key_t('method', 'full_upper', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
             any_number, 'of full_region = ''box'': upper corner of this box; needed there'), &
-      key_t('method', 'solver', type_name, 1, 1, may, 'cg', '', '', &
-            'cg|umfpack|banded', &
-            'of the equations with a full, partial or blended mass matrix: iterative, or a factorisation')]
+      key_t('method', 'solver', type_name, 1, 1, may, 'auto', '', '', &
+            'auto|cg|umfpack|banded', &
+            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, umfpack')]
 
    !> &method: how the equations of motion are integrated.
    type :: method_t
+      character(name_len) :: time = 'explicit'   !! 'explicit' or 'static'
+      integer :: load_steps = 1                  !! of 'static'
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       real(dp) :: courant = 0                    !! [-]
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
@@ -53,7 +59,7 @@ module hampm_method_group
       character(name_len) :: full_region = 'box' !! of a partial mass matrix: 'box' or 'refined'
       real(dp) :: full_lower(ndim) = 0           !! box in which it is full [m]
       real(dp) :: full_upper(ndim) = 0           !! [m]
-      character(name_len) :: solver = 'cg'       !! 'cg', 'umfpack' or 'banded'
+      character(name_len) :: solver = 'auto'     !! 'auto', 'cg', 'umfpack' or 'banded'
    end type method_t
 
 contains
@@ -64,6 +70,8 @@ contains
       type(method_t), intent(inout) :: method
       integer :: entry
       entry = settings%find('method', 1)
+      method%time = settings%text(entry, 'time')
+      method%load_steps = nint(settings%number(entry, 'load_steps'))
       method%scheme = settings%text(entry, 'scheme')
       method%courant = settings%number(entry, 'courant')
       method%wave_speed = settings%text(entry, 'wave_speed')

@@ -1,17 +1,26 @@
-!> Dirichlet constraints: nodes whose velocity is fixed at zero in some directions. The user gives them as boxes, which are fitted
-!> to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
+!> Dirichlet constraints: nodes that are held, or moved in a given way, in some directions. The user gives them as boxes, which are
+!> fitted to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
 module hampm_constraints
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
+   use hampm_time_history, only: time_history_t
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: constraints_t, constrain_box, rebuild_constraints, hold
+   public :: constraints_t, given_motion_t, constrain_box, rebuild_constraints, hold
+
+   !> How held nodes are moved.
+   type :: given_motion_t
+      real(dp) :: displacement(ndim) = 0         !! by which where the factor is 1 [m]
+      real(dp) :: velocity(ndim) = 0             !! and with which [m/s]
+      type(time_history_t) :: history            !! of that factor
+   end type given_motion_t
 
    !> A box in which nodes are fixed.
    type :: box_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! its corners [m]
       logical :: components(ndim) = .false.      !! which components it fixes
+      type(given_motion_t) :: motion             !! how it moves them
    end type box_t
 
    !> Boxes, and the nodes of the present grid that are fixed in them.
@@ -20,26 +29,36 @@ module hampm_constraints
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
       real(dp), allocatable :: free(:, :)        !! 0 where a component is fixed, else 1; (ndim, n_points)
       integer, allocatable :: node(:)            !! nodes with a fixed component, ascending
+      integer, allocatable :: box(:, :)          !! the last box that fixes a component, 0 for none, (ndim, n_nodes)
    contains
       procedure :: holds
+      procedure :: number
+      procedure :: move
+      procedure :: way
    end type constraints_t
 
 contains
 
-   !> Fix the `components` of all nodes within a box, its faces included.
-   subroutine constrain_box(c, grid, lower, upper, components)
+   !> Fix the `components` of all nodes within a box, its faces included, or move them; where boxes overlap the last one does.
+   subroutine constrain_box(c, grid, lower, upper, components, motion)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       logical, intent(in) :: components(ndim)
+      type(given_motion_t), intent(in), optional :: motion
+      type(box_t), allocatable :: boxes(:)
+      integer :: k
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
-      c%boxes = [c%boxes, box_t(lower, upper, components)]
-      if (.not. allocated(c%fixed)) then
-         call rebuild_constraints(c, grid)
-      else
-         call hold_in_box(c, grid, size(c%boxes))
-         call list_fixed(c, grid)
-      end if
+      allocate (boxes(size(c%boxes) + 1))        ! [c%boxes, box] would leak in gfortran 12
+      do k = 1, size(c%boxes)
+         boxes(k) = c%boxes(k)
+      end do
+      boxes(size(boxes))%lower = lower
+      boxes(size(boxes))%upper = upper
+      boxes(size(boxes))%components = components
+      if (present(motion)) boxes(size(boxes))%motion = motion
+      call move_alloc(boxes, c%boxes)
+      call rebuild_constraints(c, grid)
    end subroutine constrain_box
 
    !> Find the nodes of a grid that are in the boxes.
@@ -47,8 +66,9 @@ contains
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       integer :: k
-      if (allocated(c%fixed)) deallocate (c%fixed, c%free)
+      if (allocated(c%fixed)) deallocate (c%fixed, c%free, c%box)
       allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
+      allocate (c%box(ndim, grid%n_nodes), source=0)
       allocate (c%free(ndim, grid%n_points), source=1.0_dp)
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
       do k = 1, size(c%boxes)
@@ -69,7 +89,9 @@ contains
       end associate
       do i = 1, grid%n_nodes
          associate (x => grid%node_position(:, i), box => c%boxes(k))
-            if (all(x >= box%lower - margin .and. x <= box%upper + margin)) c%fixed(:, i) = c%fixed(:, i) .or. box%components
+            if (.not. all(x >= box%lower - margin .and. x <= box%upper + margin)) cycle
+            c%fixed(:, i) = c%fixed(:, i) .or. box%components
+            where (box%components) c%box(:, i) = k
          end associate
       end do
    end subroutine hold_in_box
@@ -90,6 +112,43 @@ contains
       holds = .false.
       if (allocated(self%fixed)) holds = self%fixed(component, node)
    end function holds
+
+   !> How many boxes there are.
+   pure integer function number(self)
+      class(constraints_t), intent(in) :: self
+      number = 0
+      if (allocated(self%boxes)) number = size(self%boxes)
+   end function number
+
+   !> Whether anything that is fixed is moved.
+   pure logical function move(self)
+      class(constraints_t), intent(in) :: self
+      integer :: k
+      move = .false.
+      if (.not. allocated(self%boxes)) return
+      do k = 1, size(self%boxes)
+         move = move .or. any(abs(self%boxes(k)%motion%displacement) + abs(self%boxes(k)%motion%velocity) > 0)
+      end do
+   end function move
+
+   !> By how much fixed components have been moved at a time, from where they were at first; 0 for the others [m], (ndim, n_nodes).
+   pure function way(self, time) result(u)
+      class(constraints_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: u(ndim, size(self%fixed, 2))
+      real(dp) :: of_box(ndim)
+      integer :: k, i
+      u = 0
+      do k = 1, size(self%boxes)
+         associate (motion => self%boxes(k)%motion)
+            of_box = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
+         end associate
+         if (.not. any(abs(of_box) > 0)) cycle
+         do i = 1, size(self%node)
+            where (self%box(:, self%node(i)) == k) u(:, self%node(i)) = of_box
+         end do
+      end do
+   end function way
 
    !> Set the fixed components of a nodal field to zero.
    pure subroutine hold(c, field)

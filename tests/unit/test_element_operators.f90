@@ -7,7 +7,7 @@ program test_element_operators
    use hampm_forest, only: forest_t
    use hampm_grid, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_t, load_on_points
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_material, only: new_material
@@ -70,7 +70,7 @@ contains
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       allocate (m%loads(1))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
-      m%loads(1)%history = load_history_t(kind='ramp', rise_time=100*dt)
+      m%loads(1)%history = time_history_t(kind='ramp', rise_time=100*dt)
       call load_on_points(m%particles, m%grid, m%blocks, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], &
                           m%loads(1))
       call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 0.9_dp], [.true., .false.])

@@ -4,7 +4,7 @@ program test_external_work
    use hampm_constraints, only: constrain_box
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t
@@ -65,7 +65,7 @@ contains
                         1.0_dp), [rectangle_t([0.21_dp, 0.33_dp], [0.71_dp, 0.63_dp], [10, 6])], m)
       allocate (m%loads(1))
       m%loads(1)%force = [40*force, 0.0_dp]
-      m%loads(1)%history = load_history_t(kind='sine', frequency=frequency)
+      m%loads(1)%history = time_history_t(kind='sine', frequency=frequency)
       call load_on_particles(m%particles, [0.0_dp, 0.0_dp], [1.0_dp, 1.0_dp], m%loads(1))
       m%particles%total_frame = total
       call start(m, scheme)
@@ -89,7 +89,7 @@ contains
                         1.0_dp), [rectangle_t([0.0_dp, 0.0_dp], [1.5_dp, cell], [3*cells, 2])], m)
       allocate (m%loads(1))
       m%loads(1)%force = [force*cell, 0.0_dp]
-      m%loads(1)%history = load_history_t(kind='sine', frequency=1.0_dp)
+      m%loads(1)%history = time_history_t(kind='sine', frequency=1.0_dp)
       call load_on_points(m%particles, m%grid, m%blocks, reshape([0.0_dp, cell/4, 0.0_dp, 3*cell/4], [ndim, 2]), &
                           [0.0_dp, cell/4], m%loads(1))
       m%particles%total_frame = total
@@ -110,7 +110,7 @@ contains
       call constrain_box(m%constraints, m%grid, [0.0_dp, 0.0_dp], [0.0_dp, 4*cell], [.true., .true.])
       allocate (m%loads(1))
       m%loads(1)%force = [0.3_dp*force, force]
-      m%loads(1)%history = load_history_t(kind='ramp', rise_time=rise)
+      m%loads(1)%history = time_history_t(kind='ramp', rise_time=rise)
       call load_on_points(m%particles, m%grid, m%blocks, reshape([4*cell, 4*cell], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(1))
       m%damping_rate = 2
       m%particles%total_frame = .true.

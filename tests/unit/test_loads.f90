@@ -4,7 +4,7 @@ program test_loads
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_t, load_on_points, load_on_particles, place_loads, add_loads, book_work, follow_sort
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t
@@ -90,7 +90,7 @@ contains
       call place(shift, m)
       allocate (m%loads(1))
       m%loads(1)%force = force
-      m%loads(1)%history = load_history_t(kind='ramp', rise_time=2.0_dp)
+      m%loads(1)%history = time_history_t(kind='ramp', rise_time=2.0_dp)
       call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       centre = [upper(1), (lower(2) + upper(2))/2]
       call check_resultant(m, 2.0_dp, centre, force, 'traction on the edge')
@@ -123,7 +123,7 @@ contains
       call place(shift, m)
       allocate (m%loads(2))
       m%loads(1)%force = force
-      m%loads(1)%history = load_history_t(kind='ramp', rise_time=2.0_dp)
+      m%loads(1)%history = time_history_t(kind='ramp', rise_time=2.0_dp)
       m%loads(2)%force = -3*force
       call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))

@@ -1,29 +1,29 @@
 !> The factor of a load follows its history.
-program test_load_history
+program test_time_history
    use hampm_kinds, only: dp
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_harness, only: check_close, finish
    implicit none
 
-   type(load_history_t) :: step, ramp, sine, table
+   type(time_history_t) :: step, ramp, sine, table
 
-   step = load_history_t(kind='step', start=1.0_dp)
+   step = time_history_t(kind='step', start=1.0_dp)
    call check_close(step%factor(0.999_dp), 0.0_dp, 0.0_dp, 'a step is zero before its start')
    call check_close(step%factor(1.0_dp), 1.0_dp, 0.0_dp, 'a step is one from its start on')
    call check_close(step%factor(1.0e9_dp), 1.0_dp, 0.0_dp, 'a step stays')
 
-   ramp = load_history_t(kind='ramp', start=1.0_dp, rise_time=4.0_dp)
+   ramp = time_history_t(kind='ramp', start=1.0_dp, rise_time=4.0_dp)
    call check_close(ramp%factor(0.5_dp), 0.0_dp, 0.0_dp, 'a ramp is zero before its start')
    call check_close(ramp%factor(2.0_dp), 0.25_dp, 1.0e-15_dp, 'a ramp rises in proportion to time')
    call check_close(ramp%factor(5.0_dp), 1.0_dp, 1.0e-15_dp, 'a ramp ends at one')
    call check_close(ramp%factor(50.0_dp), 1.0_dp, 0.0_dp, 'a ramp stays at one')
 
-   sine = load_history_t(kind='sine', start=1.0_dp, frequency=0.5_dp)
+   sine = time_history_t(kind='sine', start=1.0_dp, frequency=0.5_dp)
    call check_close(sine%factor(0.5_dp), 0.0_dp, 0.0_dp, 'a sine is zero before its start')
    call check_close(sine%factor(1.5_dp), 1.0_dp, 1.0e-15_dp, 'a sine is one after a quarter of its period')
    call check_close(sine%factor(2.5_dp), -1.0_dp, 1.0e-15_dp, 'a sine is minus one after three quarters')
 
-   table = load_history_t(kind='table', start=1.0_dp, times=[0.0_dp, 1.0_dp, 3.0_dp], factors=[0.5_dp, 2.0_dp, -2.0_dp])
+   table = time_history_t(kind='table', start=1.0_dp, times=[0.0_dp, 1.0_dp, 3.0_dp], factors=[0.5_dp, 2.0_dp, -2.0_dp])
    call check_close(table%factor(0.999_dp), 0.0_dp, 0.0_dp, 'a table is zero before its start')
    call check_close(table%factor(1.0_dp), 0.5_dp, 1.0e-15_dp, 'a table begins with its first value')
    call check_close(table%factor(1.5_dp), 1.25_dp, 1.0e-15_dp, 'a table is linear between its times')
@@ -31,4 +31,4 @@ program test_load_history
    call check_close(table%factor(3.0_dp), 0.0_dp, 1.0e-15_dp, 'a table may cross zero')
    call check_close(table%factor(9.0_dp), -2.0_dp, 1.0e-15_dp, 'a table stays at its last value')
    call finish()
-end program test_load_history
+end program test_time_history

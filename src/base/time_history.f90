@@ -1,14 +1,14 @@
-!> How a load varies with time: a factor for its force.
-module hampm_load_history
+!> How a load or a prescribed motion varies with time: a factor for its force or its way.
+module hampm_time_history
    use hampm_kinds, only: dp, name_len
    implicit none
    private
-   public :: load_history_t
+   public :: time_history_t
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
-   !> The factor of a load as a function of time.
-   type :: load_history_t
+   !> A factor as a function of time.
+   type :: time_history_t
       character(name_len) :: kind = 'step'       !! 'step', 'ramp', 'sine' or 'table'
       real(dp) :: start = 0                      !! before this time the factor is zero [s]
       real(dp) :: rise_time = 0                  !! time in which a ramp rises from 0 to 1 [s]
@@ -17,15 +17,16 @@ module hampm_load_history
       real(dp), allocatable :: factors(:)        !! of a table [-]
    contains
       procedure :: factor
+      procedure :: integral
       procedure :: time_to_settle
       procedure :: largest_factor
-   end type load_history_t
+   end type time_history_t
 
 contains
 
    !> The factor at a time [-].
    pure real(dp) function factor(self, time)
-      class(load_history_t), intent(in) :: self
+      class(time_history_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
       real(dp) :: t
       t = time - self%start
@@ -43,9 +44,44 @@ contains
       end select
    end function factor
 
+   !> Integral of the factor from its start, or the start of the run if that is later, to a time [s].
+   pure real(dp) function integral(self, time)
+      class(time_history_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: t, early, a, b
+      integer :: k
+      t = time - self%start
+      early = max(0.0_dp, -self%start)           ! what a history that begins before the run has gone through
+      integral = 0
+      if (t <= early) return
+      select case (self%kind)
+      case ('step')
+         integral = t - early
+      case ('ramp')
+         integral = ramp_integral(self%rise_time, t) - ramp_integral(self%rise_time, early)
+      case ('sine')
+         integral = (cos(2*pi*self%frequency*early) - cos(2*pi*self%frequency*t))/(2*pi*self%frequency)
+      case ('table')
+         a = early
+         do k = 1, size(self%times) + 1          ! from corner to corner of the table
+            b = t
+            if (k <= size(self%times)) b = min(t, max(early, self%times(k)))
+            integral = integral + (b - a)*(interpolate(self%times, self%factors, a) &
+                                           + interpolate(self%times, self%factors, b))/2
+            a = b
+         end do
+      end select
+   end function integral
+
+   !> Integral of a ramp from 0 [s].
+   pure real(dp) function ramp_integral(rise_time, t)
+      real(dp), intent(in) :: rise_time, t       !! [s]
+      ramp_integral = min(t, rise_time)**2/(2*rise_time) + max(0.0_dp, t - rise_time)
+   end function ramp_integral
+
    !> The time from which on the factor stays the same; huge where there is none [s].
    pure real(dp) function time_to_settle(self) result(time)
-      class(load_history_t), intent(in) :: self
+      class(time_history_t), intent(in) :: self
       time = self%start
       select case (self%kind)
       case ('ramp')
@@ -59,7 +95,7 @@ contains
 
    !> The factor of largest size that there ever is, with its sign [-].
    pure real(dp) function largest_factor(self)
-      class(load_history_t), intent(in) :: self
+      class(time_history_t), intent(in) :: self
       largest_factor = 1
       if (self%kind == 'table') largest_factor = self%factors(maxloc(abs(self%factors), dim=1))
    end function largest_factor
@@ -79,4 +115,4 @@ contains
          interpolate = y(k) + (y(k + 1) - y(k))*(at - x(k))/(x(k + 1) - x(k))
       end if
    end function interpolate
-end module hampm_load_history
+end module hampm_time_history

@@ -1,0 +1,79 @@
+!> Motion without inertia: each step goes from equilibrium to equilibrium, in a time that only tells how large the loads are.
+module hampm_static
+   use hampm_kinds, only: dp, long
+   use hampm_archive, only: archive_t
+   use hampm_equilibrium, only: equilibrium_t, carry_over
+   use hampm_failure, only: failure_t
+   use hampm_integrator, only: integrator_t
+   use hampm_motion, only: motion_t, map_to_grid
+   implicit none
+   private
+   public :: static_t
+
+   !> How equilibrium is found.
+   type, extends(integrator_t) :: static_t
+      type(equilibrium_t) :: equilibrium
+   contains
+      procedure :: choose_steps
+      procedure :: advance
+      procedure :: settle
+      procedure :: finish
+      procedure :: keep
+   end type static_t
+
+contains
+
+   !> A time is one load step.
+   subroutine choose_steps(self, m, time, limit, steps, dt)
+      class(static_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: limit              !! not asked [s]
+      integer(long), intent(out) :: steps
+      real(dp), intent(out) :: dt                !! [s]
+      self%largest = min(0, m%blocks%groups%largest)
+      steps = 1
+      dt = time
+   end subroutine choose_steps
+
+   !> Advance by a load step. Fails where no equilibrium is found.
+   subroutine advance(self, m, dt, failure)
+      class(static_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      if (.not. m%mapped) call map_to_grid(m)
+      call self%equilibrium%find(m, m%time + dt, failure)
+      self%distance_from_rest = self%equilibrium%distance
+      if (failure%failed()) return
+      m%steps = m%steps + 1
+      m%last_dt = dt
+      m%sorted = .false.
+   end subroutine advance
+
+   !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
+   subroutine settle(self, m, failure)
+      class(static_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      if (.not. m%mapped) call map_to_grid(m)
+      if (self%equilibrium%begun) call carry_over(m)
+      call self%equilibrium%find(m, m%time, failure)
+      self%distance_from_rest = self%equilibrium%distance
+   end subroutine settle
+
+   !> Keep in an archive what the steps need of those before.
+   subroutine keep(self, m, archive)
+      class(static_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      class(archive_t), intent(inout) :: archive
+      call archive%keep('have_begun', self%equilibrium%begun)
+      self%largest = min(0, m%blocks%groups%largest)
+   end subroutine keep
+
+   !> Give back the memory of the last solution.
+   subroutine finish(self)
+      class(static_t), intent(inout) :: self
+      call self%equilibrium%release()
+   end subroutine finish
+end module hampm_static

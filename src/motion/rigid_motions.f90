@@ -1,0 +1,225 @@
+!> Motions as a whole that nothing holds. Connected material at rest needs three things held: its two directions and its turning.
+!> Where constraints hold less, nodes are pinned that take the rest: they feel no force where the loads balance each other, and
+!> where they do not, nothing can come to rest.
+module hampm_rigid_motions
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_motion, only: motion_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: pin_t, find_pins, check_pins
+
+   integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
+   real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
+
+   !> A direction of a node that is held in place of a constraint.
+   type :: pin_t
+      integer :: node = 0
+      integer :: direction = 0
+      integer :: body = 0                        !! of the piece that it holds
+      integer :: motion = 0                      !! of which it holds this
+   end type pin_t
+
+contains
+
+   !> Pins for all that the constraints do not hold. Faces that may press on each other count as connected.
+   subroutine find_pins(m, pins)
+      type(motion_t), intent(in) :: m
+      type(pin_t), allocatable, intent(out) :: pins(:)
+      type(pin_t) :: pin
+      integer, allocatable :: piece(:), body(:)
+      real(dp), allocatable :: held(:, :, :)
+      real(dp) :: free(motions)
+      integer :: k, root
+      allocate (pins(0))
+      call find_pieces(m, piece)
+      call find_what_is_held(m, piece, held)
+      allocate (body(m%grid%n_nodes), source=0)
+      do k = 1, m%blocks%n_occupied
+         associate (e => m%blocks%occupied(k))
+            root = piece(first_master(m, e))
+            if (body(root) > 0) cycle
+            body(root) = m%particles%body(m%blocks%first_in(e))
+         end associate
+         do
+            call find_free_motion(held(:, :, root), free, pin%motion)
+            if (pin%motion == 0) exit
+            call find_best_pin(m, piece == root, free, pin)
+            pin%body = body(root)
+            pins = [pins, pin]
+            call add_row(row_of(m, pin%node, pin%direction), held(:, :, root))
+         end do
+      end do
+   end subroutine find_pins
+
+   !> A motion, of those as a whole, that moves nothing of what is held, and the direction, or `motions` for turning, that names it; 0
+   !> where there is none.
+   pure subroutine find_free_motion(held, free, motion)
+      real(dp), intent(in) :: held(motions, motions)
+      real(dp), intent(out) :: free(motions)
+      integer, intent(out) :: motion
+      real(dp) :: cross(motions, motions)
+      integer :: k
+      free = 0
+      do motion = 1, ndim
+         if (held(motion, motion) > 0) cycle
+         free(motion) = 1
+         return
+      end do
+      do k = 1, motions
+         associate (a => held(:, mod(k, motions) + 1), b => held(:, mod(k + 1, motions) + 1))
+            cross(:, k) = cshift(a, 1)*cshift(b, 2) - cshift(a, 2)*cshift(b, 1)
+         end associate
+      end do
+      free = cross(:, maxloc(sum(cross**2, dim=1), dim=1))
+      free = free/norm2(free)
+      motion = merge(motions, 0, dot_product(free, matmul(held, free)) <= not_held*maxval([(held(k, k), k=1, motions)]))
+   end subroutine find_free_motion
+
+   !> The direction of a node of a piece that a motion moves most.
+   pure subroutine find_best_pin(m, in_piece, free, pin)
+      type(motion_t), intent(in) :: m
+      logical, intent(in) :: in_piece(:)         !! by node
+      real(dp), intent(in) :: free(motions)
+      type(pin_t), intent(inout) :: pin
+      real(dp) :: most, moved
+      integer :: k, d
+      most = -1
+      do k = 1, m%fields%mass_matrix%all%n_nodes
+         associate (node => m%fields%mass_matrix%all%nodes(k))
+            if (.not. in_piece(node)) cycle
+            do d = 1, ndim
+               moved = abs(dot_product(row_of(m, node, d), free))
+               if (moved <= most*(1 + not_held)) cycle
+               most = moved
+               pin%node = node
+               pin%direction = d
+            end do
+         end associate
+      end do
+   end subroutine find_best_pin
+
+   !> By how much the motions move a direction of a node; lengths are over the extent of the grid.
+   pure function row_of(m, node, direction) result(row)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: node, direction
+      real(dp) :: row(motions)
+      real(dp) :: x(ndim)
+      x = (m%grid%node_position(:, node) - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell)
+      row = 0
+      row(direction) = 1
+      row(motions) = merge(-x(2), x(1), direction == 1)
+   end function row_of
+
+   !> Add what is held.
+   pure subroutine add_row(row, held)
+      real(dp), intent(in) :: row(motions)
+      real(dp), intent(inout) :: held(motions, motions)
+      held = held + spread(row, 2, motions)*spread(row, 1, motions)
+   end subroutine add_row
+
+   !> Fail where a pin takes a force: what it is pinned for moves.
+   subroutine check_pins(m, pins, out_of_balance, rounding, failure)
+      type(motion_t), intent(in) :: m
+      type(pin_t), intent(in) :: pins(:)
+      real(dp), intent(in) :: out_of_balance(:, :) !! forces on the nodes [N], (ndim, n_points)
+      real(dp), intent(in) :: rounding           !! of these [N]
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      do k = 1, size(pins)
+         associate (pin => pins(k), x => m%grid%node_position(:, pins(k)%node))
+            if (abs(out_of_balance(pin%direction, pin%node)) <= rounding) cycle
+            call failure%report(exit_computation, 'the piece of body '//to_text(pin%body)//' with the node at ('// &
+                                to_text(x(1))//', '//to_text(x(2))//') does not come to rest: it '// &
+                                way_of(pin, out_of_balance(pin%direction, pin%node))// &
+                                ', or use &method time = ''explicit''')
+            return
+         end associate
+      end do
+   end subroutine check_pins
+
+   !> In words: how the loads move what a pin is for, and what would hold it.
+   function way_of(pin, force) result(text)
+      type(pin_t), intent(in) :: pin
+      real(dp), intent(in) :: force              !! [N]
+      character(:), allocatable :: text
+      character(*), parameter :: axis = 'xy'
+      if (pin%motion == motions) then
+         text = 'turns, as the loads have a moment and its constraints hold it at one point or along one line only. '// &
+                'Hold another node by a &constraint'
+      else
+         text = 'moves along '//axis(pin%motion:pin%motion)//', as the loads push with '//to_text(force)// &
+                ' N and no &constraint with fix = '''//axis(pin%motion:pin%motion)//''' holds a node of it. Add one'
+      end if
+   end function way_of
+
+   !> One node of an element that is no hanging node, or the master of one.
+   pure integer function first_master(m, e) result(node)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      integer :: masters(most_nodes_of_leaf), n
+      real(dp) :: weight(corners, most_nodes_of_leaf)
+      call m%grid%dofs%masters_of(m%grid%element_nodes(:, e), n, masters, weight)
+      node = masters(1)
+   end function first_master
+
+   !> Number of the piece of each node: that of the nodes with which it has an element in common, from element to element.
+   subroutine find_pieces(m, piece)
+      type(motion_t), intent(in) :: m
+      integer, allocatable, intent(out) :: piece(:)
+      integer :: masters(most_nodes_of_leaf), n, k, j
+      real(dp) :: weight(corners, most_nodes_of_leaf)
+      allocate (piece(m%grid%n_nodes))
+      piece = [(k, k=1, m%grid%n_nodes)]
+      do k = 1, m%blocks%n_occupied
+         call m%grid%dofs%masters_of(m%grid%element_nodes(:, m%blocks%occupied(k)), n, masters, weight)
+         do j = 2, n
+            call join(masters(1), masters(j))
+         end do
+      end do
+      do k = 1, m%contact%n
+         call join(m%contact%node(1, k), m%contact%node(2, k))
+      end do
+      do k = 1, m%grid%n_nodes
+         piece(k) = root_of(k)
+      end do
+   contains
+      !> The node that stands for the piece of a node; the way to it becomes short.
+      integer function root_of(node) result(root)
+         integer, intent(in) :: node
+         root = node
+         do while (piece(root) < root)
+            root = piece(root)
+         end do
+      end function root_of
+
+      !> Make one piece of those of two nodes.
+      subroutine join(a, b)
+         integer, intent(in) :: a, b
+         integer :: ra, rb
+         ra = root_of(a)
+         rb = root_of(b)
+         piece(max(ra, rb)) = min(ra, rb)
+         piece(a) = min(ra, rb)
+         piece(b) = min(ra, rb)
+      end subroutine join
+   end subroutine find_pieces
+
+   !> Sum, over what is held of each piece, of the squares by which its motions as a whole would move that.
+   pure subroutine find_what_is_held(m, piece, held)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: piece(:)
+      real(dp), allocatable, intent(out) :: held(:, :, :)  !! (motions, motions, nodes)
+      integer :: k, d
+      allocate (held(motions, motions, m%grid%n_nodes), source=0.0_dp)
+      do k = 1, size(m%constraints%node)
+         associate (node => m%constraints%node(k))
+            do d = 1, ndim
+               if (m%constraints%fixed(d, node)) call add_row(row_of(m, node, d), held(:, :, piece(node)))
+            end do
+         end associate
+      end do
+   end subroutine find_what_is_held
+end module hampm_rigid_motions
