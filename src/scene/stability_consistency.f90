@@ -36,14 +36,17 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       type(scene_t) :: undamped
-      real(dp) :: dt
+      real(dp) :: dt, limit
       integer :: entry
       entry = settings%find('method', 1)
       if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings))) return
       undamped = scene
       undamped%damping%rate = 0
-      if (scene%method%courant > courant_limit(undamped)) then
-         call complain_of_step(undamped, settings, entry, mistakes)
+      limit = courant_limit(undamped)
+      if (scene%method%courant > limit) then
+         call complain_of_step(undamped, limit, settings, entry, mistakes)
+         return
+      else if (.not. scene%damping%rate > 0) then
          return
       end if
       dt = scene%method%courant*smallest_cell(scene)/chosen_speed(scene)
@@ -52,14 +55,16 @@ contains
          call settings%complain(mistakes, settings%find('damping', 1), 'rate', 'must be at most '// &
                                 to_text(most_damping_a_step/dt)//' [1/s] with a time step of '//to_text(dt)// &
                                 ' s: above it the damping reverses velocities within a step. Reduce it or &method courant')
-      else if (scene%method%courant > courant_limit(scene)) then
-         call complain_of_step(scene, settings, entry, mistakes)
+         return
       end if
+      limit = courant_limit(scene)
+      if (scene%method%courant > limit) call complain_of_step(scene, limit, settings, entry, mistakes)
    end subroutine check_stability
 
    !> Complain of a courant number beyond the limit.
-   pure subroutine complain_of_step(scene, settings, entry, mistakes)
+   pure subroutine complain_of_step(scene, limit, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: limit                !! of the scene [-]
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
       type(mistakes_t), intent(inout) :: mistakes
@@ -68,7 +73,7 @@ contains
       if (any(crosses_cells(scene, scene%bodies))) why = ' for material that moves through the cells'
       if (scene%method%time_steps == 'local') why = why//' with time_steps = ''local'''
       if (scene%damping%rate > 0) why = why//' with this damping'
-      call settings%complain(mistakes, entry, 'courant', 'must be at most '//to_text(courant_limit(scene))//', not '// &
+      call settings%complain(mistakes, entry, 'courant', 'must be at most '//to_text(limit)//', not '// &
                              to_text(scene%method%courant)//', with wave_speed = '''//trim(scene%method%wave_speed)// &
                              ''': above it mass = '''//trim(scene%method%mass)//''' with scheme = '''// &
                              trim(scene%method%scheme)//''' is unstable in plane '//trim(scene%run%plane)//why// &
