@@ -10,7 +10,7 @@ module hampm_crack_measurements
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
-   use hampm_loads, only: place_loads, force_at_node
+   use hampm_loads, only: place_loads, force_at_node, settling_time
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
@@ -127,7 +127,7 @@ contains
          call displace(motion, crack%u, p)
          if (chosen%stress_closure) call refresh_grid(motion)
          call new_crack_values(scene, tip, found)
-         call estimate_rates(scene, motion, settled_time(motion), tip, p, state, extrapolation, found, failure)
+         call estimate_rates(scene, motion, settling_time(motion%loads), tip, p, state, extrapolation, found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
          associate (best => crack%best(), doubt => crack%doubt(), modulus => effective_modulus(motion%materials(tip%material)))
@@ -140,18 +140,6 @@ contains
          end associate
       end associate
    end subroutine estimate_errors
-
-   !> When all loads have come that stay [s].
-   pure real(dp) function settled_time(motion) result(time)
-      type(motion_t), intent(in) :: motion
-      integer :: k
-      time = 0
-      do k = 1, size(motion%loads)
-         associate (settled => motion%loads(k)%history%time_to_settle())
-            if (settled < huge(settled)) time = max(time, settled)
-         end associate
-      end do
-   end function settled_time
 
    !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
    pure subroutine follow_values(scene, tip, values)
