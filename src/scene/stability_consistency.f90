@@ -4,7 +4,7 @@ module hampm_stability_consistency
    use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
    use hampm_load_consistency, only: bodies_good
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: particle_number
+   use hampm_placement, only: particle_number, most_particles
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -12,7 +12,6 @@ module hampm_stability_consistency
    private
    public :: check_stability, choose_courant
 
-   real(dp), parameter :: most_particles = 2e9_dp   !! of a body, to be counted
    !> Stands in for a courant number that cannot be found, in a scene that is refused
    real(dp), parameter :: unknown = 0.1_dp
 
