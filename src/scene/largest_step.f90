@@ -48,7 +48,7 @@ contains
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%time_steps == 'local') limit = limit*of_local_steps
       end associate
-      limit = three_digits(limit)
+      limit = rounded_down(limit)
    end function courant_limit
 
    !> What is taken where no courant number is given: a safe part of the limit. For material that moves through the cells, and with
@@ -60,7 +60,7 @@ contains
          if (method%frame == 'updated') &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
       end associate
-      courant = three_digits(min(courant, default_part*damping_limit(scene)))
+      courant = rounded_down(min(courant, default_part*damping_limit(scene)))
    end function default_courant
 
    !> The courant number at which damping takes all of a velocity in a step.
@@ -203,10 +203,10 @@ contains
    end function speed_ratio
 
    !> A positive number, rounded down to three digits.
-   pure real(dp) function three_digits(x)
+   pure real(dp) function rounded_down(x)
       real(dp), intent(in) :: x
       real(dp) :: unit
       unit = 10.0_dp**(2 - floor(log10(x)))
-      three_digits = aint(x*unit*(1 + epsilon(x)))/unit
-   end function three_digits
+      rounded_down = aint(x*unit*(1 + epsilon(x)))/unit
+   end function rounded_down
 end module hampm_largest_step
