@@ -112,7 +112,7 @@ contains
       type(particles_t) :: p
       type(nodal_state_t) :: state
       associate (tip => cracks%tips(1), errors => values%errors, chosen => scene%energy_release)
-         if (.not. (chosen%nodal_force .or. chosen%stress_closure .or. chosen%domain_integral)) return
+         if (.not. chosen%needs_crack()) return
          call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          errors%cell = tip%nodes%spacing
          if (.not. crack%known) then
