@@ -2,11 +2,11 @@
 !> are real: an integer might not hold them.
 module hampm_needs
    use hampm_kinds, only: dp, ndim
-   use hampm_assembly, only: materials_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_memory, only: memory_there_is
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
+   use hampm_scene_materials, only: materials_of
    use hampm_text, only: to_text
    use hampm_time_step, only: stable_time_step
    implicit none
