@@ -264,8 +264,7 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
-      call domain_integrals(domain, motion%grid, p, motion%blocks, motion%materials, state, values%j, k, &
-                            motion%loads, time)
+      call domain_integrals(domain, motion, time, p, state, values%j, k)
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
