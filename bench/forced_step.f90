@@ -4,21 +4,14 @@
 !>
 !> runs the scene, which is to be stable as it stands, with this courant number instead.
 program forced_step
-   use, intrinsic :: iso_c_binding, only: c_int
    use hampm_command_line, only: options_t, command_arguments, parse_arguments
    use hampm_failure, only: failure_t
-   use hampm_program, only: print_message, run_and_report
+   use hampm_program, only: run_and_report, end_program
    use hampm_reading, only: read_scene
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build
    use hampm_text, only: string_t
    implicit none
-   interface
-      subroutine c_exit(code) bind(c, name='exit')
-         import :: c_int
-         integer(c_int), value :: code
-      end subroutine c_exit
-   end interface
    type(string_t), allocatable :: words(:)
    type(options_t) :: options
    type(scene_t) :: scene
@@ -31,6 +24,5 @@ program forced_step
    read (words(1)%text, *) scene%method%courant
    if (.not. failure%failed()) call build(scene, options%threads, simulation, failure)
    if (.not. failure%failed()) call run_and_report(options, simulation, failure)
-   if (failure%failed()) call print_message(failure%message)
-   call c_exit(int(failure%code, c_int))
+   call end_program(failure)
 end program forced_step

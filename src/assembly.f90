@@ -15,33 +15,21 @@ module hampm_assembly
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
-   use hampm_material, only: material_t, new_material
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles
    use hampm_placement, only: tolerance
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
+   use hampm_scene_materials, only: materials_of
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: assemble, choose_integrator, materials_of
+   public :: assemble, choose_integrator
 
 contains
-
-   !> The materials of a scene.
-   pure function materials_of(scene) result(materials)
-      type(scene_t), intent(in) :: scene
-      type(material_t) :: materials(size(scene%materials))
-      integer :: k
-      do k = 1, size(materials)
-         associate (spec => scene%materials(k))
-            materials(k) = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density)
-         end associate
-      end do
-   end function materials_of
 
    !> Build the motion of a scene, its cracks and its refinement. Fails where memory does not suffice or a part of the scene meets
    !> nothing.

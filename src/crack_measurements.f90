@@ -6,11 +6,11 @@ module hampm_crack_measurements
    use hampm_crack_tip_field, only: modes, effective_modulus
    use hampm_cracks, only: cracks_t
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
-   use hampm_estimated_errors, only: estimated_errors_t, relative_errors, follow
+   use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
-   use hampm_loads, only: place_loads, force_at_node
+   use hampm_loads, only: place_loads, force_at_node, settling_time
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
@@ -112,7 +112,7 @@ contains
       type(particles_t) :: p
       type(nodal_state_t) :: state
       associate (tip => cracks%tips(1), errors => values%errors, chosen => scene%energy_release)
-         if (.not. (chosen%nodal_force .or. chosen%stress_closure .or. chosen%domain_integral)) return
+         if (.not. chosen%needs_crack()) return
          call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          errors%cell = tip%nodes%spacing
          if (.not. crack%known) then
@@ -127,7 +127,7 @@ contains
          call displace(motion, crack%u, p)
          if (chosen%stress_closure) call refresh_grid(motion)
          call new_crack_values(scene, tip, found)
-         call estimate_rates(scene, motion, settled_time(motion), tip, p, state, extrapolation, found, failure)
+         call estimate_rates(scene, motion, settling_time(motion%loads), tip, p, state, extrapolation, found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
          associate (best => crack%best(), doubt => crack%doubt(), modulus => effective_modulus(motion%materials(tip%material)))
@@ -140,18 +140,6 @@ contains
          end associate
       end associate
    end subroutine estimate_errors
-
-   !> When all loads have come that stay [s].
-   pure real(dp) function settled_time(motion) result(time)
-      type(motion_t), intent(in) :: motion
-      integer :: k
-      time = 0
-      do k = 1, size(motion%loads)
-         associate (settled => motion%loads(k)%history%time_to_settle())
-            if (settled < huge(settled)) time = max(time, settled)
-         end associate
-      end do
-   end function settled_time
 
    !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
    pure subroutine follow_values(scene, tip, values)
@@ -182,23 +170,16 @@ contains
       recorded = merge(1, modes, tip%is_half())
       associate (chosen => scene%energy_release, v => values)
          if (chosen%nodal_force) &
-            call history%record_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure', &
-                                      v%nodal_force(:recorded))
-         if (chosen%nodal_force) &
-            call history%record_modes('G_nodal_force_', 'J/m2', 'estimated error of G_nodal_force', &
-                                      [v%errors%nodal_force(:recorded)%now], '_error')
+            call record_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure', v%nodal_force, &
+                              'estimated error of G_nodal_force', v%errors%nodal_force)
          if (chosen%stress_closure) &
-            call history%record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', &
-                                      v%stress_closure(:recorded))
-         if (chosen%stress_closure) &
-            call history%record_modes('G_stress_closure_', 'J/m2', 'estimated error of G_stress_closure', &
-                                      [v%errors%stress_closure(:recorded)%now], '_error')
+            call record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', v%stress_closure, &
+                              'estimated error of G_stress_closure', v%errors%stress_closure)
          if (chosen%domain_integral) then
-            call history%record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain(:recorded))
-            call history%record_modes('G_domain_', 'J/m2', 'estimated error of G_domain', &
-                                      [v%errors%domain(:recorded)%now], '_error')
-            call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity(:recorded))
-            call history%record_modes('K_', 'Pa m^0.5', 'estimated error of K', [v%errors%intensity(:recorded)%now], '_error')
+            call record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain, &
+                              'estimated error of G_domain', v%errors%domain)
+            call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
+                              'estimated error of K', v%errors%intensity)
             if (recorded > 1) &
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
@@ -218,6 +199,17 @@ contains
             call history%record('reaction_y', 'N', 'force of the constraints on the bodies', v%reaction(2))
          end if
       end associate
+
+   contains
+
+      !> Record the value of each mode, and then the estimated error of each.
+      subroutine record_modes(name, unit, meaning, value, meaning_of_error, error)
+         character(*), intent(in) :: name, unit, meaning, meaning_of_error
+         real(dp), intent(in) :: value(modes)    !! in this unit
+         type(error_t), intent(in) :: error(modes)
+         call history%record_modes(name, unit, meaning, value(:recorded))
+         call history%record_modes(name, unit, meaning_of_error, [error(:recorded)%now], '_error')
+      end subroutine record_modes
    end subroutine record_crack
 
    !> Record G of both modes together by the estimator that is nearest to the truth of those that are chosen, for a reader who wants
@@ -272,8 +264,7 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
-      call domain_integrals(domain, motion%grid, p, motion%blocks, motion%materials, state, values%j, k, &
-                            motion%loads, time)
+      call domain_integrals(domain, motion, time, p, state, values%j, k)
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)

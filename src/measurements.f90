@@ -16,6 +16,7 @@ module hampm_measurements
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
+   use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
    use hampm_motion, only: motion_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
@@ -56,7 +57,7 @@ contains
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
       m%initial_energy = kinetic_energy(motion%particles)
-      m%rounding_energy = energy_of_rounding(scene)
+      m%rounding_energy = energy_of_rounding(scene, motion%loads)
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
       if (size(cracks%tips) > 0) call new_crack_values(scene, cracks%tips(1), m%crack)
       select case (scene%energy_release%reference)
@@ -74,15 +75,14 @@ contains
    !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which
    !> alone stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
    !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude.
-   pure real(dp) function energy_of_rounding(scene) result(energy)
+   pure real(dp) function energy_of_rounding(scene, loads) result(energy)
       type(scene_t), intent(in) :: scene
+      type(load_t), intent(in) :: loads(:)
       real(dp) :: force
       integer :: k
       force = 0
-      do k = 1, size(scene%loads)
-         associate (load => scene%loads(k))
-            force = force + norm2(load%force)*abs(load%history%largest_factor())
-         end associate
+      do k = 1, size(loads)
+         force = force + norm2(loads(k)%force)*abs(loads(k)%history%largest_factor())
       end do
       energy = epsilon(energy)*force**2/(minval(scene%materials%young)*scene%run%thickness)
    end function energy_of_rounding

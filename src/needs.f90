@@ -2,11 +2,11 @@
 !> are real: an integer might not hold them.
 module hampm_needs
    use hampm_kinds, only: dp, ndim
-   use hampm_assembly, only: materials_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_memory, only: memory_there_is
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
+   use hampm_scene_materials, only: materials_of
    use hampm_text, only: to_text
    use hampm_time_step, only: stable_time_step
    implicit none
@@ -108,7 +108,7 @@ contains
       if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
-      if ((estimates_errors(scene) .or. scene%damping%rate > 0) .and. occupied <= most_at_rest) &
+      if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest) &
          bytes = bytes + of_stiffness*fill_of(occupied)
       if (scene%method%mass == 'lumped') return
       bytes = bytes + of_mass*cells
@@ -120,14 +120,6 @@ contains
          bytes = bytes + factors_of(scene, occupied)
       end select
    end function memory_of
-
-   !> Whether errors of energy release rates are estimated.
-   pure logical function estimates_errors(scene)
-      type(scene_t), intent(in) :: scene
-      associate (chosen => scene%energy_release)
-         estimates_errors = scene%crack%present .and. (chosen%nodal_force .or. chosen%stress_closure .or. chosen%domain_integral)
-      end associate
-   end function estimates_errors
 
    !> Memory of the factors of the mass matrix [bytes]: two directions, bands as wide as the narrower side of the material, or
    !> the fill of nested dissection.

@@ -1,5 +1,6 @@
 !> What the program does with its options.
 module hampm_program
+   use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use hampm_caveats, only: notes_of
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
@@ -18,7 +19,14 @@ module hampm_program
    use hampm_version, only: version
    implicit none
    private
-   public :: act, run_and_report, print_message
+   public :: act, run_and_report, end_program
+
+   interface
+      subroutine c_exit(code) bind(c, name='exit')
+         import :: c_int
+         integer(c_int), value :: code
+      end subroutine c_exit
+   end interface
 
 contains
 
@@ -38,6 +46,13 @@ contains
          call simulate(options, failure)
       end if
    end subroutine act
+
+   !> End the program with the exit code of a failure, and say what has failed.
+   subroutine end_program(failure)
+      type(failure_t), intent(in) :: failure
+      if (failure%failed()) call print_message(failure%message)
+      call c_exit(int(failure%code, c_int))
+   end subroutine end_program
 
    !> Read the scene, then check or run it.
    subroutine simulate(options, failure)

@@ -68,7 +68,8 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%scene = scene
-      if (warnings_of(scene) /= '') s%warning = warnings_of(scene)
+      s%warning = warnings_of(scene)
+      if (s%warning == '') deallocate (s%warning)
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return

@@ -4,6 +4,7 @@ module hampm_summary
    use hampm_cell_values, only: is_occupied
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
+   use hampm_loads, only: all_settle, settling_time
    use hampm_placement, only: point_text, length_text
    use hampm_rest, only: find_lowest_frequency, time_to_rest
    use hampm_simulation, only: simulation_t, is_at_rest
@@ -40,24 +41,18 @@ contains
    end function rest_report
 
    !> How to come to rest: the damping and the end time for the lowest frequency of the scene; '' where that is not known, as
-   !> something moves without any force.
+   !> something moves without any force, and where a load never comes to rest itself.
    function rest_proposal(s) result(text)
       type(simulation_t), intent(inout) :: s
       character(:), allocatable :: text
-      real(dp) :: frequency, steady
-      integer :: k
+      real(dp) :: frequency
       text = ''
-      if (s%integrator%is_static) return
+      if (s%integrator%is_static .or. .not. all_settle(s%motion%loads)) return
       call find_lowest_frequency(s%motion, frequency)
       if (.not. frequency > 0) return
-      steady = 0
-      do k = 1, size(s%motion%loads)
-         steady = max(steady, s%motion%loads(k)%history%time_to_settle())
-      end do
-      if (steady >= huge(steady)) return
       text = 'for rest        &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
              three_digits(frequency/two_pi)//' Hz), &run end_time = '// &
-             three_digits(steady + time_to_rest(frequency))//new_line('a')
+             three_digits(settling_time(s%motion%loads) + time_to_rest(frequency))//new_line('a')
    end function rest_proposal
 
    !> What a run of the scene would do, for people.

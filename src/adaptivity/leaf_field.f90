@@ -8,6 +8,7 @@ module hampm_leaf_field
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_grid, only: grid_t
+   use hampm_lapack, only: dposv
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
@@ -17,17 +18,6 @@ module hampm_leaf_field
    !> Added to the diagonal, of which the entries are about 1: values that the particles leave open stay small. Of the sixteen
    !> digits of the others it takes none but the last six, and leaves six in solving for the open ones.
    real(dp), parameter :: ridge = 1.0e-10_dp
-
-   interface
-      !> Solve a symmetric positive definite system, by LAPACK.
-      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(dp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dposv
-   end interface
 
 contains
 

@@ -4,6 +4,7 @@ module hampm_banded
    use hampm_kinds, only: dp
    use hampm_cuthill_mckee, only: reverse_cuthill_mckee
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_lapack, only: dpbtrf, dpbtrs
    use hampm_sparse, only: sparse_t
    use hampm_text, only: to_text
    implicit none
@@ -20,25 +21,6 @@ module hampm_banded
       procedure :: factorise
       procedure :: solve
    end type banded_t
-
-   interface
-      subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, kd, ldab
-         real(dp), intent(inout) :: ab(ldab, *)
-         integer, intent(out) :: info
-      end subroutine dpbtrf
-
-      subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, kd, nrhs, ldab, ldb
-         real(dp), intent(in) :: ab(ldab, *)
-         real(dp), intent(inout) :: b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dpbtrs
-   end interface
 
 contains
 

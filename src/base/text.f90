@@ -181,6 +181,7 @@ contains
          if (i > 1 .and. j > 1) swapped = a(i - 1:i) == b(j:j)//b(j - 1:j - 1)
       end function swapped
    end function edit_distance
+
    !> A number as people read it.
    pure function three_digits(x) result(text)
       real(dp), intent(in) :: x                  !! not below 0

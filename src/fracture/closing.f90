@@ -5,6 +5,7 @@ module hampm_closing
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t, face_nodes, upper, lower
    use hampm_crack_tip_field, only: modes
+   use hampm_lapack, only: dposv
    use hampm_motion, only: motion_t
    use hampm_stiffness, only: stiffness_t
    implicit none
@@ -29,17 +30,6 @@ module hampm_closing
    contains
       procedure :: close_pairs
    end type closing_t
-
-   interface
-      !> Solve a symmetric positive definite system, by LAPACK.
-      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(dp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dposv
-   end interface
 
 contains
 

@@ -9,6 +9,7 @@ module hampm_domain_integral
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
+   use hampm_motion, only: motion_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
@@ -62,44 +63,42 @@ contains
    !> F the force with which the faces press on each other, and f that of the tractions on them at a point. J holds for any
    !> elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in the
    !> integrals, but takes the rotation of the disc out of the errors of the sums.
-   pure subroutine domain_integrals(domain, grid, p, blocks, materials, state, j, k, loads, time)
+   pure subroutine domain_integrals(domain, motion, time, p, state, j, k)
       type(tip_domain_t), intent(in) :: domain
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(motion_t), intent(in) :: motion       !! its loads at their places in the grid; those that reach into a disc are on the
+                                                 !! faces
+      real(dp), intent(in) :: time               !! of the loads [s]
+      type(particles_t), intent(in) :: p         !! that stand where those of the motion do
       type(nodal_state_t), intent(in) :: state   !! of these particles
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
-      type(load_t), intent(in), optional :: loads(:)  !! at their places in the grid; those that reach into a disc are on the faces
-      real(dp), intent(in), optional :: time     !! of the loads [s]
       real(dp), allocatable :: q(:, :)
       integer, allocatable :: elements(:)
       real(dp) :: at_corner(size(domain%radius), corners), c(ndim)
       type(sample_t) :: s
       integer :: n, i
-      call weight_nodes(domain, grid, q)
-      call find_elements(grid, blocks, q, elements)
-      c = mean_slope(domain, grid, p, blocks, q, elements)
-      j = 0
-      k = 0
-      do n = 1, size(elements)
-         associate (e => elements(n))
-            at_corner = q(:, grid%element_nodes(:, e))
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               call take_sample(domain, grid, p, i, materials(p%material(i)), state, c, s)
-               call add_to_j(s, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), j)
-               call add_to_interaction(s, domain, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), k)
-            end do
-         end associate
-      end do
-      if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
-      if (present(loads)) then
-         do n = 1, size(loads)
-            if (loads(n)%by_mass) cycle
-            call add_loaded_faces(domain, p, blocks, loads(n), loads(n)%history%factor(time), q, c, j, k)
+      associate (grid => motion%grid, blocks => motion%blocks)
+         call weight_nodes(domain, grid, q)
+         call find_elements(grid, blocks, q, elements)
+         c = mean_slope(domain, grid, p, blocks, q, elements)
+         j = 0
+         k = 0
+         do n = 1, size(elements)
+            associate (e => elements(n))
+               at_corner = q(:, grid%element_nodes(:, e))
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  call take_sample(domain, grid, p, i, motion%materials(p%material(i)), state, c, s)
+                  call add_to_j(s, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), j)
+                  call add_to_interaction(s, domain, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), k)
+               end do
+            end associate
          end do
-      end if
+         if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
+         do n = 1, size(motion%loads)
+            if (motion%loads(n)%by_mass) cycle
+            call add_loaded_faces(domain, p, blocks, motion%loads(n), motion%loads(n)%history%factor(time), q, c, j, k)
+         end do
+      end associate
       j = j/domain%thickness
       k = k*effective_modulus(domain%material)/(2*domain%thickness)
       if (domain%half) then

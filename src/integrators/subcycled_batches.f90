@@ -11,8 +11,8 @@ module hampm_subcycled_batches
    type :: batch_t
       integer :: group = 0
       integer :: role = plain                    !! the highest of the roles of its cells: all are treated so
-      integer :: kick_interval = 0                   !! when the first of its cells get forces
-      integer :: velocity_interval = 0               !! and when the velocity of the first of their corners changes
+      integer :: kick_interval = 0               !! when the first of its cells get forces
+      integer :: velocity_interval = 0           !! and when the velocity of the first of their corners changes
       integer :: blocks(2) = 0                   !! the first and the last
    end type batch_t
 

@@ -18,6 +18,7 @@
 module hampm_critical_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients
+   use hampm_lapack, only: dpotrf, dpotri, dsyev
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_matrix, only: prepare_cell
    use hampm_mass_solver, only: by_lumped, by_fmpm
@@ -44,33 +45,6 @@ module hampm_critical_step
       real(dp), allocatable :: lumped(:)         !! its row sums, (nodes)
       real(dp), allocatable :: stiffness(:, :)   !! K, (2 nodes, 2 nodes); first all x components
    end type sample_t
-
-   interface
-      pure subroutine dpotrf(uplo, n, a, lda, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, lda
-         real(dp), intent(inout) :: a(lda, *)
-         integer, intent(out) :: info
-      end subroutine dpotrf
-
-      pure subroutine dpotri(uplo, n, a, lda, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, lda
-         real(dp), intent(inout) :: a(lda, *)
-         integer, intent(out) :: info
-      end subroutine dpotri
-
-      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-         import :: dp
-         character, intent(in) :: jobz, uplo
-         integer, intent(in) :: n, lda, lwork
-         real(dp), intent(inout) :: a(lda, *)
-         real(dp), intent(out) :: w(*), work(*)
-         integer, intent(out) :: info
-      end subroutine dsyev
-   end interface
 
 contains
 

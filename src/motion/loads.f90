@@ -16,7 +16,7 @@ module hampm_loads
    implicit none
    private
    public :: load_t, load_on_points, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
-             book_work_late, force_at_node, keep_loads
+             book_work_late, force_at_node, all_settle, settling_time, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -207,6 +207,23 @@ contains
       real(dp), intent(in) :: velocity(ndim)     !! [m/s]
       work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, velocity)
    end function work_over
+
+   !> Whether every load comes to stay as it is.
+   pure logical function all_settle(loads)
+      type(load_t), intent(in) :: loads(:)
+      integer :: l
+      all_settle = all([(loads(l)%history%time_to_settle() < huge(1.0_dp), l=1, size(loads))])
+   end function all_settle
+
+   !> The time from which on all loads but those that never settle stay the same; 0 without any [s].
+   pure real(dp) function settling_time(loads) result(time)
+      type(load_t), intent(in) :: loads(:)
+      integer :: l
+      time = 0
+      do l = 1, size(loads)
+         if (all_settle(loads(l:l))) time = max(time, loads(l)%history%time_to_settle())
+      end do
+   end function settling_time
 
    !> Velocity of the hosts of a load, the mean by its parts [m/s].
    pure function velocity_of_hosts(load, p) result(v)

@@ -4,7 +4,7 @@ module hampm_time_step
    use hampm_material, only: material_t
    implicit none
    private
-   public :: stable_time_step
+   public :: stable_time_step, largest_wave_speed
 
 contains
 
@@ -14,7 +14,13 @@ contains
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: courant            !! [-]
       character(*), intent(in) :: wave_speed     !! 'shear', as in (32), or 'dilatational'
-      real(dp) :: speed
+      dt = courant*cell/largest_wave_speed(materials, wave_speed)
+   end function stable_time_step
+
+   !> The largest wave speed of some materials [m/s].
+   pure real(dp) function largest_wave_speed(materials, wave_speed) result(speed)
+      type(material_t), intent(in) :: materials(:)
+      character(*), intent(in) :: wave_speed     !! 'shear' or 'dilatational'
       integer :: k
       speed = 0
       do k = 1, size(materials)
@@ -24,6 +30,5 @@ contains
             speed = max(speed, materials(k)%dilatational_wave_speed())
          end if
       end do
-      dt = courant*cell/speed
-   end function stable_time_step
+   end function largest_wave_speed
 end module hampm_time_step

@@ -6,8 +6,8 @@ module hampm_consistency
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, point_text, &
-                                length_text
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, most_particles, &
+                                point_text, length_text
    use hampm_refine_consistency, only: check_refine
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -20,7 +20,6 @@ module hampm_consistency
 
    real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
    real(dp), parameter :: furthest = 1e9_dp         !! from the origin [cells]
-   real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
    real(dp), parameter :: most_samples = 1e8_dp     !! of a history
 
 contains

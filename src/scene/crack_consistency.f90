@@ -155,8 +155,7 @@ contains
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators')) then
          if (.not. scene%crack%present) then
-            if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure .or. &
-                scene%energy_release%domain_integral) &
+            if (scene%energy_release%needs_crack()) &
                call settings%complain(mistakes, entry, 'estimators', '''nodal_force'', ''stress_closure'' and '// &
                                       '''domain_integral'' need a group &crack')
          else if (scene%energy_release%domain_integral .and. has_geometry .and. settings%good(entry, 'radii')) then

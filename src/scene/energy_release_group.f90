@@ -34,9 +34,17 @@ module hampm_energy_release_group
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
+   contains
+      procedure :: needs_crack
    end type energy_release_t
 
 contains
+
+   !> Whether an estimator is chosen that finds G or K at the tip of a crack.
+   pure logical function needs_crack(self)
+      class(energy_release_t), intent(in) :: self
+      needs_crack = self%nodal_force .or. self%stress_closure .or. self%domain_integral
+   end function needs_crack
 
    !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
    pure subroutine fill_energy_release(settings, energy_release)

@@ -5,7 +5,9 @@ module hampm_largest_step
    use hampm_critical_step, only: row_t, row_of_points, shifted, largest_courant, sample_cells
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_placement, only: tolerance
-   use hampm_scene, only: scene_t, body_t, material_spec_t
+   use hampm_scene, only: scene_t, body_t
+   use hampm_scene_materials, only: materials_of, material_of
+   use hampm_time_step, only: largest_wave_speed
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
@@ -48,7 +50,7 @@ contains
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%time_steps == 'local') limit = limit*of_local_steps
       end associate
-      limit = three_digits(limit)
+      limit = rounded_down(limit)
    end function courant_limit
 
    !> What is taken where no courant number is given: a safe part of the limit. For material that moves through the cells, and with
@@ -60,7 +62,7 @@ contains
          if (method%frame == 'updated') &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
       end associate
-      courant = three_digits(min(courant, default_part*damping_limit(scene)))
+      courant = rounded_down(min(courant, default_part*damping_limit(scene)))
    end function default_courant
 
    !> The courant number at which damping takes all of a velocity in a step.
@@ -73,13 +75,7 @@ contains
    !> The wave speed that courant refers to, the largest of any material [m/s].
    pure real(dp) function chosen_speed(scene) result(speed)
       type(scene_t), intent(in) :: scene
-      integer :: k
-      associate (materials => scene%materials)
-         speed = maxval([(dilatational_speed(materials(k), scene%run%plane), k=1, size(materials))])
-         if (scene%method%wave_speed == 'shear') &
-            speed = maxval([(dilatational_speed(materials(k), scene%run%plane)*speed_ratio(materials(k), scene%run%plane), &
-                             k=1, size(materials))])
-      end associate
+      speed = largest_wave_speed(materials_of(scene), scene%method%wave_speed)
    end function chosen_speed
 
    !> Size of the cells that the first step is for: those around a tip are there from the start, and with subcycling the
@@ -99,12 +95,12 @@ contains
       real(dp) :: start(ndim), length(ndim), speed, ratio, damping, shift(ndim, 0:size(entered))
       integer :: n(ndim), d, i, j
       logical :: strains_last
-      associate (cell => scene%grid%cell, material => scene%materials(body%material_index))
+      associate (cell => scene%grid%cell, material => material_of(scene, body%material_index))
          n = points_along(body%lower, body%upper, cell, body%points_per_cell)
          length = (body%upper - body%lower)/cell
          start = place_in_cell(scene, body)
-         speed = dilatational_speed(material, scene%run%plane)
-         ratio = speed_ratio(material, scene%run%plane)
+         speed = material%dilatational_wave_speed()
+         ratio = material%shear_wave_speed()/speed
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
          if (.not. crosses_cells(scene, body)) then
@@ -178,35 +174,11 @@ contains
       refines = scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0
    end function refines
 
-   !> Speed of dilatational waves [m/s].
-   pure real(dp) function dilatational_speed(material, plane) result(speed)
-      type(material_spec_t), intent(in) :: material
-      character(*), intent(in) :: plane          !! 'stress' or 'strain'
-      associate (nu => material%poisson)
-         if (plane == 'stress') then
-            speed = sqrt(material%young/(1 - nu**2)/material%density)
-         else
-            speed = sqrt(material%young*(1 - nu)/((1 + nu)*(1 - 2*nu))/material%density)
-         end if
-      end associate
-   end function dilatational_speed
-
-   !> Shear over dilatational wave speed [-].
-   pure real(dp) function speed_ratio(material, plane) result(ratio)
-      type(material_spec_t), intent(in) :: material
-      character(*), intent(in) :: plane          !! 'stress' or 'strain'
-      if (plane == 'stress') then
-         ratio = sqrt((1 - material%poisson)/2)
-      else
-         ratio = sqrt((1 - 2*material%poisson)/(2 - 2*material%poisson))
-      end if
-   end function speed_ratio
-
    !> A positive number, rounded down to three digits.
-   pure real(dp) function three_digits(x)
+   pure real(dp) function rounded_down(x)
       real(dp), intent(in) :: x
       real(dp) :: unit
       unit = 10.0_dp**(2 - floor(log10(x)))
-      three_digits = aint(x*unit*(1 + epsilon(x)))/unit
-   end function three_digits
+      rounded_down = aint(x*unit*(1 + epsilon(x)))/unit
+   end function rounded_down
 end module hampm_largest_step

@@ -7,8 +7,10 @@ module hampm_placement
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, point_text, &
-             length_text, nearest_node
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, most_particles, &
+             point_text, length_text, nearest_node
+
+   real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
 
 contains
 

@@ -4,7 +4,7 @@ module hampm_stability_consistency
    use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
    use hampm_load_consistency, only: bodies_good
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: particle_number
+   use hampm_placement, only: particle_number, most_particles
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -12,7 +12,6 @@ module hampm_stability_consistency
    private
    public :: check_stability, choose_courant
 
-   real(dp), parameter :: most_particles = 2e9_dp   !! of a body, to be counted
    !> Stands in for a courant number that cannot be found, in a scene that is refused
    real(dp), parameter :: unknown = 0.1_dp
 
@@ -36,14 +35,17 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       type(scene_t) :: undamped
-      real(dp) :: dt
+      real(dp) :: dt, limit
       integer :: entry
       entry = settings%find('method', 1)
       if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings)) .or. scene%method%time == 'static') return
       undamped = scene
       undamped%damping%rate = 0
-      if (scene%method%courant > courant_limit(undamped)) then
-         call complain_of_step(undamped, settings, entry, mistakes)
+      limit = courant_limit(undamped)
+      if (scene%method%courant > limit) then
+         call complain_of_step(undamped, limit, settings, entry, mistakes)
+         return
+      else if (.not. scene%damping%rate > 0) then
          return
       end if
       dt = scene%method%courant*smallest_cell(scene)/chosen_speed(scene)
@@ -52,14 +54,16 @@ contains
          call settings%complain(mistakes, settings%find('damping', 1), 'rate', 'must be at most '// &
                                 to_text(most_damping_a_step/dt)//' [1/s] with a time step of '//to_text(dt)// &
                                 ' s: above it the damping reverses velocities within a step. Reduce it or &method courant')
-      else if (scene%method%courant > courant_limit(scene)) then
-         call complain_of_step(scene, settings, entry, mistakes)
+         return
       end if
+      limit = courant_limit(scene)
+      if (scene%method%courant > limit) call complain_of_step(scene, limit, settings, entry, mistakes)
    end subroutine check_stability
 
    !> Complain of a courant number beyond the limit.
-   pure subroutine complain_of_step(scene, settings, entry, mistakes)
+   pure subroutine complain_of_step(scene, limit, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: limit                !! of the scene [-]
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
       type(mistakes_t), intent(inout) :: mistakes
@@ -68,7 +72,7 @@ contains
       if (any(crosses_cells(scene, scene%bodies))) why = ' for material that moves through the cells'
       if (scene%method%time_steps == 'local') why = why//' with time_steps = ''local'''
       if (scene%damping%rate > 0) why = why//' with this damping'
-      call settings%complain(mistakes, entry, 'courant', 'must be at most '//to_text(courant_limit(scene))//', not '// &
+      call settings%complain(mistakes, entry, 'courant', 'must be at most '//to_text(limit)//', not '// &
                              to_text(scene%method%courant)//', with wave_speed = '''//trim(scene%method%wave_speed)// &
                              ''': above it mass = '''//trim(scene%method%mass)//''' with scheme = '''// &
                              trim(scene%method%scheme)//''' is unstable in plane '//trim(scene%run%plane)//why// &

@@ -104,6 +104,7 @@ contains
          square%points = nint(2*cells*(square%upper - square%lower)/edge)
       end if
       call place_bodies(forest_t([0.0_dp, 0.0_dp], edge/cells, [cells, cells]), material, [square], m)
+      allocate (m%loads(0))
    end subroutine place_square
 
    !> Give all particles the strain of the tip fields.
@@ -135,8 +136,8 @@ contains
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
       real(dp) :: found(1 + modes, size(radius))
-      call domain_integrals(tip_domain_t(tip, direction, half, thickness, m%materials(1), radius), m%grid, m%particles, &
-                            m%blocks, m%materials, state, found(1, :), found(2:, :))
+      call domain_integrals(tip_domain_t(tip, direction, half, thickness, m%materials(1), radius), m, m%time, m%particles, state, &
+                            found(1, :), found(2:, :))
    end function integrals
 
    !> Given fields of known factors: they are found, the better the more cells there are in a disc.
@@ -350,6 +351,7 @@ contains
       rotation = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim])
       call place_bodies(forest_t([-0.5_dp, -0.5_dp], 0.05_dp, [40, 40]), rubber, &
                         [rectangle_t([0.0_dp, 0.0_dp], [edge, edge], [40, 40])], m)
+      allocate (m%loads(0))
       call open_crack(m, directions(:, 1), k_known)
       associate (p => m%particles)
          do i = 1, p%n
@@ -386,6 +388,7 @@ contains
       rotation = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim])
       call place_bodies(forest_t([-0.5_dp, -0.5_dp], 0.05_dp, [40, 40]), rubber, &
                         [rectangle_t([0.0_dp, 0.0_dp], [edge, edge], [40, 40])], m)
+      allocate (m%loads(0))
       associate (p => m%particles)
          do i = 1, p%n
             x = matmul(rotation, p%reference(i, :) - tip)

@@ -5,7 +5,7 @@ program test_energy_audit
    use hampm_constraints, only: constrain_box
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t
@@ -50,7 +50,7 @@ contains
       call constrain_box(m%constraints, m%grid, [0.3_dp, 0.0_dp], [0.3_dp, 0.8_dp], [.false., .true.])
       allocate (m%loads(2))
       m%loads(1)%force = [0.0_dp, 2.0e-4_dp]
-      m%loads(1)%history = load_history_t(kind='sine', frequency=0.4_dp)
+      m%loads(1)%history = time_history_t(kind='sine', frequency=0.4_dp)
       call load_on_points(m%particles, m%grid, m%blocks, reshape([0.71_dp, 0.4_dp, 0.71_dp, 0.5_dp, 0.71_dp, 0.6_dp], [ndim, 3]), &
                           [0.0_dp, 0.0_dp], m%loads(1))
       m%loads(2)%force = [2.0e-3_dp, 0.0_dp]

@@ -10,7 +10,7 @@ program test_reference_step
    use hampm_forest, only: forest_t
    use hampm_grid, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_load_history, only: load_history_t
+   use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, update_particles
@@ -125,11 +125,11 @@ contains
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       allocate (m%loads(3))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
-      m%loads(1)%history = load_history_t(kind='ramp', rise_time=80*dt)
+      m%loads(1)%history = time_history_t(kind='ramp', rise_time=80*dt)
       call load_on_points(m%particles, m%grid, m%blocks, reshape([x(1), 0.25_dp, x(1), 0.45_dp], [ndim, 2]), [0.0_dp, 0.1_dp], &
                           m%loads(1))
       m%loads(2)%force = [-3.0e-4_dp, 1.0e-4_dp]
-      m%loads(2)%history = load_history_t(kind='sine', frequency=0.02_dp/dt)
+      m%loads(2)%history = time_history_t(kind='sine', frequency=0.02_dp/dt)
       call load_on_points(m%particles, m%grid, m%blocks, reshape([0.55_dp, y(3)], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(2))
       m%loads(3)%force = [0.0_dp, -1.0e-3_dp]
       call load_on_particles(m%particles, [0.3_dp, 0.5_dp], [0.6_dp, 0.8_dp], m%loads(3))
