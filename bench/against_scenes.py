@@ -70,7 +70,7 @@ SCENES = [
     beam("full, banded, total", *method(mass="full", solver="banded", frame="total")),
     audited("full, cg, audit", *method(mass="full")),
     beam("blend, cg", *method(mass="blend", blend=0.3)),
-    beam("blend, banded, total, usl", *method(mass="blend", solver="banded", frame="total", scheme="usl")),
+    beam("blend, banded, total, usl", *method(mass="blend", blend=0.5, solver="banded", frame="total", scheme="usl")),
     beam("fmpm", *method(mass="fmpm", order=3)),
     beam("fmpm, total, usf", *method(mass="fmpm", order=2, frame="total", scheme="usf")),
     beam("partial, cg", *method(mass="partial", **BOX)),

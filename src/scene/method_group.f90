@@ -32,8 +32,8 @@ module hampm_method_group
             'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a mean of both'), &
       key_t('method', 'order', type_integer, 1, 1, may, '2', '', '', &
             '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
-      key_t('method', 'blend', type_real, 1, 1, may, '0.5', '', '', &
-            '[0, 1]', 'of mass = ''blend'': part that is lumped'), &
+      key_t('method', 'blend', type_real, 1, 1, may, '0.2778', '', '', &
+            '[0, 1]', 'of mass = ''blend'': part that is lumped; 5/18 has the least dispersion in short steps'), &
       key_t('method', 'full_region', type_name, 1, 1, may, 'box', '', '', &
             'box|refined', 'of mass = ''partial'': it is full in a box, or in the cells that are refined'), &
       key_t('method', 'full_lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
