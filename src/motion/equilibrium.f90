@@ -2,9 +2,10 @@
 !>
 !> Newton's iteration K du = r, with r what is out of balance and K the tangent (`hampm_stiffness`), gives displacements of the nodes,
 !> by which the particles move and strain as in a pass of a step. With the linear law the first is exact but for rounding. With others
-!> each is made shorter until it lessens the work r . du of what is out of balance, and the way there is divided where that fails, or
-!> where the work of the loads on it is not what the material has stored: a path of states at rest gives both the same; where there is
-!> none, as beyond a limit point (snap through), Newton's iteration may find one that no such path leads to.
+!> each is made shorter until it lessens the work r . du of what is out of balance, and the load step is divided where that fails, and
+!> where what is found may not be on the path of states at rest that begins where the step does: where it is not stable, is far from
+!> where the tangent at the start points to, or has not stored the work of the loads. Where there is no such path, as beyond a limit
+!> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it.
 !>
 !> Of the pairs of nodes on faces that may touch, those that are pressed together are tied in the direction normal to the faces. Which
 !> these are is found by turns: tie what would overlap, let go what would pull.
@@ -38,6 +39,7 @@ module hampm_equilibrium
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left
    real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
+   real(dp), parameter :: off_tangent = 0.5_dp   !! part of the way of a load step by which it may leave the tangent at its start
 
    !> How equilibrium is found, and what it took.
    type :: equilibrium_t
@@ -47,6 +49,8 @@ module hampm_equilibrium
       real(dp) :: distance = 0                   !! from equilibrium when it was found last: what the next displacement would be, over
                                                  !! the last ones
       logical :: begun = .false.                 !! whether it has been found before
+      real(dp), allocatable, private :: predicted(:, :) !! where the tangent at the start of a load step points to [m],
+                                                 !! (ndim, n_points); not allocated where other faces touch at its end
       type(stiffness_t), private :: k            !! that was factorised last
       integer, private :: layout = 0             !! of the blocks for which it was
       logical, allocatable, private :: tied(:)   !! and the pairs that touched
@@ -167,6 +171,7 @@ contains
       logical :: changed
       integer :: turn
       allocate (moved(ndim, m%grid%n_points), source=0.0_dp)
+      if (allocated(self%predicted)) deallocate (self%predicted)
       call find_pins(m, pins)
       call out_of_balance(m, before%force, r_before)
       do turn = 1, most_turns
@@ -174,7 +179,9 @@ contains
          if (failure%failed()) return
          call look_at_faces(m, after%force, changed)
          if (.not. changed) exit
+         if (allocated(self%predicted)) deallocate (self%predicted)
       end do
+      if (.not. (all(m%materials%linear) .or. failure%failed())) call look_at_way(self, moved, failure)
       if (turn > most_turns) call failure%report(exit_computation, 'which nodes of the faces touch could not be found')
       mean = (before%force + after%force)/2
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, mean)
@@ -182,6 +189,16 @@ contains
       call out_of_balance(m, after%force, r)
       m%external_work = m%external_work - work_of(m, merge(r_before + r, 0.0_dp, held_points(m)), moved)/2
    end subroutine go_to
+
+   !> Fail where a load step has led far from where the tangent at its start pointed to.
+   subroutine look_at_way(self, moved, failure)
+      type(equilibrium_t), intent(in) :: self
+      real(dp), intent(in) :: moved(:, :)        !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      if (.not. allocated(self%predicted)) return
+      if (norm2(moved - self%predicted) > off_tangent*norm2(self%predicted)) &
+         call failure%report(exit_computation, 'the equilibrium that was found is far from where the state before pointed to')
+   end subroutine look_at_way
 
    !> Which components of points are fixed.
    pure function held_points(m) result(held)
@@ -252,6 +269,7 @@ contains
          self%solutions = self%solutions + 1
          if (iteration > 1) self%distance = sqrt(abs(work_of(m, r, du))/max(abs(m%external_work), tiny(1.0_dp)))
          du = du + offset
+         if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
          call displace(m, du)
          if (.not. all(m%materials%linear)) call shorten(m, applied, work_of(m, r, du - offset), has_offset, du, self%k, failure)
          if (failure%failed()) return
