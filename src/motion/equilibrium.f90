@@ -43,7 +43,7 @@ module hampm_equilibrium
 
    !> How equilibrium is found, and what it took.
    type :: equilibrium_t
-      character(name_len) :: solver = 'umfpack'  !! 'umfpack' or 'banded'
+      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
       integer :: factorisations = 0              !! so far
       integer :: solutions = 0                   !! so far
       real(dp) :: distance = 0                   !! from equilibrium when it was found last: what the next displacement would be, over
@@ -265,7 +265,8 @@ contains
             call check_pins(m, pins, r, sqrt(balanced)*largest_force(m, r), failure)
             return
          end if
-         call self%k%solve(m, r, du)
+         call self%k%solve(m, r, du, failure)
+         if (failure%failed()) return
          self%solutions = self%solutions + 1
          if (iteration > 1) self%distance = sqrt(abs(work_of(m, r, du))/max(abs(m%external_work), tiny(1.0_dp)))
          du = du + offset

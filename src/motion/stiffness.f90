@@ -8,6 +8,7 @@
 module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners, name_len
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_conjugate_gradients, only: solve_by_cg
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
@@ -35,7 +36,7 @@ module hampm_stiffness
       logical :: is_tangent = .false.            !! that of the present state, with every particle as one point; else that of small
                                                  !! strain, where a particle alone in its cell is four points
       logical :: on_springs = .true.             !! see above
-      character(name_len) :: solver = 'umfpack'  !! or 'banded'
+      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
       type(pin_t), allocatable :: pins(:)        !! what is held beside what the constraints hold
    end type stiffness_kind_t
 
@@ -46,6 +47,7 @@ module hampm_stiffness
       type(numbering_t), private :: unknowns
       real(dp) :: spring = 0                     !! squared frequency of the springs [1/s2]
       type(factorisation_t), private :: factorised
+      type(sparse_t), private :: matrix          !! where it is not factorised but solved by iteration
    contains
       procedure :: solve
       procedure :: on_unknowns
@@ -74,7 +76,7 @@ contains
       done = .not. failure%failed()
    end subroutine new_stiffness
 
-   !> Assemble and factorise a stiffness of some kind, with pairs that are tied as above. Fails where it is singular or memory does
+   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind, with pairs that are tied as above. Fails where it is singular or memory does
    !> not suffice.
    subroutine factorise_stiffness(m, kind, tied, stiffness, failure)
       type(motion_t), intent(in) :: m
@@ -98,6 +100,10 @@ contains
          call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix)
          call fill(m, cells, stiffness, matrix)
       end associate
+      if (stiffness%kind%solver == 'cg') then
+         stiffness%matrix = matrix
+         return
+      end if
       stiffness%factorised%by_umfpack = stiffness%kind%solver /= 'banded'
       call stiffness%factorised%analyse(matrix, failure)
       if (.not. failure%failed()) call stiffness%factorised%factorise(matrix, failure)
@@ -297,12 +303,14 @@ contains
       end associate
    end subroutine full_loads
 
-   !> Displacement of the points by forces on them; forces on hanging nodes go to their masters [m].
-   subroutine solve(self, m, force, u)
+   !> Displacement of the points by forces on them; forces on hanging nodes go to their masters [m]. Fails where
+   !> an iteration does not end.
+   subroutine solve(self, m, force, u, failure)
       class(stiffness_t), intent(in) :: self
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
+      type(failure_t), intent(inout), optional :: failure !! without it there is no iteration
       real(dp), allocatable :: condensed(:, :), x(:)
       integer :: k, d
       allocate (condensed, source=force)
@@ -310,7 +318,11 @@ contains
       allocate (x(self%unknowns%n))
       associate (all => m%fields%mass_matrix%all, dof => self%unknowns%dof)
          call m%grid%dofs%condense(all, ndim, condensed)
-         if (self%unknowns%n > 0) call self%factorised%solve(self%on_unknowns(condensed), x)
+         if (self%kind%solver == 'cg' .and. present(failure)) then
+            call solve_by_cg(self%matrix, self%on_unknowns(condensed), x, failure)
+         else if (self%unknowns%n > 0) then
+            call self%factorised%solve(self%on_unknowns(condensed), x)
+         end if
          do k = 1, size(self%nodes)
             do d = 1, ndim
                associate (node => self%nodes(k), unknown => dof(d, self%nodes(k)))
@@ -339,11 +351,11 @@ contains
    end function on_unknowns
 
    !> Whether an equilibrium with this stiffness is stable, as far as the sign of its determinant tells: at a limit point one
-   !> eigenvalue changes its sign.
+   !> eigenvalue changes its sign. (An iteration, and a banded factorisation, fail where it is not.)
    logical function is_stable(self)
       class(stiffness_t), intent(in) :: self
       is_stable = .true.
-      if (self%unknowns%n > 0) is_stable = self%factorised%sign_of_determinant() > 0
+      if (self%unknowns%n > 0 .and. self%kind%solver /= 'cg') is_stable = self%factorised%sign_of_determinant() > 0
    end function is_stable
 
    !> Forces by which the nodes resist a small displacement from the present state, K u, without springs [N]; not condensed.
@@ -373,5 +385,6 @@ contains
    subroutine release(self)
       class(stiffness_t), intent(inout) :: self
       call self%factorised%release()
+      self%matrix = sparse_t()
    end subroutine release
 end module hampm_stiffness
