@@ -26,7 +26,7 @@ module hampm_equilibrium
    use hampm_pass, only: pass_t
    use hampm_rigid_motions, only: pin_t, find_pins, check_pins
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of, local_of
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -112,7 +112,7 @@ contains
          end if
       end do
       if (none%failed()) then
-         call failure%report(exit_computation, when(m%steps + 1, time)//none%message//how_far(self, m, done))
+         call failure%report(exit_computation, when(m%steps, time)//none%message//how_far(self, m, done))
       else
          m%time = time
          self%begun = .true.
@@ -127,7 +127,7 @@ contains
       character(:), allocatable :: text
       text = ''
       if (all(m%materials%linear)) return
-      text = '. It was followed up to '//to_text(done)//' of this load step, with '//to_text(self%solutions)// &
+      text = '. It was followed through '//three_digits(100*done)//' % of this load step, with '//to_text(self%solutions)// &
              ' solutions so far. Likely cause: a limit point, beyond which the body buckles or snaps through, or a load '// &
              'too large for the material; &method time = ''explicit'' follows such a motion'
    end function how_far
@@ -278,7 +278,7 @@ contains
          call follow_gaps(m, du)
       end do
       call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most_iterations)// &
-                          ' iterations a node is out of balance by '//to_text(largest)//' N')
+                          ' iterations a node is out of balance by '//three_digits(largest)//' N')
    end subroutine balance
 
    !> Factorise the tangent of the present state, if it is not there.
@@ -438,8 +438,8 @@ contains
       if (.not. self%k%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')
       else if (abs(work - stored) > off_path*max(abs(work), abs(stored))) then
-         call failure%report(exit_computation, 'the loads have done work of '//to_text(work)//' J, of which the material has '// &
-                             'stored '//to_text(stored)//' J: no path of states at rest leads to this equilibrium')
+         call failure%report(exit_computation, 'the loads have done work of '//three_digits(work)//' J, of which the material '// &
+                             'has stored '//three_digits(stored)//' J: no path of states at rest leads to this equilibrium')
       end if
    end subroutine look_at_path
 

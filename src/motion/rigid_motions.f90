@@ -6,7 +6,7 @@ module hampm_rigid_motions
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, three_digits
    implicit none
    private
    public :: pin_t, find_pins, check_pins
@@ -18,7 +18,8 @@ module hampm_rigid_motions
    type :: pin_t
       integer :: node = 0
       integer :: direction = 0
-      integer :: body = 0                        !! of the piece that it holds
+      integer :: piece = 0                       !! that it holds
+      integer :: body = 0                        !! of this
       integer :: motion = 0                      !! of which it holds this
    end type pin_t
 
@@ -47,6 +48,7 @@ contains
             call find_free_motion(held(:, :, root), free, pin%motion)
             if (pin%motion == 0) exit
             call find_best_pin(m, piece == root, free, pin)
+            pin%piece = root
             pin%body = body(root)
             pins = [pins, pin]
             call add_row(row_of(m, pin%node, pin%direction), held(:, :, root))
@@ -120,20 +122,24 @@ contains
       held = held + spread(row, 2, motions)*spread(row, 1, motions)
    end subroutine add_row
 
-   !> Fail where a pin takes a force: what it is pinned for moves.
+   !> Fail where pins take a force: what they are pinned for moves.
    subroutine check_pins(m, pins, out_of_balance, rounding, failure)
       type(motion_t), intent(in) :: m
       type(pin_t), intent(in) :: pins(:)
       real(dp), intent(in) :: out_of_balance(:, :) !! forces on the nodes [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of these [N]
       type(failure_t), intent(inout) :: failure
+      real(dp) :: force(size(pins))              ! on the pins [N]
+      real(dp) :: total
       integer :: k
+      force = [(out_of_balance(pins(k)%direction, pins(k)%node), k=1, size(pins))]
       do k = 1, size(pins)
          associate (pin => pins(k), x => m%grid%node_position(:, pins(k)%node))
-            if (abs(out_of_balance(pin%direction, pin%node)) <= rounding) cycle
+            total = force(k)
+            if (pin%motion <= ndim) total = sum(force, mask=pins%piece == pin%piece .and. pins%direction == pin%motion)
+            if (abs(total) <= rounding) cycle
             call failure%report(exit_computation, 'the piece of body '//to_text(pin%body)//' with the node at ('// &
-                                to_text(x(1))//', '//to_text(x(2))//') does not come to rest: it '// &
-                                way_of(pin, out_of_balance(pin%direction, pin%node))// &
+                                to_text(x(1))//', '//to_text(x(2))//') does not come to rest: it '//way_of(pin, total)// &
                                 ', or use &method time = ''explicit''')
             return
          end associate
@@ -150,7 +156,7 @@ contains
          text = 'turns, as the loads have a moment and its constraints hold it at one point or along one line only. '// &
                 'Hold another node by a &constraint'
       else
-         text = 'moves along '//axis(pin%motion:pin%motion)//', as the loads push with '//to_text(force)// &
+         text = 'moves along '//axis(pin%motion:pin%motion)//', as the loads push with '//three_digits(force)// &
                 ' N and no &constraint with fix = '''//axis(pin%motion:pin%motion)//''' holds a node of it. Add one'
       end if
    end function way_of

@@ -8,7 +8,7 @@ module hampm_static_consistency
    private
    public :: check_static, unused_at_rest
 
-   character(*), parameter :: intro = 'with &method time = ''static'' '
+   character(*), parameter :: intro = 'with &method time = ''static'''
 
 contains
 
