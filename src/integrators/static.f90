@@ -44,7 +44,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (.not. m%mapped) call map_to_grid(m)
       call self%equilibrium%find(m, m%time + dt, failure)
-      self%distance_from_rest = self%equilibrium%distance
+      self%distance_from_rest = self%equilibrium%distance(m)
       if (failure%failed()) return
       m%steps = m%steps + 1
       m%last_dt = dt
@@ -59,7 +59,7 @@ contains
       if (.not. m%mapped) call map_to_grid(m)
       if (self%equilibrium%begun) call carry_over(m)
       call self%equilibrium%find(m, m%time, failure)
-      self%distance_from_rest = self%equilibrium%distance
+      self%distance_from_rest = self%equilibrium%distance(m)
    end subroutine settle
 
    !> Keep in an archive what the steps need of those before.

@@ -46,8 +46,7 @@ module hampm_equilibrium
       character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
       integer :: factorisations = 0              !! so far
       integer :: solutions = 0                   !! so far
-      real(dp) :: distance = 0                   !! from equilibrium when it was found last: what the next displacement would be, over
-                                                 !! the last ones
+      real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
       logical :: begun = .false.                 !! whether it has been found before
       real(dp), allocatable, private :: predicted(:, :) !! where the tangent at the start of a load step points to [m],
                                                  !! (ndim, n_points); not allocated where other faces touch at its end
@@ -56,6 +55,7 @@ module hampm_equilibrium
       logical, allocatable, private :: tied(:)   !! and the pairs that touched
    contains
       procedure :: find
+      procedure :: distance
       procedure :: release
    end type equilibrium_t
 
@@ -263,14 +263,17 @@ contains
          largest = maxval(abs(self%k%on_unknowns(r)))
          if (.not. has_offset .and. largest <= balanced*largest_force(m, r)) then
             call check_pins(m, pins, r, sqrt(balanced)*largest_force(m, r), failure)
+            call self%k%solve(m, r, du, failure)
+            self%way_left = work_of(m, r, du)/2
             return
          end if
          call self%k%solve(m, r, du, failure)
          if (failure%failed()) return
          self%solutions = self%solutions + 1
-         if (iteration > 1) self%distance = sqrt(abs(work_of(m, r, du))/max(abs(m%external_work), tiny(1.0_dp)))
          du = du + offset
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
+         if (.not. all(m%materials%linear)) call look_at_size(m, du, failure)
+         if (failure%failed()) return
          call displace(m, du)
          if (.not. all(m%materials%linear)) call shorten(m, applied, work_of(m, r, du - offset), has_offset, du, self%k, failure)
          if (failure%failed()) return
@@ -280,6 +283,25 @@ contains
       call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most_iterations)// &
                           ' iterations a node is out of balance by '//three_digits(largest)//' N')
    end subroutine balance
+
+   !> Fail where a displacement would strain a cell so much at once that its tangent tells nothing of where that leads.
+   subroutine look_at_size(m, du, failure)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: most = 1            ! of a cell
+      integer :: k, d
+      do k = 1, m%blocks%n_occupied
+         associate (e => m%blocks%occupied(k), at => m%grid%element_nodes(:, m%blocks%occupied(k)))
+            do d = 1, ndim
+               if (maxval(du(d, at)) - minval(du(d, at)) <= most*m%grid%element_size(e)) cycle
+               call failure%report(exit_computation, 'no equilibrium was found: on the way to it a cell would be strained by '// &
+                                   'more than one at once')
+               return
+            end do
+         end associate
+      end do
+   end subroutine look_at_size
 
    !> Factorise the tangent of the present state, if it is not there.
    subroutine factorise_now(self, m, pins, failure)
@@ -299,6 +321,13 @@ contains
                                                  ', as where cells hold too few particles')
       self%factorisations = self%factorisations + 1
    end subroutine factorise_now
+
+   !> Distance from rest, as `hampm_rest` has it: the square root of the energy of the displacement that is left over the strain energy.
+   real(dp) function distance(self, m)
+      class(equilibrium_t), intent(in) :: self
+      type(motion_t), intent(in) :: m
+      distance = sqrt(max(self%way_left, 0.0_dp)/max(strain_energy(m%particles, m%materials), tiny(1.0_dp)))
+   end function distance
 
    !> Give back the memory.
    subroutine release(self)

@@ -6,7 +6,7 @@ module hampm_rigid_motions
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
    public :: pin_t, find_pins, check_pins
@@ -134,12 +134,13 @@ contains
       integer :: k
       force = [(out_of_balance(pins(k)%direction, pins(k)%node), k=1, size(pins))]
       do k = 1, size(pins)
-         associate (pin => pins(k), x => m%grid%node_position(:, pins(k)%node))
+         associate (pin => pins(k), x => without_rounding(m%grid%node_position(:, pins(k)%node), &
+                                                          maxval(m%grid%forest%cells)*m%grid%forest%cell))
             total = force(k)
             if (pin%motion <= ndim) total = sum(force, mask=pins%piece == pin%piece .and. pins%direction == pin%motion)
             if (abs(total) <= rounding) cycle
             call failure%report(exit_computation, 'the piece of body '//to_text(pin%body)//' with the node at ('// &
-                                to_text(x(1))//', '//to_text(x(2))//') does not come to rest: it '//way_of(pin, total)// &
+                                to_text(x(1))//', '//to_text(x(2))//') m does not come to rest: it '//way_of(pin, total)// &
                                 ', or use &method time = ''explicit''')
             return
          end associate
