@@ -50,10 +50,23 @@ def test_superposition(hampm, tmp_path, mode, stress):
     faces, afar = last[on_faces], last[from_afar]
     for name, tolerance in ((f"G_nodal_force_{mode}", 1e-4), ("J", 1e-4), (f"K_{mode}", 1e-3)):
         assert faces[name] == pytest.approx(afar[name], rel=tolerance), name
+        assert faces[name + "_error"] == pytest.approx(afar[name + "_error"], rel=0.02), name
     if mode == "I":  # Tada's polynomial for a long strip, to 0.5 %; this one is short, and its cells are coarse
         ratio = LENGTH / WIDTH
         factor = 1.12 - 0.231 * ratio + 10.55 * ratio**2 - 21.72 * ratio**3 + 30.39 * ratio**4
         assert faces["K_I"] == pytest.approx(factor * PRESSURE * math.sqrt(math.pi * LENGTH), rel=0.05)
+
+
+@pytest.mark.parametrize("history", [
+    "history = 'sine' frequency = 1e3", "history = 'table' times = 0, 2e-4, 1e-3 factors = 0, 3, 0", "history = 'step'"])
+def test_the_expected_error_is_that_of_the_loads_at_their_largest(hampm, tmp_path, history):
+    """A part of the value: the same however large the tractions are, and whatever becomes of them."""
+    ramp = SCENE + on_faces(0, PRESSURE)
+    lines = []
+    for scene in (ramp, ramp.replace("history = 'ramp' rise_time = 4e-4", history), SCENE + on_faces(0, 1e-3 * PRESSURE)):
+        (tmp_path / "plate.nml").write_text(scene)
+        lines.append([line for line in hampm("--check", "plate.nml").stdout.splitlines() if line.startswith("! expected error")])
+    assert lines[0] == lines[1] == lines[2] and len(lines[0]) == 1
 
 
 @pytest.mark.parametrize(("scene", "phrase"), [
