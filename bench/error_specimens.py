@@ -149,6 +149,15 @@ def split_beam(cell, upper, lower, **more):
                  crack="kind = 'line' direction = 1.0,0.0", **more)
 
 
+def end_notched(cell, **more):
+    """The part between the inner loads of an end-notched beam in four-point bending: the moment is on the upper arm, the faces are
+    pressed together by 50 kPa, without friction, and share it."""
+    loads = [("traction", 0, 15, 0, 20, 1.0, 0.0), ("traction", 0, 10, 0, 15, -1.0, 0.0),
+             ("traction", 0, 20, 50, 20, 0.0, -25.0), ("traction", 0, 0, 50, 0, 0.0, 25.0)]
+    return scene(50, 20, (25, 10), cell, loads, [(50, 0, 50, 20, "x"), (50, 10, 50, 10, "y")], damping=6e4, end=0.8e-3, room=5.0,
+                 crack="kind = 'line' direction = 1.0,0.0 contact = 'frictionless'", **more)
+
+
 def from_factor(factor, a, e):
     """G of a plate under PULL."""
     return ((PULL * factor)**2 * pi * a * 1e-3 / e, 0.0)
@@ -199,6 +208,8 @@ def specimens():
         Specimen("split beam, opposite", split_beam(2.5, 1, -1), (12 * u, 0.0)),
         Specimen("split beam, equal", split_beam(1.25, 1, 1), (0.0, 9 * u)),
         Specimen("split beam, equal, 4 cells", split_beam(2.5, 1, 1), (0.0, 9 * u)),
+        Specimen("end notched", end_notched(1.25), (0.0, 2.25 * u)),
+        Specimen("end notched, 4 cells", end_notched(2.5), (0.0, 2.25 * u)),
     ]
     for specimen in found:
         if "plane='strain'" in specimen.scene:

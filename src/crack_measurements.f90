@@ -10,7 +10,7 @@ module hampm_crack_measurements
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
-   use hampm_loads, only: place_loads, force_at_node, settling_time
+   use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
@@ -63,7 +63,7 @@ contains
          if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
          if (failure%failed()) return
          if (chosen%stress_closure) call refresh_grid(motion)
-         call estimate_rates(scene, motion, motion%time, tip, p, state, extrapolation, values, failure)
+         call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
          if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)
          if (chosen%stress_closure) call keep_first(values%stress_closure, first_g)
          if (chosen%domain_integral) call keep_first(values%domain, first_g)
@@ -75,10 +75,10 @@ contains
    end subroutine measure_crack
 
    !> The chosen energy release rates and stress intensity factors, of some particles that stand where those of the motion do.
-   subroutine estimate_rates(scene, motion, time, tip, p, state, extrapolation, values, failure)
+   subroutine estimate_rates(scene, motion, factors, tip, p, state, extrapolation, values, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
-      real(dp), intent(in) :: time               !! of the loads on the faces [s]
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
       type(nodal_state_t), intent(in) :: state   !! of these particles, where there is a domain integral
@@ -89,13 +89,13 @@ contains
       associate (grid => motion%grid, chosen => scene%energy_release)
          call place_loads(motion%loads, grid, p)
          if (chosen%nodal_force) then
-            applied(:, upper) = force_at_node(motion%loads, time, grid, p, tip%nodes%tip, tip%axis(:, 2))
-            applied(:, lower) = force_at_node(motion%loads, time, grid, p, tip%nodes%tip, -tip%axis(:, 2))
+            applied(:, upper) = force_at_node(motion%loads, factors, grid, p, tip%nodes%tip, tip%axis(:, 2))
+            applied(:, lower) = force_at_node(motion%loads, factors, grid, p, tip%nodes%tip, -tip%axis(:, 2))
             values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness, applied)
          end if
          if (chosen%stress_closure) call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
                                                         values%stress_closure, failure)
-         if (chosen%domain_integral) call measure_domain(scene, motion, time, tip, p, state, values)
+         if (chosen%domain_integral) call measure_domain(scene, motion, factors, tip, p, state, values)
       end associate
    end subroutine estimate_rates
 
@@ -127,7 +127,7 @@ contains
          call displace(motion, crack%u, p)
          if (chosen%stress_closure) call refresh_grid(motion)
          call new_crack_values(scene, tip, found)
-         call estimate_rates(scene, motion, settling_time(motion%loads), tip, p, state, extrapolation, found, failure)
+         call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, state, extrapolation, found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
          associate (best => crack%best(), doubt => crack%doubt(), modulus => effective_modulus(motion%materials(tip%material)))
@@ -247,10 +247,10 @@ contains
    end subroutine keep_first
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
-   subroutine measure_domain(scene, motion, time, tip, p, state, values)
+   subroutine measure_domain(scene, motion, factors, tip, p, state, values)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
-      real(dp), intent(in) :: time               !! of the loads on the faces [s]
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
       type(nodal_state_t), intent(in) :: state
@@ -264,7 +264,7 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
-      call domain_integrals(domain, motion, time, p, state, values%j, k)
+      call domain_integrals(domain, motion, factors, p, state, values%j, k)
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)

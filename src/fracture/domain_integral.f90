@@ -63,11 +63,11 @@ contains
    !> F the force with which the faces press on each other, and f that of the tractions on them at a point. J holds for any
    !> elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in the
    !> integrals, but takes the rotation of the disc out of the errors of the sums.
-   pure subroutine domain_integrals(domain, motion, time, p, state, j, k)
+   pure subroutine domain_integrals(domain, motion, factors, p, state, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(motion_t), intent(in) :: motion       !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
-      real(dp), intent(in) :: time               !! of the loads [s]
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(particles_t), intent(in) :: p         !! that stand where those of the motion do
       type(nodal_state_t), intent(in) :: state   !! of these particles
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
@@ -96,7 +96,7 @@ contains
          if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass) cycle
-            call add_loaded_faces(domain, p, blocks, motion%loads(n), motion%loads(n)%history%factor(time), q, c, j, k)
+            call add_loaded_faces(domain, p, blocks, motion%loads(n), factors(n), q, c, j, k)
          end do
       end associate
       j = j/domain%thickness

@@ -34,9 +34,10 @@ module hampm_expected_error
    !> How far, in cells, the middle of the material of an element that counts as full may be from that of the element.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
-   !> A crack at rest under the loads of the scene at their largest.
+   !> A crack at rest under the loads of the scene at their largest, scaled down to small gradients.
    type :: crack_at_rest_t
       logical :: known = .false.
+      real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
       real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
       real(dp) :: by_tip(modes) = 0              !! what it lacks as their crack is too short [J/m2]
@@ -107,7 +108,7 @@ contains
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
-      call come_to_rest(m, rest, crack%u, done)
+      call come_to_rest(m, rest, crack%u, crack%scale, done)
       if (.not. done) call rest%release()
       if (.not. done) return
       of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
@@ -129,23 +130,25 @@ contains
       crack%known = sum(abs(crack%g)) > 0
    end subroutine find_crack_at_rest
 
-   !> Solve for rest under all loads. Faces in contact that would go through each other are tied, and stay so.
-   subroutine come_to_rest(m, rest, u, done)
+   !> Solve for rest under all loads, scaled to small gradients. Faces in contact that would go through each other are tied, and stay so.
+   subroutine come_to_rest(m, rest, u, scale, done)
       type(motion_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
       real(dp), allocatable, intent(inout) :: u(:, :)
+      real(dp), intent(out) :: scale             !! of the loads [-]
       logical, intent(out) :: done
       real(dp), allocatable :: force(:, :)
       logical :: tied(m%contact%n), through(m%contact%n)
       integer :: turn, k
       tied = .false.
+      scale = 1
       call full_loads(m, force)
       done = any(abs(force) > 0)
       do turn = 1, most_turns
          if (done) call new_stiffness(m, most_unknowns, tied, rest, done)
          if (.not. done) return
          call rest%solve(m, force, u)
-         call make_small(m, u)
+         call make_small(m, u, scale)
          do k = 1, size(tied)
             associate (pair => m%contact%node(:, k), normal => m%contact%normal(k))
                through(k) = .not. tied(k) .and. u(normal, pair(1)) < u(normal, pair(2))
@@ -157,9 +160,10 @@ contains
    end subroutine come_to_rest
 
    !> Scale a displacement to small gradients: only ratios are asked for, and laws and positions are to be those of small strain.
-   subroutine make_small(m, u)
+   subroutine make_small(m, u, scale)
       type(motion_t), intent(in) :: m
       real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
+      real(dp), intent(out) :: scale             !! by which that is multiplied [-]
       real(dp), parameter :: small = 1.0e-7_dp
       real(dp) :: largest
       integer :: i
@@ -167,7 +171,9 @@ contains
       do i = 1, m%particles%n
          largest = max(largest, maxval(abs(gradient_of(m, u, i))))
       end do
-      if (largest > 0) u = u*(small/largest)
+      scale = 1
+      if (largest > 0) scale = small/largest
+      u = u*scale
    end subroutine make_small
 
    !> Cells by which the crack of the cells is too short, by mode [-].

@@ -16,7 +16,7 @@ module hampm_loads
    implicit none
    private
    public :: load_t, load_on_points, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
-             book_work_late, force_at_node, all_settle, settling_time, keep_loads
+             book_work_late, force_at_node, factors_at, largest_factors, all_settle, settling_time, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -108,10 +108,10 @@ contains
       end do
    end subroutine place_loads
 
-   !> Force at a time of the tractions on the material at one side of a node, in the direction `toward`, that goes to this node [N].
-   pure function force_at_node(loads, time, grid, p, node, toward) result(force)
+   !> Force of the tractions on the material at one side of a node, in the direction `toward`, that goes to this node [N].
+   pure function force_at_node(loads, factors, grid, p, node, toward) result(force)
       type(load_t), intent(in) :: loads(:)       !! where `place_loads` has found them
-      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: factors(:)         !! by load [-]
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       integer, intent(in) :: node
@@ -124,7 +124,7 @@ contains
             do k = 1, size(load%host)
                if (.not. (any(load%node(:, k) == node) .and. any(abs(load%half(:, k)) > 0))) cycle
                if (dot_product(p%place_in_grid(load%host(k)) - grid%node_position(:, node), toward) <= 0) cycle
-               force = force + load%history%factor(time)*load%fraction(k)*load%force &
+               force = force + factors(l)*load%fraction(k)*load%force &
                                *sum(load%shape(:, k), mask=load%node(:, k) == node)
             end do
          end associate
@@ -207,6 +207,23 @@ contains
       real(dp), intent(in) :: velocity(ndim)     !! [m/s]
       work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, velocity)
    end function work_over
+
+   !> The factors of loads at a time [-].
+   pure function factors_at(loads, time) result(factors)
+      type(load_t), intent(in) :: loads(:)
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: factors(size(loads))
+      integer :: l
+      factors = [(loads(l)%history%factor(time), l=1, size(loads))]
+   end function factors_at
+
+   !> The factors of largest size that loads ever have [-].
+   pure function largest_factors(loads) result(factors)
+      type(load_t), intent(in) :: loads(:)
+      real(dp) :: factors(size(loads))
+      integer :: l
+      factors = [(loads(l)%history%largest_factor(), l=1, size(loads))]
+   end function largest_factors
 
    !> Whether every load comes to stay as it is.
    pure logical function all_settle(loads)

@@ -136,8 +136,8 @@ contains
       call stiffness%release()
    end subroutine build_moments
 
-   !> A crack with two tips in a wide plate, pulled and sheared by tractions: G is as a sec(pi a/2 W), of which a crack that is short
-   !> by s at both tips lacks s (1/a + pi/2 W tan(pi a/2 W)).
+   !> A crack with two tips in a wide plate in tension: G is as a sec(pi a/2 W), of which a crack that is short by s at both tips
+   !> lacks s (1/a + pi/2 W tan(pi a/2 W)).
    subroutine plate_with_two_tips()
       real(dp), parameter :: width = 10, height = 15
       type(motion_t) :: m
