@@ -15,6 +15,7 @@ program test_neo_hookean
    do k = 1, 2
       m = new_material('rubber', 'neo_hookean', planes(k) == 'plane stress', young, poisson, 1.0_dp)
       call derivative_of_energy(planes(k))
+      call tangent(planes(k))
       call rotations(planes(k))
       call digits_of_small_strains(planes(k))
       call turned_inside_out(planes(k))
@@ -54,6 +55,24 @@ contains
          end do
       end do
    end function difference_error
+
+   !> The tangent is the derivative of the stress, and symmetric, as the second derivative of an energy is.
+   subroutine tangent(plane)
+      character(*), intent(in) :: plane
+      real(dp), parameter :: step = 1e-5_dp
+      real(dp) :: h(ndim, ndim), dh(ndim, ndim), other(ndim, ndim), difference(ndim, ndim)
+      integer :: i
+      do i = 1, 10
+         h = some_gradient()
+         dh = some_gradient()
+         other = some_gradient()
+         difference = (m%conjugate_stress(h + step*dh) - m%conjugate_stress(h - step*dh))/(2*step)
+         call check_close(norm2(m%conjugate_change(h, dh) - difference), 0.0_dp, 1e-8_dp, &
+                          plane//': the tangent is the derivative of the stress')
+         call check_close(sum(m%conjugate_change(h, dh)*other), sum(m%conjugate_change(h, other)*dh), 1e-14_dp, &
+                          plane//': the tangent is symmetric')
+      end do
+   end subroutine tangent
 
    subroutine derivative_of_energy(plane)
       character(*), intent(in) :: plane

@@ -30,5 +30,33 @@ program test_time_history
    call check_close(table%factor(2.0_dp), 2.0_dp, 1.0e-15_dp, 'a table goes through its values')
    call check_close(table%factor(3.0_dp), 0.0_dp, 1.0e-15_dp, 'a table may cross zero')
    call check_close(table%factor(9.0_dp), -2.0_dp, 1.0e-15_dp, 'a table stays at its last value')
+   call integrals([step, ramp, sine], 'step, ramp, sine')
+   call integrals([table], 'table')
+   step%start = -3
+   ramp%start = -3
+   sine%start = -3
+   table%start = -2.5_dp
+   call integrals([step, ramp, sine], 'begun before the run')
+   call integrals([table], 'table begun before the run')
    call finish()
+
+contains
+
+   !> The integral is that of the factor, by the trapezoidal rule over short pieces, from time 0.
+   subroutine integrals(histories, name)
+      type(time_history_t), intent(in) :: histories(:)
+      character(*), intent(in) :: name
+      integer, parameter :: pieces = 20000
+      real(dp), parameter :: time = 7.3_dp, dt = time/pieces
+      real(dp) :: total
+      integer :: i, k
+      do k = 1, size(histories)
+         total = 0
+         do i = 1, pieces
+            total = total + dt*histories(k)%factor((i - 0.5_dp)*dt)
+         end do
+         call check_close(histories(k)%integral(time), total, 2*dt, name//': the integral is that of the factor')
+         call check_close(histories(k)%integral(0.0_dp), 0.0_dp, 0.0_dp, name//': the integral begins with the run')
+      end do
+   end subroutine integrals
 end program test_time_history
