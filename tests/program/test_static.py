@@ -1,0 +1,266 @@
+"""Equilibrium, `time = 'static'`: it is where damped motions end, where theory has it, and nowhere where there is none."""
+
+import math
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import INPUT, REGRESSION
+from snapshots import field, points, read_steps
+
+
+def run(hampm, scene, *settings, fails=0):
+    """Run a scene; its history, columns and attributes, or the result of the program where it is to fail."""
+    words = [word for setting in settings for word in ("--set", setting)]
+    result = hampm(scene, "--force", "--quiet", "--set", "output.file=out.h5", *words)
+    assert result.returncode == fails, result.stderr
+    if fails:
+        return result
+    with h5py.File(hampm.folder / "out.h5") as file:
+        return {name: column[:] for name, column in file["history"].items()} | dict(file["history"].attrs)
+
+
+@pytest.fixture
+def hampm(hampm, tmp_path):
+    hampm.folder = tmp_path
+    return hampm
+
+
+STATIC = "method.time=static", "method.frame=total"
+
+# --- where damped motions end -----------------------------------------------------------------------------------------
+
+DAMPED = "method.frame=total", "method.courant=0", "output.snapshot_interval=0"
+COARSE = "grid.cell=5e-3", "grid.cells=20,3", "output.history_interval=1e-3"
+LONG = "run.end_time=8e-3", "damping.rate=1.2e4"
+# scene, settings, those of the damped run, and how near to each other they are: the lumped ones still tremble in K and in what
+# single nodes feel
+LIMITS = [("dcb", (*COARSE, "method.mass=full"), LONG, 1e-9),
+          ("dcb", (*COARSE, "refine.indicator=tip", "refine.max_level=2"), LONG, 1e-6),
+          ("centre_crack", ("output.history_interval=1e-4",), ("run.end_time=2e-3",), 1e-6),
+          ("mixed_mode", ("output.history_interval=1e-4",), ("run.end_time=1.5e-3",), 1e-6),
+          ("closed_crack", ("output.history_interval=1e-4",), ("run.end_time=2e-3",), 1e-6)]
+
+
+@pytest.mark.parametrize("scene, settings, damped, tolerance", LIMITS, ids=lambda value: value if isinstance(value, str) else "")
+def test_static_values_are_those_that_damped_runs_tend_to(hampm, scene, settings, damped, tolerance):
+    path = INPUT / "dcb.nml" if scene == "dcb" else REGRESSION / scene / "case.nml"
+    rest = run(hampm, path, *settings, *STATIC, "output.snapshot_interval=0")
+    motion = run(hampm, path, *settings, *DAMPED, *damped)
+    compared = 0
+    for name, column in rest.items():
+        if not re.match(r"(G_nodal_force|G_stress|G_domain|K|J)(_I|_II|_\d)?$", name):
+            continue
+        unit = [values[-1] for key, values in motion.items() if key[:2] == name[:2] and "error" not in key and "spread" not in key]
+        assert column[-1] == pytest.approx(motion[name][-1], abs=tolerance * np.max(np.abs(unit))), name
+        compared += 1
+    assert compared >= 4
+    assert rest["strain_energy"][-1] == pytest.approx(motion["strain_energy"][-1], rel=tolerance)
+    assert rest["external_work"][-1] == pytest.approx(rest["strain_energy"][-1], rel=1e-9)
+    assert rest["distance_from_rest"] < 1e-8
+
+
+# --- theory -----------------------------------------------------------------------------------------------------------
+
+BAR = """
+&run plane = '{plane}'  thickness = 0.01  end_time = 2.0 /
+&grid lower = 0.0, 0.0  cell = 2.5e-3  cells = 18, 6 /
+&material name = 'a'  young = 1e6  poisson = 0.3  density = 1000  law = '{law}' /
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.04, 0.01 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 0.01  fix = 'x' /
+&constraint lower = 0.0, 0.0  upper = 0.04, 0.0  fix = 'y' /
+{end}
+&method time = 'static'  load_steps = 4 /
+"""
+GRIP = """&constraint lower = 0.04, 0.0  upper = 0.04, 0.01  fix = 'x'  displacement = {}, 0.0  history = 'ramp'  rise_time = 2.0
+             name = 'grip' /"""
+PULL = "&load kind = 'traction'  lower = 0.04, 0.0  upper = 0.04, 0.01  force = {}, 0.0  history = 'ramp'  rise_time = 2.0 /"
+
+
+def neo_hookean_bar(stretch, plane):
+    """Force over the area of a bar under uniaxial stress in the plane, by bisection for the stretch across (and the thickness)."""
+    young, poisson = 1e6, 0.3
+    mu, lam = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+
+    def kirchhoff(a, j):
+        return mu * (a**2 - 1) + lam * math.log(j)
+    low, high = 0.1, 3.0
+    for _ in range(200):
+        across = (low + high) / 2
+        thick = across if plane == "stress" else 1.0
+        low, high = (across, high) if kirchhoff(across, stretch * across * thick) < 0 else (low, across)
+    return kirchhoff(stretch, stretch * across * thick) / stretch
+
+
+@pytest.mark.parametrize("plane", ["stress", "strain"])
+@pytest.mark.parametrize("stretch", [0.7, 1.5])
+def test_a_neo_hookean_bar_that_is_gripped(hampm, tmp_path, plane, stretch):
+    (tmp_path / "bar.nml").write_text(BAR.format(plane=plane, law="neo_hookean", end=GRIP.format(0.04 * (stretch - 1))))
+    rows = run(hampm, "bar.nml")
+    assert len(rows["time"]) == 5
+    for time, force in zip(rows["time"], rows["reaction_grip_x"]):
+        asked = 1e-4 * neo_hookean_bar(1 + (stretch - 1) * time / 2, plane)
+        assert force == pytest.approx(asked, rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", ["linear_elastic", "neo_hookean"])
+def test_pulling_a_bar_and_moving_its_end_are_the_same(hampm, tmp_path, law):
+    (tmp_path / "moved.nml").write_text(BAR.format(plane="stress", law=law, end=GRIP.format(8e-3)))
+    moved = run(hampm, "moved.nml")
+    (tmp_path / "pulled.nml").write_text(BAR.format(plane="stress", law=law, end=PULL.format(moved["reaction_grip_x"][-1])))
+    pulled = run(hampm, "pulled.nml")
+    assert pulled["strain_energy"][-1] == pytest.approx(moved["strain_energy"][-1], rel=1e-8)
+    for rows in moved, pulled:                   # the mean force of each load step: exact where work is quadratic
+        assert rows["external_work"][-1] == pytest.approx(rows["strain_energy"][-1], rel=1e-9 if law == "linear_elastic" else 6e-3)
+
+
+BEAM = """
+&run plane = 'stress'  thickness = 1.0  end_time = 1.0 /
+&grid lower = 0.0, 0.0  cell = {cell}  cells = {nx}, {ny} /
+&material name = 'a'  young = 12e6  poisson = 0.0  density = 1000  law = 'neo_hookean' /
+&body material = 'a'  lower = 0.0, 0.0  upper = 1.0, 0.02 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 0.02  fix = 'xy' /
+&load kind = 'traction'  lower = 1.0, 0.0  upper = 1.0, 0.02  force = {force}  history = 'ramp'  rise_time = 1.0 /
+&method time = 'static'  load_steps = {steps} /
+&output snapshot_interval = 1.0 /
+"""
+
+
+def elastica(load):
+    """Deflection, over the length, of the end of a cantilever that does not stretch, under P L**2/(E I) = `load`, which keeps its
+    direction: with t the angle at the end, L = integral dt'/sqrt(2 load (sin t - sin t')) over 0 to t."""
+    def of_angle(end):
+        s = (np.arange(40000) + 0.5) / 40000 * math.sqrt(end)       # t' = t - s**2 takes the root's pole away
+        angle = end - s**2
+        weight = 2 * s / np.sqrt(2 * load * (np.sin(end) - np.sin(angle))) * math.sqrt(end) / 40000
+        return weight.sum(), (weight * np.sin(angle)).sum()
+    low, high = 1e-6, math.pi / 2
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if of_angle(middle)[0] < 1 else (low, middle)
+    return of_angle(middle)[1]
+
+
+def end_deflection(path):
+    _, steps = read_steps(path)
+    particles = steps[-1][0]
+    u = field(particles.GetPointData(), "displacement")[:, 1]
+    x = (points(particles) - field(particles.GetPointData(), "displacement"))[:, 0]
+    last, before = sorted(set(np.round(x, 7)))[-2:][::-1]
+    a, b = (np.mean(u[np.abs(x - place) < 1e-6]) for place in (before, last))
+    return b + (b - a) / (last - before) * (1 - last)
+
+
+def test_a_cantilever_that_bends_by_most_of_its_length(hampm, tmp_path):
+    """Bilinear cells err by the square of their size; shear and stretch make the beam, of a fiftieth of its length, 0.07 % softer."""
+    asked = elastica(10.0)
+    assert asked == pytest.approx(0.81061, abs=1e-5)         # Bisshopp & Drucker 1945, table of P L**2/(E I)
+    found = []
+    for cell in 0.02 / 2, 0.02 / 4:
+        (tmp_path / "beam.nml").write_text(BEAM.format(cell=cell, nx=round(1 / cell) + 1, ny=round(0.02 / cell) + 1,
+                                                       force="0.0, 80.0", steps=5))
+        rows = run(hampm, "beam.nml")
+        assert rows["distance_from_rest"] < 1e-8 and rows["warnings"] == ""
+        found.append(end_deflection(tmp_path / "out.h5"))
+    print("deflection over the length, asked", asked, "measured", found)
+    assert found[0] == pytest.approx(asked, rel=5e-3)
+    assert found[1] == pytest.approx(asked, rel=1e-3)
+    assert found[1] + (found[1] - found[0]) / 3 == pytest.approx(asked, rel=1e-3)
+
+
+@pytest.mark.parametrize("steps, most", [(1, 1.0), (4, 1.3)])
+def test_a_column_is_followed_to_where_it_buckles(hampm, tmp_path, steps, most):
+    """Euler's load, pi**2 E I/(4 L**2); cells of half its depth are 25 % too stiff in bending, those of a quarter 6 %."""
+    euler = math.pi**2 * 12e6 * 0.02**3 / 12 / 4
+    cell = 0.005
+    (tmp_path / "column.nml").write_text(BEAM.format(cell=cell, nx=202, ny=6, force=f"{-4 * euler * most}, 0.0", steps=steps))
+    result = run(hampm, "column.nml", fails=3)
+    found = re.search(r"step (\d+), .*not stable. It was followed through (\S+) % of this load step.*limit point", result.stderr)
+    with h5py.File(tmp_path / "out.h5") as file:
+        done = file["history/time"][-1]
+    reached = (done + float(found[2]) / 100 / steps * (1 if done > 0 or steps == 1 else 1)) * 4 * most
+    print("buckles at", reached, "of Euler's load")
+    assert reached == pytest.approx(1.0, rel=0.08)
+
+
+def test_a_double_cantilever_beam_that_is_opened(hampm, tmp_path):
+    """With the end moved by d, force P: G is P**2/(2 B) dC/da of both arms, by compliances C = 2 d/P of cracks a cell longer and
+    shorter, and J in each run. Cells of the same size everywhere, so that the derivative is that of the same mesh."""
+    scene = (INPUT / "dcb.nml").read_text()
+    scene = re.sub(r"&load.*?\n/\n", """&constraint lower = 0.0, 0.0 upper = 0.0, 0.0 fix = 'y' displacement = 0.0, 1e-5 name = 'pin' /
+""", scene, flags=re.S)
+    compliance, j = {}, {}
+    for tip in 0.04875, 0.05, 0.05125:
+        text = scene.replace("lower = 0.05, 0.0", f"lower = {tip}, 0.0").replace("tip = 0.05, 0.0", f"tip = {tip}, 0.0")
+        (tmp_path / "opened.nml").write_text(text.replace("reference = 'dcb'", "reference = 'none'"))
+        rows = run(hampm, "opened.nml", *STATIC)
+        force = rows["reaction_pin_y"][-1]
+        compliance[tip], j[tip] = 2 * 1e-5 / force, rows["J"][-1] / force**2
+        assert rows["external_work"][-1] == pytest.approx(force * 1e-5 / 2, rel=1e-9)
+    by_compliance = (compliance[0.05125] - compliance[0.04875]) / 2.5e-3 / (2 * 0.01)
+    print("G/P**2 by compliance", by_compliance, "J/P**2", j[0.05])
+    assert j[0.05] == pytest.approx(by_compliance, rel=2e-3)
+
+
+# --- meshes and solvers -----------------------------------------------------------------------------------------------
+
+
+def test_cells_refine_until_the_estimated_error_is_small_enough(hampm):
+    """G of the beam, 1.28737 G_ref (p-version finite elements, tests/reference), from cells of half an arm, unattended."""
+    rows = run(hampm, INPUT / "dcb.nml", *STATIC, "grid.cell=5e-3", "grid.cells=20,3", "refine.indicator=zz", "refine.tolerance=0.03",
+               "refine.max_level=12", "output.snapshot_interval=0")
+    assert rows["error_estimate"][-1] <= 0.03 and rows["warnings"] == ""
+    assert rows["J"][-1] / rows["G_ref"] == pytest.approx(1.28737, rel=1e-3)
+    assert rows["G_nodal_force_I"][-1] / rows["G_ref"] == pytest.approx(1.28737, rel=1e-3)
+    assert rows["external_work"][-1] > rows["strain_energy"][-1]     # what finer cells give way under the full load
+
+
+@pytest.mark.parametrize("scene", ["dcb", "closed_crack"])
+def test_all_solvers_find_the_same(hampm, scene):
+    path = INPUT / "dcb.nml" if scene == "dcb" else REGRESSION / scene / "case.nml"
+    found = [run(hampm, path, *STATIC, "output.snapshot_interval=0", f"method.solver={solver}")
+             for solver in ("umfpack", "banded", "cg")]
+    for rows in found[1:]:
+        assert rows["J"][-1] == pytest.approx(found[0]["J"][-1], rel=1e-8)
+        assert rows["strain_energy"][-1] == pytest.approx(found[0]["strain_energy"][-1], rel=1e-9)
+
+
+# --- where there is none ----------------------------------------------------------------------------------------------
+
+PLATE = """
+&run thickness = 0.01  end_time = 1.0 /
+&grid lower = 0.0, 0.0  cell = 2.5e-3  cells = 18, 6 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.04, 0.01 /
+{constraints}
+&load kind = 'traction'  lower = 0.04, 0.0  upper = 0.04, 0.01  force = {force} /
+{more}
+&method time = 'static' /
+"""
+HOLD = "&constraint lower = 0.0, 0.0  upper = 0.0, {}  fix = '{}' /"
+UNHELD = [("", "1.0, 0.0", r"moves along x, as the loads push with 1.0 N and no &constraint with fix = 'x'"),
+          (HOLD.format(0.01, "x"), "0.0, 2.0", "moves along y, as the loads push with 2.0 N"),
+          (HOLD.format(0.0, "xy"), "0.0, 1.0", "turns, as the loads have a moment")]
+
+
+@pytest.mark.parametrize("constraints, force, phrase", UNHELD)
+def test_what_nothing_holds_is_named(hampm, tmp_path, constraints, force, phrase):
+    (tmp_path / "plate.nml").write_text(PLATE.format(constraints=constraints, force=force, more=""))
+    result = run(hampm, "plate.nml", fails=3)
+    assert phrase in result.stderr and "the piece of body 1" in result.stderr
+
+
+def test_loads_that_balance_each_other_need_no_constraint(hampm, tmp_path):
+    pull = "&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 0.01  force = -3.0, 0.0 /"
+    (tmp_path / "plate.nml").write_text(PLATE.format(constraints="", force="3.0, 0.0", more=pull))
+    rows = run(hampm, "plate.nml")
+    assert rows["strain_energy"][-1] == pytest.approx(3.0**2 * 0.04 / (2 * 70e9 * 1e-4), rel=1e-9)
+
+
+def test_a_load_that_no_material_bears(hampm, tmp_path):
+    text = BEAM.format(cell=0.01, nx=101, ny=3, force="0.0, 1e12", steps=1)
+    (tmp_path / "beam.nml").write_text(text)
+    result = run(hampm, "beam.nml", fails=3)
+    assert "followed through" in result.stderr and "too large for the material" in result.stderr
