@@ -1,9 +1,8 @@
 """The matrix of the trade-off study: families of settings, each on cells that become finer.
 
-A family is what stays the same while cells become finer; its error and its cost are curves. All families compute the double
-cantilever beam of input/dcb.nml, whose arm is `cells` cells deep. Unless a family says otherwise it takes the cheapest of the
-settings that leave the result as it is: the total frame, and nine tenths of the largest stable time step
-(docs/mass.md, On refined meshes).
+A family is what stays the same while cells become finer; its error and its cost are curves. They compute the double cantilever
+beam of input/dcb.nml, whose arm is `cells` cells deep, or the plate of input/chen.nml, half of which is `cells` cells wide. Unless
+a family says otherwise it takes the defaults: the total frame, and nine tenths of the largest stable time step (courant = 0).
 """
 
 from typing import NamedTuple
@@ -12,8 +11,10 @@ YARDSTICK = "uniform"  # the group that others are compared with: uniform cells,
 COARSE = (2, 3, 4, 6, 8, 12, 16)
 SLOW = COARSE[:-1]  # of settings that take several times as long
 FINE = (*COARSE, 20, 24, 28, 32, 40)
-BASE = {"method.frame": "total", "method.scheme": "musl", "method.mass": "lumped", "method.courant": 0.9}
-FULL = {"method.courant": 0.22, "method.solver": "umfpack"}
+BASE = {"method.frame": "total", "method.scheme": "musl", "method.mass": "lumped", "method.courant": 0}
+UPDATED = {"method.frame": "updated", "method.courant": 0.9}  # whose courant = 0 is that of the paper
+FULL = {"method.solver": "umfpack"}
+BEST_BLEND = 0.2778  # 5/18, of the least dispersion in small steps (docs/mass.md)
 
 
 class Family(NamedTuple):
@@ -32,20 +33,20 @@ def uniform():
     yield Family(YARDSTICK, "uniform", {}, FINE)
     yield Family(YARDSTICK, "courant 0.4", {"method.courant": 0.4}, COARSE)
     yield Family(YARDSTICK, "courant 0.1", {"method.courant": 0.1}, SLOW)
-    yield Family(YARDSTICK, "updated frame", {"method.frame": "updated"}, COARSE)
+    yield Family(YARDSTICK, "updated frame", UPDATED, COARSE)
     yield Family(YARDSTICK, "settings of the paper", {"method.frame": "updated", "method.courant": 0.1}, SLOW)
     yield Family(YARDSTICK, "usf", {"method.scheme": "usf"}, FINE)
     yield Family(YARDSTICK, "usavg", {"method.scheme": "usavg"}, COARSE)
-    yield Family(YARDSTICK, "usl", {"method.scheme": "usl", "method.courant": 0.4}, COARSE)
+    yield Family(YARDSTICK, "usl", {"method.scheme": "usl"}, COARSE)
     yield Family(YARDSTICK, "1 point per cell", {"body.points_per_cell": 1}, COARSE)
     yield Family(YARDSTICK, "9 points per cell", {"body.points_per_cell": 3}, COARSE)
 
 
 def masses():
     """Uniform cells with the other mass matrices and solvers."""
-    for name, settings in (("fmpm 2", {"method.order": 2, "method.courant": 0.55}),
-                           ("fmpm 4", {"method.order": 4, "method.courant": 0.38}),
-                           ("blend 0.5, banded", {"method.blend": 0.5, "method.courant": 0.63, "method.solver": "banded"}),
+    for name, settings in (("fmpm 2", {"method.order": 2}), ("fmpm 4", {"method.order": 4}),
+                           ("blend 0.5, banded", {"method.blend": 0.5, "method.solver": "banded"}),
+                           ("blend 5/18, banded", {"method.blend": BEST_BLEND, "method.solver": "banded"}),
                            ("full, cg", FULL | {"method.solver": "cg"}), ("full, umfpack", FULL),
                            ("full, banded", FULL | {"method.solver": "banded"})):
         yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, SLOW)
@@ -58,9 +59,11 @@ def refined():
         for depths in (1, 2, 3):
             yield tip(f"tip, {levels} levels, {depths} n rings", levels, depths, cells)
     other = "tip, 2 levels, 2 n rings, "
-    for name, cells, settings in (("updated frame", SLOW, {"method.frame": "updated"}), ("usavg", SLOW, {"method.scheme": "usavg"}),
-                                  ("local time steps", SLOW, {"method.time_steps": "local", "method.courant": 0.5}),
-                                  ("fmpm 2", SLOW[:-1], {"method.mass": "fmpm", "method.courant": 0.55}),
+    for name, cells, settings in (("updated frame", SLOW, UPDATED), ("usavg", SLOW, {"method.scheme": "usavg"}),
+                                  ("local time steps", SLOW, {"method.time_steps": "local"}),
+                                  ("fmpm 2", SLOW[:-1], {"method.mass": "fmpm"}),
+                                  ("blend 5/18, umfpack", SLOW[:-2], {"method.mass": "blend", "method.blend": BEST_BLEND,
+                                                                      "method.solver": "umfpack"}),
                                   ("full, umfpack", SLOW[:-2], FULL | {"method.mass": "full"}),
                                   ("partial, umfpack", SLOW[:-2], FULL | {"method.mass": "partial", "method.full_region": "refined"})):
         yield tip(other + name, 2, 2, cells, settings)
@@ -86,4 +89,21 @@ def adaptive():
                  finer=tuple({"refine.r_crit": r} for r in (0.08, 0.04, 0.02, 0.01)))
 
 
-FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive()], "dynamic": [*uniform(), *masses(), *refined()]}
+PLATE = (25, 50, 100, 150, 200)  # the tip of its crack is on a line of the grid
+
+
+def impact():
+    """The plate that a wave hits: mass matrices, schemes and time steps, uniform and refined around the tip."""
+    yield Family(YARDSTICK, "uniform", {}, PLATE)
+    yield Family(YARDSTICK, "courant 0.3", {"method.courant": 0.3}, PLATE[:3])
+    yield Family(YARDSTICK, "musl", {"method.scheme": "musl"}, PLATE[:3])
+    for name, settings in (("fmpm 2", {"method.order": 2}), ("blend 0.5", {"method.blend": 0.5}), ("blend 0.4", {"method.blend": 0.4}),
+                           ("blend 5/18", {"method.blend": BEST_BLEND}),
+                           ("blend 5/18, courant 0.3", {"method.blend": BEST_BLEND, "method.courant": 0.3}), ("full", {})):
+        yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, PLATE[:3])
+    for name, settings in (("lumped", {}), ("blend 5/18", {"method.mass": "blend", "method.blend": BEST_BLEND})):
+        yield tip(f"tip, 1 levels, {name}", 1, 0.12, PLATE[:3], settings)
+
+
+FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive()], "dynamic": [*uniform(), *masses(), *refined()],
+            "impact": [*impact()]}

@@ -58,7 +58,7 @@ def test_the_finest_of_a_family_does_not_count(rows):
 
 def point(n, value):
     """A point of a curve whose G is this multiple of the converged one."""
-    curves = {name: np.array([value * tradeoff.CONVERGED]) for name in tradeoff.ESTIMATORS}
+    curves = {name: np.array([value * tradeoff.CONVERGED]) for name in tradeoff.STUDIES["static"].estimators}
     return tradeoff.Point(f"n = {n}", n, "", 1, 1.0, (1.0,), curves, "")
 
 
