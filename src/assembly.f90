@@ -62,12 +62,20 @@ contains
       motion%contact%wanted = any(cracks%crack%contact)
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
-         call start_motion(motion, method%scheme, failure, new_mass_choice(method%mass, method%solver, method%order, &
-                                                                           method%blend, method%full_lower, &
-                                                                           method%full_upper, &
-                                                                           method%full_region == 'refined'))
+         call start_motion(motion, scheme_of(scene), failure, new_mass_choice(method%mass, method%solver, method%order, &
+                                                                              method%blend, method%full_lower, &
+                                                                              method%full_upper, &
+                                                                              method%full_region == 'refined'))
       end associate
    end subroutine assemble
+
+   !> The scheme of a scene; at rest it is one by which cells hold the forces of the present stress.
+   pure function scheme_of(scene) result(scheme)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: scheme
+      scheme = trim(scene%method%scheme)
+      if (scene%method%time == 'static') scheme = 'musl'
+   end function scheme_of
 
    !> The integrator of a scene.
    subroutine choose_integrator(scene, integrator)

@@ -13,6 +13,7 @@ BENCH = ROOT / "bench"
 BATCH = ROOT / "batch"
 INPUT = ROOT / "input"
 REFERENCE = ROOT / "tests/reference"
+REGRESSION = ROOT / "tests/regression"
 DCB = INPUT / "dcb.nml"
 
 # The double cantilever beam with coarse cells for a short time

@@ -2,7 +2,8 @@
 module hampm_static
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
-   use hampm_equilibrium, only: equilibrium_t, carry_over
+   use hampm_energy, only: strain_energy
+   use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t
    use hampm_motion, only: motion_t, map_to_grid
@@ -49,6 +50,7 @@ contains
       m%steps = m%steps + 1
       m%last_dt = dt
       m%sorted = .false.
+      call book_loss(m)
    end subroutine advance
 
    !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
@@ -57,10 +59,21 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       if (.not. m%mapped) call map_to_grid(m)
-      if (self%equilibrium%begun) call carry_over(m)
-      call self%equilibrium%find(m, m%time, failure)
+      if (self%equilibrium%begun) then
+         call self%equilibrium%find_again(m, failure)
+      else
+         call self%equilibrium%find(m, m%time, failure)
+      end if
+      call book_loss(m)
       self%distance_from_rest = self%equilibrium%distance(m)
    end subroutine settle
+
+   !> Book for the audit what the loads have done and the material has not stored: with other laws than the linear one what the mean force
+   !> of a load step does not tell, and what finer cells give way.
+   subroutine book_loss(m)
+      type(motion_t), intent(inout) :: m
+      if (m%audit) m%numerical_loss = m%external_work - strain_energy(m%particles, m%materials)
+   end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)

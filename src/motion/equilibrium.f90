@@ -30,7 +30,7 @@ module hampm_equilibrium
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: equilibrium_t, carry_over
+   public :: equilibrium_t
 
    integer, parameter :: most_iterations = 25    !! of Newton
    integer, parameter :: most_turns = 50         !! of the faces that touch
@@ -55,6 +55,7 @@ module hampm_equilibrium
       logical, allocatable, private :: tied(:)   !! and the pairs that touched
    contains
       procedure :: find
+      procedure :: find_again
       procedure :: distance
       procedure :: release
    end type equilibrium_t
@@ -75,8 +76,8 @@ module hampm_equilibrium
 
 contains
 
-   !> Find equilibrium at a time, from that at the present time of the motion, or at this time anew where they are the same; the
-   !> first time from material without loads. Fails where there is none to be found, or none that is stable.
+   !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where
+   !> there is none to be found, or none that is stable.
    subroutine find(self, m, time, failure)
       class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
@@ -118,6 +119,32 @@ contains
          self%begun = .true.
       end if
    end subroutine find
+
+   !> Find equilibrium again at the present time, on another mesh, from what the particles carry over to it or, where that does not lead
+   !> there, from material without loads.
+   subroutine find_again(self, m, failure)
+      class(equilibrium_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: none
+      type(drive_t) :: drive
+      real(dp) :: nothing(ndim, m%grid%n_points)
+      call carry_over(m)
+      call find_drive(m, m%time, drive)
+      call go_to(self, m, drive, drive, none)
+      if (.not. (none%failed() .or. all(m%materials%linear))) then
+         if (.not. self%k%is_stable()) call none%report(exit_computation, 'not stable')
+      end if
+      if (.not. none%failed()) return
+      nothing = 0
+      m%particles%displacement = 0
+      m%particles%gradient = 0
+      m%external_work = 0
+      call displace(m, nothing)
+      if (m%contact%n > 0) m%contact%gap = 0
+      self%begun = .false.
+      call self%find(m, m%time, failure)
+   end subroutine find_again
 
    !> Up to where equilibrium could be followed, in words.
    function how_far(self, m, done) result(text)
@@ -181,7 +208,7 @@ contains
          if (.not. changed) exit
          if (allocated(self%predicted)) deallocate (self%predicted)
       end do
-      if (.not. (all(m%materials%linear) .or. failure%failed())) call look_at_way(self, moved, failure)
+      if (.not. (all(m%materials%linear) .or. failure%failed()) .and. differ(before, after)) call look_at_way(self, moved, failure)
       if (turn > most_turns) call failure%report(exit_computation, 'which nodes of the faces touch could not be found')
       mean = (before%force + after%force)/2
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, mean)
@@ -226,6 +253,12 @@ contains
       between%force = first%force + part*(last%force - first%force)
       between%way = first%way + part*(last%way - first%way)
    end function between
+
+   !> Whether two drives differ.
+   pure logical function differ(a, b)
+      type(drive_t), intent(in) :: a, b
+      differ = any(abs(a%force - b%force) > 0) .or. any(abs(a%way - b%way) > 0)
+   end function differ
 
    !> What is out of balance at the nodes under some forces on the points, condensed [N].
    subroutine out_of_balance(m, applied, r)

@@ -72,7 +72,6 @@ contains
             call settings%set_numbers(output, 'history_interval', [max(settings%number(run, 'end_time') &
                                                                        /settings%number(method, 'load_steps'), least_magnitude)])
       end if
-      if (settings%text(method, 'time') == 'static') call settings%set_text(method, 'scheme', 'musl')  ! strains last
       if (settings%text(method, 'solver') == 'auto') then
          solver = 'cg'
          if (settings%text(method, 'time') == 'static') solver = 'umfpack'

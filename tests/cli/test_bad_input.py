@@ -95,7 +95,7 @@ SYNTAX = [
     ("file = 'beam.h5'", "file = beam/beam.h5", "beam/beam.h5", "file = beam: must be in quotes"),
     ("  file = 'beam.h5'", "  5", "  5", "&output: '5' stands where a key is expected"),
     ("  end_time = 1.5e-3\n", "", "&run", "&run end_time: is missing"),
-    ("  fix = 'y'\n", "", "&constraint", "&constraint fix: is missing: components of the velocity that are zero there; for example fix = 'y'"),
+    ("  fix = 'y'\n", "", "&constraint", "&constraint fix: is missing: components that are held there, or moved; for example fix = 'y'"),
 ]
 
 CONSISTENCY = [
@@ -128,6 +128,11 @@ CONSISTENCY = [
     ("history = 'step'", "history = 'table'", "&load", "times =  (default): must have at least 2 values"),
     ("history = 'step'", "history = 'table' times = 0, 1 factors = 1", "factors", "must have as many values as times, 2, not 1"),
     ("history = 'step'", "history = 'table' times = 0, 0 factors = 1, 2", "times", "must increase from value to value"),
+    ("fix = 'y'", "fix = 'y' displacement = 1e-6, 0 history = 'ramp' rise_time = 1", "displacement",
+     "must be 0 in the direction that fix does not name"),
+    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "&constraint", "must not be 'step' with a displacement and &method time = 'exp"),
+    ("fix = 'y'", "fix = 'y' velocity = 0, 1 history = 'ramp'", "&constraint", "rise_time = 0.0 (default): must be in (0, inf) [s]"),
+    ("fix = 'y'", "fix = 'y' name = 'a b'", "name", "must be of letters, digits and _, as names of columns are"),
     ("tip = 0.05, 0.0", "tip = 0.0501, 0.0", "tip", "must be a node of the grid"),
     ("tip = 0.05, 0.0", "tip = 0.0, 0.0", "tip", "one cell behind and one cell ahead must be in the grid"),
     ("tip = 0.05, 0.0", "tip = 0.05, 0.00125", "tip", "must be on an edge of a body"),

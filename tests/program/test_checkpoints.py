@@ -94,6 +94,10 @@ SCENES = {
     "tiles without particles": (MANY_CELLS, "method.frame=total", "body(1).velocity=0,0", "output.history_interval=5e-7"),
     "refined without particles": (CLOSED, "method.frame=total", "refine.indicator=tip", "refine.max_level=2",
                                   "energy_release.estimators='nodal_force'"),
+    "static": (CLOSED, "method.time=static", "method.load_steps=40", "load.history=sine", "load.frequency=1.1e5"),
+    "static refined": (CLOSED, "method.time=static", "method.load_steps=30", "load.history=ramp", "load.rise_time=1e-5",
+                       "material.law=neo_hookean", "refine.indicator=zz", "refine.max_level=2", "refine.tolerance=0.1"),
+    "moved": (CLOSED, "constraint.velocity=2,1", "energy_release.estimators=nodal_force"),
     "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
 }
 

@@ -40,7 +40,7 @@ LONG = "run.end_time=8e-3", "damping.rate=1.2e4"
 LIMITS = [("dcb", (*COARSE, "method.mass=full"), LONG, 1e-9),
           ("dcb", (*COARSE, "refine.indicator=tip", "refine.max_level=2"), LONG, 1e-6),
           ("centre_crack", ("output.history_interval=1e-4",), ("run.end_time=2e-3",), 1e-6),
-          ("mixed_mode", ("output.history_interval=1e-4",), ("run.end_time=1.5e-3",), 1e-6),
+          ("mixed_mode", ("output.history_interval=1e-4",), ("run.end_time=3e-3",), 1e-6),
           ("closed_crack", ("output.history_interval=1e-4",), ("run.end_time=2e-3",), 1e-6)]
 
 
@@ -53,7 +53,7 @@ def test_static_values_are_those_that_damped_runs_tend_to(hampm, scene, settings
     for name, column in rest.items():
         if not re.match(r"(G_nodal_force|G_stress|G_domain|K|J)(_I|_II|_\d)?$", name):
             continue
-        unit = [values[-1] for key, values in motion.items() if key[:2] == name[:2] and "error" not in key and "spread" not in key]
+        unit = [values[-1] for key, values in motion.items() if np.ndim(values) and key[:2] == name[:2]]
         assert column[-1] == pytest.approx(motion[name][-1], abs=tolerance * np.max(np.abs(unit))), name
         compared += 1
     assert compared >= 4
@@ -180,7 +180,7 @@ def test_a_column_is_followed_to_where_it_buckles(hampm, tmp_path, steps, most):
     found = re.search(r"step (\d+), .*not stable. It was followed through (\S+) % of this load step.*limit point", result.stderr)
     with h5py.File(tmp_path / "out.h5") as file:
         done = file["history/time"][-1]
-    reached = (done + float(found[2]) / 100 / steps * (1 if done > 0 or steps == 1 else 1)) * 4 * most
+    reached = (done + float(found[2]) / 100 / steps) * 4 * most
     print("buckles at", reached, "of Euler's load")
     assert reached == pytest.approx(1.0, rel=0.08)
 

@@ -1,0 +1,129 @@
+"""What equilibrium costs and how near to it damped motions come.
+
+    price   processor time of G of the double cantilever beam at rest: static runs beside the cheapest damped run on uniform cells within
+            0.3 % (docs/tradeoff.md) and a damped one that refines by itself, in turns, the median counts
+    size    time and memory from a thousand to a million particles, by solver: uniform cells, whole runs
+    limit   static values beside those of motions that are damped for long: two cells, refined or not, two mass matrices
+
+Run by `make static`; a part alone: .venv/bin/python bench/static.py price
+"""
+
+import argparse
+import os
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from tables import ROOT
+
+sys.path.insert(0, str(ROOT / "postprocess"))
+from history import History  # noqa: E402
+
+CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
+PROGRAM = ROOT / "build/release/hampm"
+SCENE = ROOT / "input/dcb.nml"
+TURNS = 5
+PLAIN = {"output.snapshot_interval": 0, "method.frame": "total", "method.courant": 0,
+         "energy_release.estimators": "nodal_force,domain_integral"}
+STATIC = PLAIN | {"method.time": "static"}
+DAMPED = PLAIN | {"damping.rate": 3.2e4, "run.end_time": 1e-3, "output.history_interval": 1e-5}  # critical, of the first mode
+
+
+def cells(n):
+    """n cells over the depth of an arm."""
+    return {"grid.cell": 0.01 / n, "grid.cells": f"{10 * n},{n + 1}"}
+
+
+def run(settings, folder, threads=1):
+    """Run the beam; processor time [s], largest memory [MiB], columns of the history."""
+    words = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+    command = [str(PROGRAM), str(SCENE), "--quiet", "--force", "--threads", str(threads), "--output", str(folder), *words]
+    null = os.open(os.devnull, os.O_WRONLY)
+    process = os.posix_spawn(command[0], command, os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+                             file_actions=[(os.POSIX_SPAWN_DUP2, null, 1), (os.POSIX_SPAWN_DUP2, null, 2)])
+    os.close(null)
+    _, status, usage = os.wait4(process, 0)
+    if status:
+        sys.exit(f"{' '.join(command)}\nhas ended with {os.waitstatus_to_exitcode(status)}")
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, History(folder / "dcb.h5").columns
+
+
+def error(columns, name="J"):
+    """Error of the last G [%], of the largest size in the last tenth of a damped run."""
+    g = columns[name] / (12 * 0.05**2 / (70e9 * 0.01**2 * 0.01**3))
+    last = g[columns["time"] >= 0.9 * columns["time"][-1]] if len(g) > 2 else g[-1:]
+    return max(100 * (last / CONVERGED - 1), key=abs)
+
+
+def price(folder):
+    rows = [("damped, uniform, n = 28, usf", DAMPED | cells(28) | {"method.scheme": "usf"}, "G_nodal_force_I"),
+            ("damped, zz 0.03, n = 2", DAMPED | cells(2) | {
+                "refine.indicator": "zz", "refine.tolerance": 0.03, "refine.max_level": 6, "refine.start": 8e-4, "refine.interval": 50,
+                "method.scheme": "usl", "run.end_time": 2e-3}, "J"),
+            *((f"static, zz {tolerance}, n = {n}", STATIC | cells(n) | {
+                "refine.indicator": "zz", "refine.tolerance": tolerance, "refine.max_level": 12}, "J")
+              for n, tolerance in ((2, 0.06), (4, 0.06), (4, 0.05), (2, 0.04), (4, 0.035), (2, 0.03), (4, 0.03))),
+            ("static, uniform, n = 16", STATIC | cells(16), "J"),
+            ("static, uniform, n = 48", STATIC | cells(48), "J")]
+    measured = {name: [] for name, _, _ in rows}
+    for _ in range(TURNS):
+        for name, settings, _ in rows:
+            measured[name].append(run(settings, folder))
+    yardstick = statistics.median(seconds for seconds, _, _ in measured[rows[0][0]])
+    print("| setting | estimator | cells | error | CPU s | of the first |\n|---|---|---|---|---|---|")
+    for name, _, column in rows:
+        seconds = statistics.median(seconds for seconds, _, _ in measured[name])
+        columns = measured[name][0][2]
+        print(f"| {name} | {column} | {columns['cells'][-1]:.0f} | {error(columns, column):+.3f} % | {seconds:.3f} | "
+              f"1/{yardstick / seconds:.1f} |", flush=True)
+
+
+def size(folder):
+    print("| particles | unknowns | umfpack s | MiB | banded s | MiB | cg s | MiB |\n|---|---|---|---|---|---|---|---|")
+    before, times = None, {}
+    for n in (5, 16, 50, 158):
+        taken = []
+        for solver in ("umfpack", "banded", "cg"):
+            settings = STATIC | cells(n) | {"method.solver": solver, "energy_release.estimators": "nodal_force"}
+            seconds, memory, _ = run(settings, folder)
+            times[n, solver] = seconds
+            taken.append(f"{seconds:.2f} | {memory:.0f}")
+        particles = 40 * n**2
+        print(f"| {particles} | {2 * (10 * n + 1) * (n + 1)} | {' | '.join(taken)} |", flush=True)
+        if before:
+            orders = {solver: np.log(times[n, solver] / times[before, solver]) / np.log((n / before)**2)
+                      for solver in ("umfpack", "banded", "cg")}
+            print("|  | order in particles | " + " |  | ".join(f"{order:.2f}" for order in orders.values()) + " |  |", flush=True)
+        before = n
+
+
+def limit(folder):
+    long = {"damping.rate": 1.2e4, "run.end_time": 1.6e-2, "output.history_interval": 1e-3}
+    print("| cell [mm] | mesh | mass | G_nodal_force | G_stress_closure | J | K_I |\n|---|---|---|---|---|---|---|")
+    for n in 2, 8:
+        for mesh in ("uniform", "refined"):
+            for mass in ("lumped", "full"):
+                both = cells(n) | {"method.mass": mass, "method.solver": "banded",
+                                   "energy_release.estimators": "nodal_force,stress_closure,domain_integral"}
+                if mesh == "refined":
+                    both |= {"refine.indicator": "tip", "refine.max_level": 2}
+                rest, motion = (run(given | both, folder)[2] for given in (STATIC, PLAIN | long))
+                differences = [f"{rest[name][-1] / motion[name][-1] - 1:+.1e}"
+                               for name in ("G_nodal_force_I", "G_stress_closure_I", "J", "K_I")]
+                print(f"| {10 / n} | {mesh} | {mass} | {' | '.join(differences)} |", flush=True)
+
+
+def main():
+    parts = {"price": price, "size": size, "limit": limit}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", nargs="*", choices=[*parts, []], help="what to measure (default: all)")
+    for name in parser.parse_args().part or parts:
+        print(f"\n{name}")
+        with tempfile.TemporaryDirectory() as folder:
+            parts[name](Path(folder))
+
+
+if __name__ == "__main__":
+    main()
