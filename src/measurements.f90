@@ -74,7 +74,8 @@ contains
    !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
    !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which
    !> alone stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
-   !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude.
+   !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude. A node that is moved by u takes up to
+   !> E B u.
    pure real(dp) function energy_of_rounding(scene, loads) result(energy)
       type(scene_t), intent(in) :: scene
       type(load_t), intent(in) :: loads(:)
@@ -83,6 +84,12 @@ contains
       force = 0
       do k = 1, size(loads)
          force = force + norm2(loads(k)%force)*abs(loads(k)%history%largest_factor())
+      end do
+      do k = 1, size(scene%constraints)
+         associate (motion => scene%constraints(k)%motion)
+            force = force + abs(motion%history%largest_factor())*minval(scene%materials%young)*scene%run%thickness &
+                    *(norm2(motion%displacement) + norm2(motion%velocity)*scene%run%end_time)
+         end associate
       end do
       energy = epsilon(energy)*force**2/(minval(scene%materials%young)*scene%run%thickness)
    end function energy_of_rounding

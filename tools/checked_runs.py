@@ -19,6 +19,7 @@ SHORT = ["--quiet", "--set", "grid.cell=5e-3", "--set", "grid.cells=20,3", "--se
          "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=5e-6"]
 DCB = ["input/dcb.nml", *SHORT]
 ALL_ESTIMATORS = "energy_release.estimators=nodal_force,stress_closure,energy_balance"
+STATIC = ["--set", "method.time=static", "--set", "method.frame=total"]
 CASES = {
     "template": ["--template"],
     "mistakes": ["input/dcb.nml", "--check", "--set", "material.yuong=1", "--set", "grid.cell=-1", "--set", "run=", "--nothing"],
@@ -38,6 +39,13 @@ CASES = {
     "line crack, contact": ["input/mixed_mode.nml", "--quiet", "--set", "grid.cell=2.5e-3", "--set", "grid.cells=21,12",
                             "--set", "run.end_time=2e-5", "--set", "output.history_interval=1e-6", "--set",
                             "crack.contact=frictionless", "--set", "refine.max_level=1", "--set", "energy_release.radii=3e-3"],
+    "equilibrium, zz": [*DCB, *STATIC, "--set", "refine.indicator=zz", "--set", "refine.max_level=3"],
+    "equilibrium, cg": [*DCB, *STATIC, "--set", "method.solver=cg", "--set", "material.law=neo_hookean"],
+    "equilibrium, contact": ["input/mixed_mode.nml", "--quiet", *STATIC, "--set", "method.load_steps=3", "--set",
+                             "material.law=neo_hookean", "--set", "crack.contact=frictionless", "--set", "output.snapshot_interval=0"],
+    "no equilibrium": [*DCB, *STATIC, "--set", "load.force=1,1"],
+    "moved": [*DCB, "--set", "method.frame=total", "--set", "constraint.velocity=0,1", "--set", "constraint.name=grip", "--set",
+              "energy_release.estimators=nodal_force", "--set", "crack.kind=symmetry"],
     "stopped": [*DCB, "--steps", "20", "--set", "output.checkpoint_steps=7", "--set", "method.mass=full",
                 "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "resumed": ["--resume", "{folder}/stopped/dcb.h5.checkpoint", "--quiet", "--steps", "20"],
@@ -45,7 +53,7 @@ CASES = {
     "no folder": [*DCB, "--output", "/dev/null/x"],
 }
 LIMIT = 1800  # s of a run, the longest of which takes a sixth of that on a busy machine
-CODES = {"mistakes": 2, "stopped": 5, "resumed": 5, "no file": 4, "no folder": 4}
+CODES = {"mistakes": 2, "stopped": 5, "resumed": 5, "no equilibrium": 3, "no file": 4, "no folder": 4}
 
 
 def environment(tool, is_unit=False):

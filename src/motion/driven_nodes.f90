@@ -17,16 +17,30 @@ module hampm_driven_nodes
 
 contains
 
-   !> Give the fixed components of a velocity that has been found from momentum those that moved the nodes last.
-   subroutine impose(c, grid, f, which)
+   !> Give the fixed components of a velocity that has been found from momentum what they have by their constraints: that of the step
+   !> before, or of the present one once that has been driven.
+   subroutine impose(c, grid, time, last, f, which)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: time               !! at the start of the step [s]
+      type(driven_work_t), intent(in) :: last    !! the last step that was driven
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: which               !! which velocity has been found: `v_n` or `v_mapped`
+      real(dp), allocatable :: w(:, :)
       integer :: k
+      if (which == v_n) then
+         allocate (w, source=c%way(time))
+         if (last%dt > 0) then
+            w = (w - c%way(time - last%dt))/last%dt
+         else
+            w = 0
+         end if
+      else
+         allocate (w, source=f%velocity(:, :grid%n_nodes, v_next))
+      end if
       do k = 1, size(c%node)
          associate (i => c%node(k))
-            where (c%fixed(:, i)) f%velocity(:, i, which) = f%velocity(:, i, v_next)
+            where (c%fixed(:, i)) f%velocity(:, i, which) = w(:, i)
          end associate
       end do
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))

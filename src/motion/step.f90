@@ -141,7 +141,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
-      if (m%constraints%move()) call impose(m%constraints, m%grid, m%fields, which)
+      if (m%constraints%move()) call impose(m%constraints, m%grid, m%time, m%driven, m%fields, which)
       if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
    end subroutine solve_velocity
