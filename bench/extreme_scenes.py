@@ -620,5 +620,59 @@ def release(runner):
     return cells
 
 
+# --- rest -------------------------------------------------------------------------------------------------------------
+
+REST = {"time": "'static'"}
+
+
+def rest(runner):
+    """Equilibrium: a block for any Poisson's ratio and solver, a bar at any strain, anywhere in its cells, of two materials, and what
+    has none: what nothing holds, and a column beyond Euler's load."""
+    cells, quantity = [], "strain energy at rest against the exact one, by equilibrium"
+    for law in ("linear_elastic", "neo_hookean"):
+        for plane in ("stress", "strain"):
+            for solver in ("umfpack", "banded", "cg"):
+                for nu in (-0.99, 0.0, 0.3, 0.49, 0.4999):
+                    text, exact = settled_block(nu, plane, "lumped", REST | {"solver": f"'{solver}'"}, law, strain=1e-9)
+                    cells.append(runner.judge(f"poisson {nu}, plane {plane}, {law}, {solver}", text, quantity, 1e-5,
+                                              lambda h, e=exact: static_error(e, h), ("stable",)))
+    for law in ("linear_elastic", "neo_hookean"):
+        for size in [sign * size for size in (1e-90, 1e-20, 1e-12, 1e-6, 1e-3, 0.04, 0.3, 0.5, 2.0) for sign in (1, -1)]:
+            if size < -0.9:
+                continue
+            force, energy = (size, size**2 / 2) if law == "linear_elastic" or abs(size) <= 1e-4 else stretched(1 + size)
+            text = pulled_bar(law, method_of() | REST, force, 2)
+            expected = ("stable",) if abs(size) < 0.03 or law == "neo_hookean" else ("warned", "stable", "stopped")
+            cells.append(runner.judge(f"strain {size:g}, {law}", text, quantity + ", bar", 1e-4,
+                                      lambda h, e=energy * PULLED: static_error(e, h), expected))
+    for shift in SHIFTS:
+        for ratio in (1e-6, 1.0, 1e6):
+            text = scene((2 * BAR + 3, 2), 0.0, 1.0, 1.0, method_of() | REST)
+            text += group("material", name="'other'", young=ratio, poisson=0.0, density=1.0)
+            text += body((1 + shift, 0), (1 + shift + BAR, 1)) + held((0, 0), (2 * BAR + 3, 2), "y")
+            text += body((1 + shift + BAR, 0), (1 + shift + 2 * BAR, 1)).replace("'m'", "'other'")
+            for place, force in ((1 + shift, -1e-6), (1 + shift + 2 * BAR, 1e-6)):
+                text += group("load", kind="'traction'", lower=f"{place!r}, 0", upper=f"{place!r}, 1", force=f"{force}, 0")
+            exact = 1e-12 / 2 * BAR * (1 + 1 / ratio)
+            # Particles on the wrong side of a cell's edge weigh there with all of their volume; and where the materials meet within a
+            # cell, one strain is that of both, and the softer half is stiffer by up to that cell
+            bound = 1e-6 if shift < 1e-8 or shift > 1 - 1e-8 else 0.03 if ratio == 1.0 else 0.2
+            cells.append(runner.judge(f"offset {shift!r}, stiffness {ratio:g}", text, quantity + ", free bar", bound,
+                                      lambda h, e=exact: static_error(e, h)))
+    for name, fixed, force in (("x", "y", "1e-6, 0"), ("y", "x", "0, 1e-6"), ("turning", "xy", "0, 1e-6")):
+        text = scene((6, 3), 0.0, 1.0, 1.0, method_of() | REST) + body((0, 0), (4, 2))
+        text += held((0, 0), (0, 0 if name == "turning" else 2), fixed)
+        text += group("load", kind="'traction'", lower="4, 0", upper="4, 2", force=force)
+        cells.append(runner.judge(f"nothing holds it against {name}", text, quantity, 1e-9, growth, ("stopped",)))
+    for over in (0.5, 2.0, 50.0):
+        euler = math.pi**2 * 1.0 * 2**3 / 12 / (4 * 40**2)
+        text = scene((42, 5), 0.0, 1.0, 1.0, method_of() | REST, "neo_hookean") + body((0, 1), (40, 3)) + held((0, 1), (0, 3), "xy")
+        text += group("load", kind="'traction'", lower="40, 1", upper="40, 3", force=f"{-over * euler}, 0")
+        cells.append(runner.judge(f"column under {over} of Euler's load", text, quantity + ", column", 0.02,
+                                  lambda h, e=(over * euler)**2 / 2 * 40 / 2: static_error(e, h),
+                                  ("stable",) if over < 1 else ("stopped",)))
+    return cells
+
+
 PARTS = {part.__name__: part for part in (courant, poisson, contrast, points, position, levels, damping, strain, turn, units,
-                                          small, long, release)}
+                                          small, long, release, rest)}

@@ -13,6 +13,7 @@
     small      one element, one particle, one body in an empty lattice
     long       ten million steps
     release    a loaded body that is let go
+    rest       equilibrium: Poisson's ratio, strain, position, contrast, and what has none
 
 A run that ends with exit code 0 has a number with a bound from theory. Where the number is beyond it and the program has not
 warned, the cell is a defect; so is any other end than exit code 0, 2 or 3 with a cause. With a defect the script ends with 1.
