@@ -183,6 +183,7 @@ contains
          r%r_coarsen = spec%r_coarsen
          r%tolerance = spec%tolerance
          r%rings = spec%rings
+         r%at_rest = scene%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor
          r%lower = spec%region_lower

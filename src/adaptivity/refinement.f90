@@ -15,7 +15,9 @@ module hampm_refinement
    private
    public :: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
 
+
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
+   real(dp), parameter :: most_at_rest = 0.8_dp  !! the same where each mesh takes a solution: few of them cost less than few cells
 
    !> What tells cells to refine, its thresholds and limits, and what was found at the last look.
    type :: refinement_t
@@ -24,6 +26,7 @@ module hampm_refinement
       real(dp) :: r_crit = 0                     !! of 'gradient': mean R above which a leaf is refined
       real(dp) :: r_coarsen = 0                  !! and below which a family is recombined
       real(dp) :: tolerance = 0                  !! of 'zz': relative error in the energy norm
+      logical :: at_rest = .false.               !! whether each mesh takes a solution
       integer :: rings = 0                       !! of 'tip': cells around the tip, of every level
       integer :: max_level = 0
       real(dp) :: energy_floor = 0               !! part of the largest value below which the field is not looked at
@@ -198,7 +201,7 @@ contains
       integer, intent(inout) :: change(:)
       real(dp), allocatable :: squared(:)
       logical, allocatable :: open(:)
-      real(dp) :: norm, total, low, high, middle
+      real(dp) :: norm, total, part, low, high, middle
       integer :: leaf, k
       call estimate_errors(m, squared, norm)
       total = sum(squared)
@@ -210,11 +213,12 @@ contains
          open(leaf) = squared(leaf) > 0 .and. is_in_box(r, m, leaf)
       end do
       total = sum(squared, mask=open)
+      part = part_to_mark(r)
       low = 0
       high = maxval(squared, mask=open)
       do k = 1, digits(high)                     ! the leaves above `low` hold the part, those above `high` do not
          middle = (low + high)/2
-         if (sum(squared, mask=open .and. squared >= middle) >= marked_part*total) then
+         if (sum(squared, mask=open .and. squared >= middle) >= part*total) then
             low = middle
          else
             high = middle
@@ -226,6 +230,14 @@ contains
          end if
       end do
    end subroutine mark_by_error
+
+   !> Part of the squared error in the cells that are refined at once. At rest no more than it takes: of what halved cells hold a quarter
+   !> is left, where the solution is smooth.
+   pure real(dp) function part_to_mark(r) result(part)
+      type(refinement_t), intent(in) :: r
+      part = marked_part
+      if (r%at_rest) part = min(most_at_rest, max(0.3_dp, (1 - (r%tolerance/r%relative_error)**2)*4/3))
+   end function part_to_mark
 
    !> Refine until the cells at each tip and those around them are of one size, so that the nodes behind and ahead of it are at the
    !> same distance.

@@ -172,23 +172,82 @@ contains
       real(dp), intent(out) :: matrix(dofs, dofs)
       real(dp), allocatable :: gradient(:, :, :)
       integer :: i, k
+      if (stiffness%kind%is_tangent) then
+         call element_tangent(m, e, matrix)
+         return
+      end if
       matrix = 0
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            do k = 1, dofs
-               matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/corners
-            end do
-            if (stiffness%kind%is_tangent) then
-               call add_point(m%materials(p%material(i)), p%gradient_of(i), p%volume(i), gradient_at(m, i), matrix)
-               cycle
-            end if
             call stiff_points(m, e, i, gradient)
             do k = 1, size(gradient, 3)
                call add_small_point(m%materials(p%material(i)), p%volume(i)/size(gradient, 3), gradient(:, :, k), matrix)
             end do
+            do k = 1, dofs
+               matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/corners
+            end do
          end do
       end associate
    end subroutine element_stiffness
+
+   !> Tangent of an element at the present state of its particles. Those of a linear material have the same moduli, so that only the
+   !> products of their gradients are summed up one by one.
+   pure subroutine element_tangent(m, e, matrix)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp), intent(out) :: matrix(dofs, dofs)
+      real(dp) :: products(dofs, dofs), gradient(dofs)
+      integer :: i, k
+      matrix = 0
+      products = 0
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            gradient = reshape(transpose(gradient_at(m, i)), [dofs])
+            do k = 1, dofs
+               products(:, k) = products(:, k) + (p%volume(i)*gradient(k))*gradient
+            end do
+            associate (material => m%materials(p%material(i)), next => min(i + b%stride_in(e), b%last_in(e)))
+               if (material%linear .and. next > i .and. p%material(next) == p%material(i)) cycle
+               call add_products(moduli_of(material, p%gradient_of(i)), products, matrix)
+               products = 0
+            end associate
+         end do
+      end associate
+   end subroutine element_tangent
+
+   !> Change of the stress, its components first, with those of the displacement gradient [Pa].
+   pure function moduli_of(material, h) result(moduli)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp) :: moduli(ndim, ndim, ndim, ndim)
+      real(dp) :: unit(ndim, ndim)
+      integer :: j, k
+      do k = 1, ndim
+         do j = 1, ndim
+            unit = 0
+            unit(j, k) = 1
+            moduli(:, :, j, k) = material%conjugate_change(h, unit)
+         end do
+      end do
+   end function moduli_of
+
+   !> Add the stiffness of material of the same moduli: the force on corner a in direction i by a displacement of corner b in direction
+   !> j is the sum over k and l of moduli_ikjl times that of V N_a,k N_b,l.
+   pure subroutine add_products(moduli, products, matrix)
+      real(dp), intent(in) :: moduli(ndim, ndim, ndim, ndim)
+      real(dp), intent(in) :: products(dofs, dofs) !! by corner, the derivatives of a corner one after the other [m]
+      real(dp), intent(inout) :: matrix(dofs, dofs)
+      integer :: i, j, k, l
+      do j = 1, ndim
+         do l = 1, ndim
+            do i = 1, ndim
+               do k = 1, ndim
+                  matrix(i::ndim, j::ndim) = matrix(i::ndim, j::ndim) + moduli(i, k, j, l)*products(k::ndim, l::ndim)
+               end do
+            end do
+         end do
+      end do
+   end subroutine add_products
 
    !> Gradients of the shape functions at the points by which a particle is stiff [1/m], (corners, ndim, points): where it stands.
    !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
@@ -223,37 +282,8 @@ contains
       xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
    end function local_of
 
-   !> Add the stiffness of a volume of material: the force on corner a in direction i by a displacement of corner b in direction
-   !> j.
-   pure subroutine add_point(material, h, volume, gradient, matrix)
-      type(material_t), intent(in) :: material
-      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), intent(in) :: volume             !! [m3]
-      real(dp), intent(in) :: gradient(corners, ndim) !! of the shape functions [1/m]
-      real(dp), intent(inout) :: matrix(dofs, dofs)
-      real(dp) :: unit(ndim, ndim), moduli(ndim, ndim, ndim, ndim), force(corners, ndim)
-      integer :: b, i, j, k
-      do k = 1, ndim                             ! change of the stress with H_jk
-         do j = 1, ndim
-            unit = 0
-            unit(j, k) = volume
-            moduli(:, :, j, k) = material%conjugate_change(h, unit)
-         end do
-      end do
-      do b = 1, corners
-         do j = 1, ndim
-            force = 0
-            do k = 1, ndim
-               force = force + gradient(b, k)*matmul(gradient, transpose(moduli(:, :, j, k)))
-            end do
-            do i = 1, ndim
-               matrix(i::ndim, ndim*(b - 1) + j) = matrix(i::ndim, ndim*(b - 1) + j) + force(:, i)
-            end do
-         end do
-      end do
-   end subroutine add_point
-
-   !> The same at small strain, whatever the law.
+   !> Add the stiffness of a volume of material at small strain, whatever the law: the force on corner a in direction i by a displacement
+   !> of corner b in direction j.
    pure subroutine add_small_point(material, volume, gradient, matrix)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: volume             !! [m3]
