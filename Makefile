@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps tip vtk errors
+         bench against minimal masses adaptivity extremes tradeoff local_steps implicit tip vtk errors
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -140,6 +140,10 @@ local_steps: setup  ## measure what time steps that fit the size of the cells co
 	@$(MAKE) --no-print-directory program
 	@$(MAKE) --no-print-directory build=counted program
 	$(PYTHON) bench/local_time_steps.py --output results/local_time_steps
+
+implicit: setup  ## measure what implicit steps reach and cost
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/implicit.py --output results/implicit
 
 tip: setup  ## measure how far from its node the discrete crack tip acts
 	@$(MAKE) --no-print-directory program

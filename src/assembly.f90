@@ -12,6 +12,7 @@ module hampm_assembly
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid, only: build_grid
+   use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
@@ -74,11 +75,17 @@ contains
       type(scene_t), intent(in) :: scene
       class(integrator_t), allocatable, intent(out) :: integrator
       type(static_t) :: static
+      type(implicit_t) :: implicit
       if (scene%method%time == 'static') then
          static%equilibrium%solver = scene%method%solver
          static%is_static = .true.
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)
+      else if (scene%method%time == 'implicit') then
+         implicit%newmark%solver = scene%method%solver
+         implicit%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
+         implicit%fixed_step = scene%method%time_step
+         allocate (integrator, source=implicit)
       else if (scene%method%time_steps == 'local') then
          allocate (subcycled_t :: integrator)
       else
