@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps static tip vtk errors
+         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit tip vtk errors
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -144,6 +144,10 @@ local_steps: setup  ## measure what time steps that fit the size of the cells co
 static: setup  ## measure what equilibrium costs, and how near to it damped motions come
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/static.py
+
+implicit: setup  ## measure what implicit steps reach and cost
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/implicit.py --output results/implicit
 
 tip: setup  ## measure how far from its node the discrete crack tip acts
 	@$(MAKE) --no-print-directory program

@@ -12,6 +12,7 @@ module hampm_assembly
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid, only: build_grid
+   use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
@@ -69,12 +70,12 @@ contains
       end associate
    end subroutine assemble
 
-   !> The scheme of a scene; at rest it is one by which cells hold the forces of the present stress.
+   !> The scheme of a scene; at rest and in implicit steps it is one by which cells hold the forces of the present stress.
    pure function scheme_of(scene) result(scheme)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: scheme
       scheme = trim(scene%method%scheme)
-      if (scene%method%time == 'static') scheme = 'musl'
+      if (scene%method%time /= 'explicit') scheme = 'musl'
    end function scheme_of
 
    !> The integrator of a scene.
@@ -82,11 +83,17 @@ contains
       type(scene_t), intent(in) :: scene
       class(integrator_t), allocatable, intent(out) :: integrator
       type(static_t) :: static
+      type(implicit_t) :: implicit
       if (scene%method%time == 'static') then
          static%equilibrium%solver = scene%method%solver
          static%is_static = .true.
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)
+      else if (scene%method%time == 'implicit') then
+         implicit%newmark%solver = scene%method%solver
+         implicit%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
+         implicit%fixed_step = scene%method%time_step
+         allocate (integrator, source=implicit)
       else if (scene%method%time_steps == 'local') then
          allocate (subcycled_t :: integrator)
       else

@@ -10,12 +10,13 @@ module hampm_measurements
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
-   use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum, angular_momentum
+   use hampm_energy, only: strain_energy, linear_momentum, angular_momentum
    use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
+   use hampm_kinetic, only: kinetic_energy
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
    use hampm_motion, only: motion_t
@@ -24,8 +25,8 @@ module hampm_measurements
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: measurements_t, new_measurements, estimate_error, rebuild_extrapolation, measure, take_row, &
-             declare_columns, energy_residual, keep_measurements
+   public :: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, measure, &
+             take_row, declare_columns, energy_residual, keep_measurements
 
    !> What was measured last, with what is needed to measure again.
    type :: measurements_t
@@ -56,7 +57,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
-      m%initial_energy = kinetic_energy(motion%particles)
+      call note_initial_energy(motion, m)
       m%rounding_energy = energy_of_rounding(scene, motion%loads)
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
       if (size(cracks%tips) > 0) call new_crack_values(scene, cracks%tips(1), m%crack)
@@ -70,6 +71,13 @@ contains
                                                           effective_modulus(motion%materials(1)), chi_foundation)
       end select
    end subroutine new_measurements
+
+   !> Take the kinetic energy as that at the start of the run.
+   subroutine note_initial_energy(motion, m)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(inout) :: m
+      m%initial_energy = kinetic_energy(motion)
+   end subroutine note_initial_energy
 
    !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
    !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which
@@ -159,7 +167,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: first_g
       type(nodal_state_t) :: state
-      m%kinetic_energy = kinetic_energy(motion%particles)
+      m%kinetic_energy = kinetic_energy(motion)
       m%strain_energy = strain_energy(motion%particles, motion%materials)
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &

@@ -62,6 +62,8 @@ contains
       end associate
       if (scene%method%time == 'static') then
          needs%steps = scene%method%load_steps
+      else if (scene%method%time_step > 0) then
+         needs%steps = scene%run%end_time/scene%method%time_step
       else
          needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
                                                            scene%method%wave_speed)
@@ -108,7 +110,8 @@ contains
       if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
-      if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest) &
+      if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
+          .or. scene%method%time == 'implicit') &
          bytes = bytes + of_stiffness*fill_of(occupied)
       if (scene%method%mass == 'lumped') return
       bytes = bytes + of_mass*cells

@@ -13,9 +13,9 @@ module hampm_simulation
    use hampm_folders, only: ensure_folder
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
    use hampm_interruption, only: interruption_t
-   use hampm_integrator, only: integrator_t
-   use hampm_measurements, only: measurements_t, new_measurements, estimate_error, rebuild_extrapolation, measure, take_row, &
-                                 declare_columns, energy_residual, keep_measurements
+   use hampm_integrator, only: integrator_t, steps_for
+   use hampm_measurements, only: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, &
+                                 measure, take_row, declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
@@ -201,7 +201,7 @@ contains
       end if
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
-      if (.not. resumes .and. s%integrator%is_static) call settle_at_start(s, failure)
+      if (.not. resumes) call settle_at_start(s, failure)
       if (.not. (resumes .or. failure%failed())) call record(s, failure)
       do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
          call advance_to(s, next_output(s), failure)
@@ -286,12 +286,19 @@ contains
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine adapt
 
-   !> Find the equilibrium with which a static run begins.
+   !> Find the equilibrium, or the motion of the nodes, with which a run begins that is not one of explicit steps.
    subroutine settle_at_start(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      call s%integrator%settle(s%motion, failure)
-      if (.not. failure%failed() .and. s%refinement%is_active()) call adapt_at_rest(s, failure)
+      real(dp) :: time
+      associate (output => s%scene%output)       ! to the first output, which may shorten the steps
+         time = min(output%history_interval, s%scene%run%end_time)
+         if (output%snapshot_interval > 0) time = min(time, output%snapshot_interval)
+      end associate
+      call s%integrator%settle(s%motion, time/steps_for(time, s%longest_step), failure)
+      if (failure%failed()) return
+      call note_initial_energy(s%motion, s%measurements)
+      if (s%integrator%is_static .and. s%refinement%is_active()) call adapt_at_rest(s, failure)
    end subroutine settle_at_start
 
    !> At rest: refine the mesh and find equilibrium on it until the indicator asks for no more.
@@ -303,7 +310,7 @@ contains
          call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
          if (failure%failed() .or. .not. adapted) return
          call rebuild_on_mesh(s, failure)
-         if (.not. failure%failed()) call s%integrator%settle(s%motion, failure)
+         if (.not. failure%failed()) call s%integrator%settle(s%motion, s%longest_step, failure)
          if (failure%failed()) return
       end do
    end subroutine adapt_at_rest

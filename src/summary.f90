@@ -1,9 +1,10 @@
 !> What a simulation is and what its solver took, in words for people.
 module hampm_summary
-   use hampm_kinds, only: dp, long
+   use hampm_kinds, only: dp
    use hampm_cell_values, only: is_occupied
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
+   use hampm_integrator, only: steps_for
    use hampm_loads, only: all_settle, settling_time
    use hampm_placement, only: point_text, length_text
    use hampm_rest, only: find_lowest_frequency, time_to_rest
@@ -66,7 +67,7 @@ contains
              to_text(count([(is_occupied(s%motion%grid, s%motion%blocks, leaf), &
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              'time step       '//to_text(s%longest_step)//' s at most'//nl// &
-             'steps           '//to_text(ceiling(s%scene%run%end_time/s%longest_step, long))//' at least'//nl
+             'steps           '//to_text(steps_for(s%scene%run%end_time, s%longest_step))//' at least'//nl
       if (size(s%cracks%tips) > 0) text = text//crack_summary(s, s%cracks%tips(1))//error_summary(s)
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary

@@ -55,10 +55,12 @@ contains
       has_to_choose = m%blocks%groups%largest < self%largest
    end function has_to_choose
 
-   !> Find equilibrium at the present time, where steps end in that; else there is nothing to do.
-   subroutine settle(self, m, failure)
+   !> Find what steps begin with at the present time, at the start or on another mesh, where it does not follow from the particles:
+   !> equilibrium, or the motion of the nodes.
+   subroutine settle(self, m, dt, failure)
       class(integrator_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
       self%largest = min(self%largest, m%blocks%groups%largest)
@@ -73,7 +75,7 @@ contains
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call archive%keep('largest_group', self%largest)
       if (self%largest < 0 .or. self%largest > m%blocks%groups%largest) &

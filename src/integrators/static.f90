@@ -54,9 +54,10 @@ contains
    end subroutine advance
 
    !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
-   subroutine settle(self, m, failure)
+   subroutine settle(self, m, dt, failure)
       class(static_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! of no matter at rest [s]
       type(failure_t), intent(inout) :: failure
       if (.not. m%mapped) call map_to_grid(m)
       if (self%equilibrium%begun) then
@@ -78,7 +79,7 @@ contains
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)
       class(static_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call archive%keep('have_begun', self%equilibrium%begun)
       self%largest = min(0, m%blocks%groups%largest)

@@ -40,6 +40,8 @@ module hampm_motion
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
+      real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
+                                                 !! allocated where velocities are kept by the particles only
       ! How the machine does it
       type(cell_blocks_t) :: blocks              !! in which order the particles stand
       type(sorting_t) :: sorting                 !! how they got there

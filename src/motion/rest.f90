@@ -6,7 +6,8 @@
 !> it hardly moves is seen to be far from rest all the same.
 module hampm_rest
    use hampm_kinds, only: dp, ndim
-   use hampm_energy, only: kinetic_energy, strain_energy
+   use hampm_energy, only: strain_energy
+   use hampm_kinetic, only: kinetic_energy
    use hampm_motion, only: motion_t, refresh_grid, update_particles
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
@@ -47,7 +48,7 @@ contains
       if (done) then
          call k%solve(m, force, way)
          missing = sum(force*way)/2
-         distance = sqrt((kinetic_energy(m%particles) + max(0.0_dp, missing)) &
+         distance = sqrt((kinetic_energy(m) + max(0.0_dp, missing)) &
                          /max(least*stored, stored - sum(internal*way) + missing))
          if (.not. distance <= huge(distance)) distance = -1
       end if

@@ -5,6 +5,7 @@
 !> to the mass: forces that balance each other do not feel them, others accelerate the body as a whole.
 !>
 !> For equilibrium of any law K is the tangent: how internal forces change with the displacement from the particles' present state.
+!> For implicit steps a multiple of the mass matrix is added to it.
 module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners, name_len
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
@@ -15,6 +16,7 @@ module hampm_stiffness
    use hampm_failure, only: failure_t
    use hampm_linear_elastic, only: linear_stress
    use hampm_loads, only: add_load, place_loads
+   use hampm_mass_product, only: has_matrix, find_concentrated_mass
    use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
@@ -38,6 +40,7 @@ module hampm_stiffness
       logical :: on_springs = .true.             !! see above
       character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
       type(pin_t), allocatable :: pins(:)        !! what is held beside what the constraints hold
+      real(dp) :: mass_factor = 0                !! c of K + c M, M being the mass matrix of the run [1/s2]
    end type stiffness_kind_t
 
    !> A factorised stiffness.
@@ -144,17 +147,37 @@ contains
       type(sparse_t), intent(inout) :: matrix
       real(dp) :: by_corner(dofs, dofs), by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
       real(dp) :: weight(corners, most_nodes_of_leaf)
-      integer :: masters(most_nodes_of_leaf), n, k
+      integer :: masters(most_nodes_of_leaf), n, k, d
       stiffness%spring = 0
       if (stiffness%kind%on_springs) &
          stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
       do k = 1, size(cells)
          call m%grid%dofs%masters_of(m%grid%element_nodes(:, cells(k)), n, masters, weight)
          call element_stiffness(m, cells(k), stiffness, by_corner)
+         if (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(k))) then
+            do d = 1, ndim
+               by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) &
+                                             + stiffness%kind%mass_factor*m%fields%mass_matrix%cell(:, :, cells(k))
+            end do
+         end if
          by_master = matrix_by_masters(ndim, weight, by_corner)
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
+      if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
    end subroutine fill
+
+   !> Add what of the mass matrix is on its diagonal beside the matrices of the cells.
+   subroutine add_concentrated_mass(m, stiffness, matrix)
+      type(motion_t), intent(in) :: m
+      type(stiffness_t), intent(in) :: stiffness
+      type(sparse_t), intent(inout) :: matrix
+      real(dp), allocatable :: mass(:)
+      integer :: i
+      call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
+      do i = 1, stiffness%unknowns%n
+         call matrix%add(i, i, stiffness%kind%mass_factor*mass(stiffness%unknowns%node(i)))
+      end do
+   end subroutine add_concentrated_mass
 
    !> The longer side of the box around all particles [m].
    pure real(dp) function extent(m)

@@ -2,6 +2,7 @@
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_crack_consistency, only: check_crack, check_energy_release
+   use hampm_implicit_consistency, only: check_implicit
    use hampm_joints, only: gap_between, groups_of_bodies
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
@@ -47,6 +48,7 @@ contains
       call check_mass(scene, settings, has_grid, mistakes)
       call check_time_steps(scene, settings, mistakes)
       call check_static(scene, settings, mistakes)
+      call check_implicit(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency

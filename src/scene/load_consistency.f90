@@ -86,10 +86,12 @@ contains
          else if (method%time == 'static') then
             return
          else if (any(abs(motion%displacement) > 0) .and. motion%history%kind == 'step') then
-            call settings%complain(mistakes, entry, 'history', 'must not be ''step'' with a displacement and &method time = '// &
-                                   '''explicit'': nodes would jump. Use ''ramp'', or a velocity')
+            call settings%complain(mistakes, entry, 'history', 'must not be ''step'' with a displacement and &method time = '''// &
+                                   trim(method%time)//''': nodes would jump. Use ''ramp'', or a velocity')
+         else if (method%time == 'implicit') then
+            return
          else if (settings%good(settings%find('method', 1), 'mass') .and. method%mass /= 'lumped') then
-            call settings%complain(mistakes, entry, key, intro//'&method mass = ''lumped'' only, but at rest')
+            call settings%complain(mistakes, entry, key, intro//'&method mass = ''lumped'' only, but at rest and in implicit steps')
          else if (method%time_steps == 'local') then
             call settings%complain(mistakes, entry, key, intro//'&method time_steps = ''global'' only')
          else if (scene%energy_release%energy_balance) then

@@ -1,7 +1,7 @@
 !> The group &method: its row in the table of groups, its keys, and their values in a scene.
 module hampm_method_group
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, may, once, is_assumed, any_number
+   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, may, once, is_assumed, any_number, not_negative
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -13,14 +13,19 @@ module hampm_method_group
    !    allowed, meaning
    type(key_t), parameter :: method_keys(*) = [ &
       key_t('method', 'time', type_name, 1, 1, may, 'explicit', '', '', &
-            'explicit|static', 'how motion is followed: by short explicit steps, or from equilibrium to equilibrium'), &
+            'explicit|implicit|static', &
+            'how motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium'), &
+      key_t('method', 'time_step', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'of time = ''implicit'': longest time step; 0: by courant, and 1/1000 of end_time where that is 0'), &
+      key_t('method', 'hht_alpha', type_real, 1, 1, may, '0.0', '', '', &
+            '[-0.33334, 0]', 'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not resolve'), &
       key_t('method', 'load_steps', type_integer, 1, 1, may, '1', '', '', &
             '[1, 100000]', 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time'), &
       key_t('method', 'scheme', type_name, 1, 1, may, 'musl', '', '', &
             'usf|usl|usavg|musl', &
             'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
       key_t('method', 'courant', type_real, 1, 1, may, '0.0', '', '', &
-            '[0, 10]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
+            '[0, 1000]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
       key_t('method', 'wave_speed', type_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed courant refers to'), &
       key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &
@@ -46,7 +51,9 @@ module hampm_method_group
 
    !> &method: how the equations of motion are integrated.
    type :: method_t
-      character(name_len) :: time = 'explicit'   !! 'explicit' or 'static'
+      character(name_len) :: time = 'explicit'   !! 'explicit', 'implicit' or 'static'
+      real(dp) :: time_step = 0                  !! of 'implicit': longest, 0 where courant gives it [s]
+      real(dp) :: hht_alpha = 0                  !! of 'implicit' [-]
       integer :: load_steps = 1                  !! of 'static'
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       real(dp) :: courant = 0                    !! [-]
@@ -71,6 +78,8 @@ contains
       integer :: entry
       entry = settings%find('method', 1)
       method%time = settings%text(entry, 'time')
+      method%time_step = settings%number(entry, 'time_step')
+      method%hht_alpha = settings%number(entry, 'hht_alpha')
       method%load_steps = nint(settings%number(entry, 'load_steps'))
       method%scheme = settings%text(entry, 'scheme')
       method%courant = settings%number(entry, 'courant')

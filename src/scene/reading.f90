@@ -58,23 +58,29 @@ contains
    pure subroutine resolve(settings)
       type(settings_t), intent(inout) :: settings
       real(dp) :: direction(ndim)
-      character(:), allocatable :: solver
+      character(:), allocatable :: solver, time
       integer :: run, output, crack, method
       run = settings%find('run', 1)
       output = settings%find('output', 1)
       crack = settings%find('crack', 1)
       method = settings%find('method', 1)
+      time = settings%text(method, 'time')
       if (.not. settings%given(output, 'file')) call settings%set_text(output, 'file', result_file(settings%file))
       if (settings%good(output, 'history_interval') .and. settings%good(run, 'end_time')) then
          if (settings%number(output, 'history_interval') <= 0) &
             call settings%set_numbers(output, 'history_interval', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
-         if (settings%text(method, 'time') == 'static' .and. settings%good(method, 'load_steps')) &
+         if (time == 'static' .and. settings%good(method, 'load_steps')) &
             call settings%set_numbers(output, 'history_interval', [max(settings%number(run, 'end_time') &
                                                                        /settings%number(method, 'load_steps'), least_magnitude)])
       end if
+      if (time == 'implicit' .and. settings%good(run, 'end_time') .and. settings%good(method, 'time_step') &
+          .and. settings%good(method, 'courant')) then
+         if (settings%number(method, 'time_step') <= 0 .and. settings%number(method, 'courant') <= 0) &
+            call settings%set_numbers(method, 'time_step', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
+      end if
       if (settings%text(method, 'solver') == 'auto') then
          solver = 'cg'
-         if (settings%text(method, 'time') == 'static') solver = 'umfpack'
+         if (time == 'static' .or. time == 'implicit') solver = 'umfpack'
          call settings%set_text(method, 'solver', solver)
       end if
       if (settings%good(crack, 'direction')) then

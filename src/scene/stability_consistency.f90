@@ -23,7 +23,8 @@ contains
       type(settings_t), intent(inout) :: settings
       integer :: entry
       entry = settings%find('method', 1)
-      if (.not. settings%good(entry, 'courant') .or. scene%method%courant > 0 .or. scene%method%time == 'static') return
+      if (.not. settings%good(entry, 'courant') .or. scene%method%courant > 0 &
+          .or. scene%method%time /= 'explicit') return
       scene%method%courant = unknown
       if (is_known(scene, settings)) scene%method%courant = default_courant(scene)
       call settings%set_numbers(entry, 'courant', [scene%method%courant])
@@ -38,7 +39,7 @@ contains
       real(dp) :: dt, limit
       integer :: entry
       entry = settings%find('method', 1)
-      if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings)) .or. scene%method%time == 'static') return
+      if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings)) .or. scene%method%time /= 'explicit') return
       undamped = scene
       undamped%damping%rate = 0
       limit = courant_limit(undamped)

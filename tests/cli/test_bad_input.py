@@ -52,7 +52,11 @@ VALUES = [
     ("cells = 80, 9", "cells = 100000, 100000", "cells", "they must have at most 5e8 nodes"),
     ("points_per_cell = 2", "points_per_cell = 17", "points", "must be an integer in [1, 16]"),
     ("points_per_cell = 2", "points_per_cell = 2.0", "points", "points_per_cell = 2.0: must be an integer"),
-    ("courant = 0.1", "courant = 10.5", "courant", "&method courant = 10.5: must be in [0, 10]"),
+    ("courant = 0.1", "courant = 1000.5", "courant", "&method courant = 1000.5: must be in [0, 1000]"),
+    ("courant = 0.1", "courant = 0.1 time_step = -1e-6", "time_step", "&method time_step = -1e-6: must be in [0, inf) [s]"),
+    ("courant = 0.1", "courant = 0.1 hht_alpha = -0.4", "hht_alpha", "&method hht_alpha = -0.4: must be in [-0.33334, 0]"),
+    ("courant = 0.1", "courant = 0.1 hht_alpha = 0.1", "hht_alpha", "&method hht_alpha = 0.1: must be in [-0.33334, 0]"),
+    ("courant = 0.1", "courant = 0.1 time = 'implict'", "time =", "must be 'explicit', 'implicit' or 'static'; did you mean 'implicit'?"),
     ("rate = 1e4", "rate = -1", "rate =", "&damping rate = -1: must be in [0, inf) [1/s]"),
     ("'musl'", "'mulsl'", "scheme", "scheme = 'mulsl': must be 'usf', 'usl', 'usavg' or 'musl'; did you mean 'musl'?"),
     ("'musl'", "musl", "scheme", "scheme = musl: must be in quotes: 'musl'"),
@@ -260,6 +264,34 @@ def test_what_local_time_steps_do_not_go_with(hampm, tmp_path, old, new, key, ph
     result = hampm("case.nml")
     assert_refused(result, 2, f"case.nml:{line_of(text, f'{key} = ')}: &method {key} = ", phrase)
     assert len(result.stderr.splitlines()) == 1
+
+
+IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'updated'", "frame = 'total'")
+
+
+@pytest.mark.parametrize(("old", "new", "fragment", "phrase"), [
+    ("frame = 'total'", "frame = 'updated'", "frame", "&method frame = 'updated': must be 'total' with &method time = 'implicit': "),
+    ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local': must be 'global' with"),
+    ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "must not be 'fmpm' with &method time = 'implicit': a series for the inverse"),
+    ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6: must be 0 where courant is given with"),
+    ("'linear_elastic'", "'neo_hookean'", "law", "&material law = 'neo_hookean': must be 'linear_elastic' with"),
+    ("'stress_closure'", "'energy_balance'", "estimators", "must be others than 'energy_balance' with &method time = 'implicit'"),
+    ("&damping", "&refine indicator = 'zz' /\n&damping", "indicator", "&refine indicator = 'zz': must be 'tip' or 'none' with"),
+    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "&constraint", "nodes would jump. Use 'ramp', or a velocity"),
+    ("time = 'implicit'", "time = 'explicit'", "time_step", "&method time_step = 1e-6: goes with time = 'implicit' only; the step of"),
+    ("time = 'implicit' time_step = 1e-6", "hht_alpha = -0.1", "hht_alpha", "&method hht_alpha = -0.1: goes with time = 'implicit' only"),
+])
+def test_what_implicit_steps_do_not_go_with(hampm, tmp_path, old, new, fragment, phrase):
+    text = changed((old, new), scene=changed(*IMPLICIT))
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml")
+    assert_refused(result, 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_implicit_steps_do_not_go_with_contact(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(changed(*IMPLICIT, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")))
+    assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless': must be 'none' with &method time = 'implicit': whether faces")
 
 
 def test_local_time_steps_do_not_go_with_the_energy_balance(hampm, tmp_path):

@@ -151,7 +151,7 @@ def meaning(value, kind, choice_or_text):
 def resolved(group, key, given):
     """Whether the program puts something else in the place of a value."""
     return (group, key) == ("crack", "direction") or \
-        (group, key) in {("output", "history_interval"), ("method", "courant")} and given in ([], [0.0]) or \
+        (group, key) in {("output", "history_interval"), ("method", "courant"), ("method", "time_step")} and given in ([], [0.0]) or \
         (group, key) == ("method", "solver") and given == ["auto"] or \
         (group, key) == ("output", "file") and given == []
 

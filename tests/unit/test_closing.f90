@@ -107,6 +107,7 @@ contains
       type(motion_t) :: m(2)
       type(cracks_t) :: cracks(2)
       type(crack_t) :: crack
+      type(crack_tip_t) :: tips(3)
       integer :: k
       crack%kind = 'line'
       crack%is_tip = .true.
@@ -118,7 +119,10 @@ contains
          call constrain_box(m(k)%constraints, m(k)%grid, [0.0_dp, -depth], [length, -depth], [.true., .true.])
          call add_pull(m(k), [0.0_dp, depth], [length, depth], [2e-6_dp, 5e-6_dp])
       end do
-      call compare('two tips', m(1), m(2), cracks(1)%tips([1, 1, 2]), [1, 2, 1], .false., [.true., .true.])
+      do k = 1, 3
+         tips(k) = cracks(1)%tips(max(1, k - 1))  ! tips([1, 1, 2]) as an argument would leak in gfortran 12
+      end do
+      call compare('two tips', m(1), m(2), tips, [1, 2, 1], .false., [.true., .true.])
    end subroutine two_tips
 
    !> Close all of some pairs, and hold what comes out to a body with a crack that is shorter by these.

@@ -13,7 +13,7 @@ program test_constraints
    type(constraints_t) :: c
    type(failure_t) :: failure
    real(dp) :: field(ndim, 6*4)
-   real(dp), allocatable :: way(:, :)
+   real(dp) :: way(ndim, 6*4)
    logical :: bottom, left, right
    integer :: node, wrong
 

@@ -7,12 +7,14 @@ program test_refined_mass
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
+   use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_samples, only: choice_of
    use hampm_mass_solver, only: solve_mass
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_samples, only: rectangle_t, place_bodies, start
+   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness
    implicit none
 
    character(7), parameter :: solvers(3) = ['cg     ', 'umfpack', 'banded ']
@@ -107,8 +109,39 @@ contains
                        what//'and the momentum of the particles')
       call check(all(m%fields%mass_matrix%lumped(m%fields%mass_matrix%all%nodes(:m%fields%mass_matrix%all%n_nodes)) > 0), &
                  what//'no active node is without mass')
+      call check_products(what, m, a, b, x)
       call m%solver%direct%release()
    end subroutine check_solver
+
+   !> The product with the whole matrix, and the matrix as it is added to a stiffness: where it is by far the larger part,
+   !> c (K + c M)^-1 b is M^-1 b.
+   subroutine check_products(what, m, a, b, x)
+      character(*), intent(in) :: what
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: a(:, :)            !! M by nodes
+      real(dp), intent(in) :: b(:, :), x(:, :)   !! of M x = b, (ndim, n_points)
+      real(dp), parameter :: c = 1.0e12_dp
+      type(stiffness_kind_t) :: kind
+      type(stiffness_t) :: k
+      type(failure_t) :: failure
+      real(dp), allocatable :: mass(:), y(:, :), u(:, :), field(:, :)
+      allocate (field, source=x)
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, 2, field)
+      allocate (y, mold=field)
+      call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, mass, field, y)
+      call check_close(maxval(abs(y(:, :m%grid%n_nodes) - matmul(field(:, :m%grid%n_nodes), a))), 0.0_dp, 1.0e-14_dp, &
+                       what//'the product with M')
+      kind = stiffness_kind_t(is_tangent=.true., on_springs=.false., mass_factor=c)
+      call factorise_stiffness(m, kind, [logical ::], k, failure)
+      call check(.not. failure%failed(), what//'K + c M is factorised')
+      call k%solve(m, b, u)
+      associate (nodes => m%fields%mass_matrix%all%nodes(:m%fields%mass_matrix%all%n_nodes))
+         call check_close(maxval(abs(c*u(:, nodes) - x(:, nodes))), 0.0_dp, 1.0e-9_dp*maxval(abs(x(:, nodes))), &
+                          what//'K + c M holds M')
+      end associate
+      call k%release()
+   end subroutine check_products
 
    !> fmpm of order 2 gives 2 D^-1 - D^-1 M D^-1, from which M can be seen column by column.
    subroutine check_series()

@@ -1,0 +1,75 @@
+!> Products with the mass matrix of a run as a whole, from its cells and from what is lumped beside them:
+!>
+!>    M = sum over the cells that are not lumped of T^T M_e T + diag(c),
+!>
+!> T being the weights of hanging nodes, and c what these cells leave of the lumped masses of the nodes.
+module hampm_mass_product
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_grid, only: grid_t
+   use hampm_mass_matrix, only: mass_matrix_t
+   implicit none
+   private
+   public :: has_matrix, find_concentrated_mass, multiply_by_mass
+
+contains
+
+   !> Whether a cell has a matrix that is not lumped.
+   pure logical function has_matrix(matrix, e)
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: e
+      has_matrix = .false.
+      if (allocated(matrix%blend)) has_matrix = matrix%blend(e) < 1
+   end function has_matrix
+
+   !> The part c of the nodes' masses that is on the diagonal beside the matrices of the cells [kg], (n_points).
+   pure subroutine find_concentrated_mass(grid, matrix, mass)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), allocatable, intent(out) :: mass(:)
+      integer :: k, c
+      allocate (mass(grid%n_points), source=0.0_dp)
+      associate (all => matrix%all)
+         do k = 1, all%n_cells
+            associate (e => all%cells(k))
+               if (.not. has_matrix(matrix, e)) cycle
+               do c = 1, corners
+                  associate (point => grid%element_nodes(c, e))
+                     mass(point) = mass(point) + sum(matrix%cell(:, c, e))
+                  end associate
+               end do
+            end associate
+         end do
+         call grid%dofs%condense(all, 1, mass)
+         do k = 1, all%n_nodes
+            mass(all%nodes(k)) = max(matrix%lumped(all%nodes(k)) - mass(all%nodes(k)), 0.0_dp)
+         end do
+      end associate
+   end subroutine find_concentrated_mass
+
+   !> y = M x at the nodes, 0 at hanging ones. Values of `x` are there at the hanging nodes too.
+   pure subroutine multiply_by_mass(grid, matrix, mass, x, y)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: mass(:)            !! c [kg], (n_points)
+      real(dp), intent(in), contiguous :: x(:, :) !! (ndim, n_points)
+      real(dp), intent(out), contiguous :: y(:, :) !! (ndim, n_points)
+      integer :: k, c, b
+      y = 0
+      associate (all => matrix%all)
+         do k = 1, all%n_cells
+            if (.not. has_matrix(matrix, all%cells(k))) cycle
+            associate (at => grid%element_nodes(:, all%cells(k)), cell => matrix%cell(:, :, all%cells(k)))
+               do c = 1, corners
+                  do b = 1, corners
+                     y(:, at(c)) = y(:, at(c)) + cell(b, c)*x(:, at(b))
+                  end do
+               end do
+            end associate
+         end do
+         call grid%dofs%condense(all, ndim, y)
+         do k = 1, all%n_nodes
+            y(:, all%nodes(k)) = y(:, all%nodes(k)) + mass(all%nodes(k))*x(:, all%nodes(k))
+         end do
+      end associate
+   end subroutine multiply_by_mass
+end module hampm_mass_product

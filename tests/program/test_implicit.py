@@ -1,0 +1,241 @@
+"""Implicit steps (docs/implicit.md), against closed forms of Newmark and of Hilber, Hughes and Taylor, and against other steps."""
+
+import numpy as np
+import pytest
+
+from history import History, lowpass, read_curve
+from paths import REFERENCE, ROOT
+from results import differing
+
+E, RHO, LENGTH, FORCE, SECTION = 70e9, 2700.0, 0.01, 1e3, 0.01 * 0.01
+STRETCHED = FORCE * LENGTH / (E * SECTION)  # by the force, at rest [m]
+
+# A single cell between a wall and a force, which it has one degree of freedom to follow
+CELL = f"""\
+&run end_time = 4e-5 plane = 'stress' thickness = 0.01 /
+&grid lower = 0, 0 cell = 0.01 cells = 1, 1 /
+&material name = 'a' young = {E} poisson = 0.0 density = {RHO} /
+&body material = 'a' lower = 0, 0 upper = 0.01, 0.01 /
+&constraint lower = 0, 0 upper = 0, 0.01 fix = 'xy' /
+&constraint lower = 0, 0 upper = 0.01, 0 fix = 'y' /
+&constraint lower = 0, 0.01 upper = 0.01, 0.01 fix = 'y' /
+&load kind = 'traction' lower = 0.01, 0 upper = 0.01, 0.01 force = {FORCE}, 0 /
+&method time = 'implicit' time_step = 1e-6 /
+&output history_interval = 1e-6 /
+"""
+MASS = RHO * SECTION * LENGTH
+FREQUENCY = {"lumped": np.sqrt(E * SECTION / LENGTH / (MASS / 2)),     # half of the mass at the moving end
+             "full": np.sqrt(E * SECTION / LENGTH / (MASS * 5 / 16))}  # sum of m N**2 over points at the quarters
+# A cantilever, bent by a force on its end
+BEAM = """\
+&run end_time = 1e-3 plane = 'stress' thickness = 0.01 /
+&grid lower = 0, 0 cell = 0.01 cells = 20, 2 /
+&material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'a' lower = 0, 0 upper = 0.2, 0.02 /
+&constraint lower = 0, 0 upper = 0, 0.02 fix = 'xy' name = 'wall' /
+&load kind = 'traction' lower = 0.2, 0 upper = 0.2, 0.02 force = 0, 10 /
+&method time = 'implicit' /
+&output history_interval = 1e-5 snapshot_interval = 5e-4 /
+"""
+REFINED = ("refine.indicator=tip", "refine.max_level=2", "crack.kind=line", "crack.tip=0.1,0.01")
+
+
+@pytest.fixture
+def columns(hampm, tmp_path):
+    """`columns(scene, *settings)` runs it and returns the columns of its history."""
+    def run(scene, *settings, name="case"):
+        (tmp_path / f"{name}.nml").write_text(scene)
+        result = hampm(f"{name}.nml", "--quiet", "--force", *(word for item in settings for word in ("--set", item)))
+        assert result.returncode == 0, result.stderr
+        return History(tmp_path / f"{name}.h5").columns
+    return run
+
+
+def way(columns):
+    """How far the force has moved the end of CELL [m]."""
+    return columns["external_work"] / FORCE
+
+
+def energy_error(columns):
+    """What is missing in the energy balance at any time, over the largest energy."""
+    energy = columns["kinetic_energy"] + columns["strain_energy"] + columns["damping_loss"] - columns["external_work"]
+    return np.max(np.abs(energy - energy[0])) / np.max(columns["kinetic_energy"] + columns["strain_energy"])
+
+
+def hht(frequency, rate, alpha, dt, steps):
+    """Displacement, over that at rest, of one degree of freedom under a sudden force, by the equations as Hilber, Hughes and
+    Taylor have them: solved for the acceleration."""
+    beta, gamma = (1 - alpha)**2 / 4, 0.5 - alpha
+    u, v, a = 0.0, 0.0, frequency**2
+    found = [u]
+    for _ in range(steps):
+        u_predicted, v_predicted = u + dt * v + dt**2 * (0.5 - beta) * a, v + dt * (1 - gamma) * a
+        right = frequency**2 + alpha * (rate * v + frequency**2 * u)
+        right -= (1 + alpha) * (rate * v_predicted + frequency**2 * u_predicted)
+        a = right / (1 + (1 + alpha) * (rate * gamma * dt + frequency**2 * beta * dt**2))
+        u, v = u_predicted + dt**2 * beta * a, v_predicted + dt * gamma * a
+        found.append(u)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("mass", FREQUENCY)
+@pytest.mark.parametrize("dt", [1e-7, 1e-6, 1e-5])
+def test_the_period_is_that_of_average_acceleration(columns, mass, dt):
+    """tan(phase of a step / 2) = w dt/2 (Hughes 1987, section 9.3); for small steps w is too low by (w dt)**2/12."""
+    found = columns(CELL, f"method.mass={mass}", f"method.time_step={dt}", f"output.history_interval={dt}",
+                    f"run.end_time={40 * dt}")
+    phase = 2 * np.arctan(FREQUENCY[mass] * dt / 2)
+    assert np.allclose(found["dt"][1:], dt, rtol=1e-9)
+    assert np.allclose(way(found), STRETCHED * (1 - np.cos(phase * np.arange(41))), rtol=0, atol=1e-9 * STRETCHED)
+    x = FREQUENCY[mass] * dt
+    if x < 0.2:
+        assert abs((1 - phase / x) / (x**2 / 12) - 1) < 0.01
+
+
+def test_explicit_steps_with_lumped_masses_have_more_inertia(columns):
+    """They map velocities anew in each step, v = D^-1 p with p = C v of the particles: their mass is D C^-1 D, C being the full
+    matrix, of which D is (1/2)**2/(5/16) of the body's here. Implicit steps have D itself."""
+    found = columns(CELL, "method.time=explicit", "method.time_step=0", "method.courant=0.02", "output.history_interval=1e-7")
+    frequency = np.sqrt(E * SECTION / LENGTH / (0.8 * MASS))
+    assert np.allclose(way(found), STRETCHED * (1 - np.cos(frequency * found["time"])), rtol=0, atol=0.02 * STRETCHED)
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, -1 / 3])
+@pytest.mark.parametrize("rate", [0.0, 1e5])
+def test_a_step_is_that_of_hilber_hughes_and_taylor(columns, alpha, rate):
+    for dt in (1e-6, 3e-5):
+        found = columns(CELL, f"method.time_step={dt}", f"output.history_interval={dt}", f"run.end_time={40 * dt}",
+                        f"method.hht_alpha={alpha}", f"damping.rate={rate}")
+        asked = STRETCHED * hht(FREQUENCY["lumped"], rate, alpha, dt, 40)
+        assert np.allclose(way(found), asked, rtol=0, atol=1e-9 * STRETCHED)
+
+
+def test_alpha_damps_what_steps_do_not_resolve(columns):
+    """With -1/3 a mode of high frequency falls to (1 + alpha)/(1 - alpha) = 1/2 in each step; with 0 it stays."""
+    swing = {}
+    for alpha in (0.0, -1 / 3):
+        found = columns(CELL, "method.time_step=1e-3", "output.history_interval=1e-3", "run.end_time=0.03",
+                        f"method.hht_alpha={alpha}")
+        swing[alpha] = np.max(np.abs(way(found)[-10:] / STRETCHED - 1))
+    assert 0.99 < swing[0.0] <= 1.01
+    assert swing[-1 / 3] < 1e-3
+
+
+@pytest.mark.parametrize("mass", ["lumped", "full"])
+def test_energy_stays_for_a_thousand_periods(columns, mass):
+    period = 2 * np.pi / FREQUENCY[mass]
+    found = columns(CELL, f"method.mass={mass}", f"method.time_step={period / 20}", f"output.history_interval={period}",
+                    f"run.end_time={1000 * period}")
+    assert found["step"][-1] == 20000
+    assert energy_error(found) < 1e-10
+
+
+@pytest.mark.parametrize("settings", [
+    ("method.mass=lumped",), ("method.mass=full",), ("method.mass=full", "method.solver=cg"), ("method.mass=blend",
+    "method.solver=banded"), ("damping.rate=3e3", "method.mass=full"), REFINED, (*REFINED, "method.mass=full"),
+    (*REFINED, "method.mass=partial", "method.full_region=refined"),
+    (*REFINED, "body.velocity=1,2", "method.mass=full", "damping.rate=100"), ("load.history=sine", "load.frequency=3e3"),
+    ("load.history=table", "load.times=0,1e-4,3e-4", "load.factors=1,-1,0.5"), ("body.points_per_cell=1",),
+    ("load.kind=body", "load.lower=0.1,0")], ids=" ".join)
+def test_the_energy_balance_is_exact(columns, settings):
+    """For steps that are long for the cells (courant 3) and loads that vary within them."""
+    assert energy_error(columns(BEAM, "method.time_step=1e-5", *settings)) < 1e-10
+
+
+DRIVEN = {"constant": ("constraint.velocity=0,1",), "ramp": ("constraint.velocity=0,1", "constraint.history=ramp",
+                                                             "constraint.rise_time=3e-4"),
+          "shortened": ("constraint.velocity=0,1", "output.history_interval=4e-6", "output.snapshot_interval=0"),
+          "sudden": ("constraint.velocity=0,1", "constraint.start=3.33e-4"),
+          "displacement": ("constraint.displacement=1e-4,1e-3", "constraint.history=sine", "constraint.frequency=2e3")}
+
+
+@pytest.mark.parametrize("mass", ["lumped", "full"])
+@pytest.mark.parametrize("kind", DRIVEN)
+def test_nodes_go_where_a_constraint_moves_them_and_the_work_of_that_is_exact(columns, kind, mass):
+    found = columns(BEAM, "method.time_step=1e-5", f"method.mass={mass}", "damping.rate=100", *DRIVEN[kind])
+    assert np.max(found["external_work"]) > 0
+    assert energy_error(found) < 1e-10
+
+
+def test_driven_nodes_do_not_swing_around_their_way(columns):
+    """One end of a bar suddenly gets a velocity, and hht_alpha takes the waves of that away: then all of it has this velocity.
+    Newmark's relations between displacement, velocity and acceleration would let the held nodes swing for ever, with a mass
+    matrix that couples others to them."""
+    found = columns(BEAM, "constraint.velocity=1,0", "constraint.start=2e-3", "load.force=0,0", "method.mass=full",
+                    "method.time_step=1e-4", "method.hht_alpha=-0.3", "run.end_time=0.1", "output.history_interval=1e-3")
+    mass = 2700 * 0.2 * 0.02 * 0.01
+    assert abs(found["kinetic_energy"][-1] / (mass / 2) - 1) < 1e-6
+
+
+def test_small_steps_give_the_motion_of_explicit_steps(columns):
+    """With the full mass matrix nodes keep their velocity in both; explicit steps with usavg are of second order too."""
+    same = ("method.mass=full", "method.solver=umfpack", "output.history_interval=1e-5")
+    implicit = columns(BEAM, *same, "method.time_step=2.5e-7")
+    explicit = columns(BEAM, *same, "method.time=explicit", "method.scheme=usavg", "method.courant=0.1")
+    for name in ("external_work", "strain_energy"):
+        assert np.max(np.abs(implicit[name] - explicit[name])) < 1e-3 * np.max(explicit[name]), name
+
+
+def test_large_steps_under_a_slow_load_give_the_static_answer(columns):
+    slow = ("run.end_time=10", "load.history=ramp", "load.rise_time=10", "output.history_interval=1", "output.snapshot_interval=0")
+    implicit = columns(BEAM, *slow, "method.time_step=1")
+    static = columns(BEAM, *slow, "method.time=static", "method.load_steps=10")
+    assert implicit["step"][-1] == 10
+    assert np.allclose(implicit["strain_energy"], static["strain_energy"], rtol=1e-6)
+    assert np.allclose(implicit["reaction_wall_y"][1:], -np.arange(1, 11), rtol=1e-6)
+
+
+def test_a_free_body_takes_the_impulse_of_a_force(columns):
+    scene = "\n".join(line for line in BEAM.splitlines() if "constraint" not in line) + "\n"
+    found = columns(scene, "load.kind=body", "load.lower=0,0", "method.mass=full", "body.velocity=0,1")
+    mass = 2700 * 0.2 * 0.02 * 0.01
+    assert np.allclose(found["kinetic_energy"], mass / 2 * (1 + 10 / mass * found["time"])**2, rtol=1e-10)
+
+
+def test_steps_are_shortened_equally_between_outputs(columns):
+    found = columns(BEAM, "method.time_step=3e-6", "output.history_interval=1e-5", "output.snapshot_interval=0")
+    assert np.allclose(found["dt"][1:], 1e-5 / 4, rtol=1e-12)
+    assert np.all(np.diff(found["step"]) == 4)
+    assert columns(BEAM)["dt"][-1] == pytest.approx(1e-6)           # 1/1000 of the end time
+    shear = np.sqrt(70e9 / 2.6 / 2700)
+    assert columns(BEAM, "method.courant=4", "output.history_interval=5e-4")["dt"][-1] == pytest.approx(4 * 0.01 / shear, rel=0.05)
+
+
+def test_check_prints_the_step(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(BEAM)
+    text = hampm("case.nml", "--check", "--set", "method.time_step=2e-6").stdout
+    assert "! time step       2.0e-6 s at most\n! steps           500 at least\n" in text
+
+
+def test_results_have_the_same_bytes_on_any_number_of_threads(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text(BEAM)
+    words = [word for item in (*REFINED, "method.mass=full") for word in ("--set", item)]
+    for threads in (1, 3):
+        assert hampm("case.nml", "--quiet", "--threads", threads, "--output", f"{threads}", *words).returncode == 0
+    assert differing(tmp_path / "1/case.h5", tmp_path / "3/case.h5") == []
+
+
+def test_a_crack_is_measured_as_ever(columns, tmp_path):
+    """At rest by damping, and by hht_alpha for what long steps do not resolve: the energy release rate of the static solution."""
+    crack = (*REFINED, "energy_release.estimators='nodal_force','domain_integral'", "output.snapshot_interval=0")
+    static = columns(BEAM, *crack, "method.time=static")
+    implicit = columns(BEAM, *crack, "damping.rate=5e3", "run.end_time=2e-2", "output.history_interval=1e-3",
+                       "method.time_step=2e-5", "method.hht_alpha=-0.1")
+    for name in ("G_nodal_force_II", "G_domain_II", "strain_energy"):
+        assert implicit[name][-1] == pytest.approx(static[name][-1], rel=1e-4), name
+    assert History(tmp_path / "case.h5").attributes["distance_from_rest"] < 1e-3
+
+
+def test_g_of_a_beam_that_vibrates_is_that_of_converged_finite_elements(columns, tmp_path):
+    """Below 50 kHz, with steps that are 23 times as long as explicit ones may be. The bilinear cells, four over the depth of an
+    arm, are too stiff in bending, and the lumped matrix is too light: what is left of both was measured as 0.7 % of the peak."""
+    scene = (ROOT / "tests/regression/dcb_refined/case.nml").read_text()
+    found = columns(scene, "damping.rate=0", "method.frame=total", "method.courant=0", "method.time=implicit",
+                    "method.time_step=5e-7", "grid.cell=2.5e-3", "grid.cells=40,5", "refine.max_level=5",
+                    "energy_release.estimators='nodal_force'", "run.end_time=0.7e-3", "output.history_interval=2e-6")
+    times, exact = read_curve(REFERENCE / "dcb_dynamic_undamped.csv", 1)
+    early = found["time"] <= 0.6e-3
+    g = found["G_nodal_force_I"] / History(tmp_path / "case.h5").attributes["G_ref"]
+    error = lowpass(found["time"], g, 5e4) - lowpass(found["time"], np.interp(found["time"], times, exact), 5e4)
+    assert np.sqrt(np.mean(error[early]**2)) < 0.01 * np.max(exact)
+    assert energy_error(found) < 1e-10
