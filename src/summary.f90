@@ -66,8 +66,7 @@ contains
              'cells           '//to_text(s%motion%grid%forest%leaf_count())//', of which occupied '// &
              to_text(count([(is_occupied(s%motion%grid, s%motion%blocks, leaf), &
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
-             'time step       '//to_text(s%longest_step)//' s at most'//nl// &
-             'steps           '//to_text(steps_for(s%scene%run%end_time, s%longest_step))//' at least'//nl
+             steps_summary(s)
       if (size(s%cracks%tips) > 0) text = text//crack_summary(s, s%cracks%tips(1))//error_summary(s)
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
@@ -96,6 +95,20 @@ contains
       end do
       text = text//' m'//nl
    end function crack_summary
+
+   !> How the time is divided.
+   function steps_summary(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      character(*), parameter :: nl = new_line('a')
+      if (s%integrator%is_static) then
+         text = 'load steps      '//to_text(s%scene%method%load_steps)//' of '//to_text(s%longest_step)// &
+                ' s, each to equilibrium by '//trim(s%scene%method%solver)//nl
+      else
+         text = 'time step       '//to_text(s%longest_step)//' s at most'//nl// &
+                'steps           '//to_text(steps_for(s%scene%run%end_time, s%longest_step))//' at least'//nl
+      end if
+   end function steps_summary
 
    !> By which part of their values the estimators are expected to be off with the cells of the start; '' where none is chosen.
    function error_summary(s) result(text)
