@@ -65,7 +65,8 @@ def price(folder):
             *((f"static, zz {tolerance}, n = {n}", STATIC | cells(n) | {
                 "refine.indicator": "zz", "refine.tolerance": tolerance, "refine.max_level": 12}, "J")
               for n, tolerance in ((2, 0.06), (4, 0.06), (4, 0.05), (2, 0.04), (4, 0.035), (2, 0.03), (4, 0.03))),
-            ("static, uniform, n = 16", STATIC | cells(16), "J"),
+            ("static, uniform, n = 8", STATIC | cells(8), "G_nodal_force_I"),
+            ("static, uniform, n = 16", STATIC | cells(16), "G_nodal_force_I"),
             ("static, uniform, n = 48", STATIC | cells(48), "J")]
     measured = {name: [] for name, _, _ in rows}
     for turn in range(TURNS):
@@ -79,6 +80,11 @@ def price(folder):
         columns = measured[name][0][2]
         print(f"| {name} | {column} | {columns['cells'][-1]:.0f} | {error(columns, column):+.3f} % | {seconds:.3f} | "
               f"1/{yardstick / seconds:.1f} |", flush=True)
+    pair = [measured[f"static, uniform, n = {n}"] for n in (8, 16)]
+    seconds = sum(statistics.median(seconds for seconds, _, _ in runs) for runs in pair)
+    coarse, fine = (error(runs[0][2], "G_nodal_force_I") for runs in pair)
+    print(f"| static, uniform, n = 8 and 16, extrapolated | G_nodal_force_I | | {2 * fine - coarse:+.3f} % | {seconds:.3f} | "
+          f"1/{yardstick / seconds:.1f} |")
 
 
 def size(folder):
