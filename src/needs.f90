@@ -111,7 +111,7 @@ contains
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
       if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
-          .or. scene%method%time == 'implicit') &
+          .or. scene%method%time /= 'explicit') &
          bytes = bytes + of_stiffness*fill_of(occupied)
       if (scene%method%mass == 'lumped') return
       bytes = bytes + of_mass*cells
