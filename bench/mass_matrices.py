@@ -32,7 +32,7 @@ class Program:
 
     def __call__(self, namelist, settings=(), forced=None):
         """Run, with the courant number `forced` whatever the limit; return user time [s] and peak memory [KiB]."""
-        begin = [self.path] if forced is None else [str(Path(self.path).with_name("forced_step")), repr(forced)]
+        begin = [self.path] if forced is None else [str(Path(self.path).with_name("forced_step")), repr(float(forced))]
         command = [*begin, str(namelist), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
         command += [word for setting in settings for word in ("--set", setting)]
         null = (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)
