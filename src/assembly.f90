@@ -85,7 +85,7 @@ contains
       type(static_t) :: static
       type(implicit_t) :: implicit
       if (scene%method%time == 'static') then
-         static%equilibrium%solver = scene%method%solver
+         static%equilibrium%newton%solver = scene%method%solver
          static%is_static = .true.
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)

@@ -88,6 +88,6 @@ contains
    !> Give back the memory of the last solution.
    subroutine finish(self)
       class(static_t), intent(inout) :: self
-      call self%equilibrium%release()
+      call self%equilibrium%newton%release()
    end subroutine finish
 end module hampm_static

@@ -29,7 +29,8 @@ module hampm_contact
    use hampm_text, only: to_text
    implicit none
    private
-   public :: contact_t, rebuild_contact, lump_at_pairs, share_velocity, pressing_forces, share_normal, keep_apart, keep_contact
+   public :: contact_t, rebuild_contact, lump_at_pairs, share_velocity, pressing_forces, pressed_pairs, share_normal, keep_apart, &
+             keep_contact
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
 
@@ -160,6 +161,13 @@ contains
       end if
       call share_normal(c, grid, f%mass_matrix, f%velocity(:, :, which))
    end subroutine share_velocity
+
+   !> Which pairs are pressed together.
+   pure function pressed_pairs(c) result(pressed)
+      type(contact_t), intent(in) :: c
+      logical :: pressed(c%n)
+      if (c%n > 0) pressed = c%touches
+   end function pressed_pairs
 
    !> The forces with which the faces have to press on each other at each pair, for accelerations that they have without to become
    !> one where they touch [N]; 0 at the other pairs.

@@ -1,68 +1,48 @@
 !> Equilibrium of a motion at a time: the displacement at which internal forces, loads and constraints are in balance.
 !>
-!> Newton's iteration K du = r, with r what is out of balance and K the tangent (`hampm_stiffness`), gives displacements of the nodes,
-!> by which the particles move and strain as in a pass of a step. With the linear law the first is exact but for rounding. With others
-!> each is made shorter until it lessens the work r . du of what is out of balance, and the load step is divided where that fails, and
+!> Newton's iteration (`hampm_newton`) finds it. With other laws than the linear one a load step is divided where that fails, and
 !> where what is found may not be on the path of states at rest that begins where the step does: where it is not stable, is far from
 !> where the tangent at the start points to, or has not stored the work of the loads. Where there is no such path, as beyond a limit
 !> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it.
 !>
-!> Of the pairs of nodes on faces that may touch, those that are pressed together are tied in the direction normal to the faces. Which
-!> these are is found by turns: tie what would overlap, let go what would pull.
+!> Which pairs of nodes on faces are pressed together is found by turns: tie what would overlap, let go what would pull.
 !>
-!> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapters 5 (Newton's method, limit points) and 10 (active sets);
-!> Bathe, Finite Element Procedures (1996), section 8.4.
+!> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapters 5 (limit points) and 10 (active sets).
 module hampm_equilibrium
-   use hampm_kinds, only: dp, ndim, corners, name_len
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
-   use hampm_cell_blocks, only: of_force
-   use hampm_energy, only: determinant_of, most_crushed_particle, strain_energy
+   use hampm_energy, only: strain_energy
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_loads, only: add_loads, place_loads
    use hampm_motion, only: motion_t
-   use hampm_nodal_fields, only: v_next
-   use hampm_nodal_state, only: internal_force
-   use hampm_particle_pass, only: pass_report_t, pass_over_all
-   use hampm_pass, only: pass_t
-   use hampm_rigid_motions, only: pin_t, find_pins, check_pins
-   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of, local_of
+   use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
+   use hampm_nodal_state, only: external_force
+   use hampm_rigid_motions, only: pin_t, find_pins
+   use hampm_stiffness, only: local_of
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when
    implicit none
    private
    public :: equilibrium_t
 
-   integer, parameter :: most_iterations = 25    !! of Newton
    integer, parameter :: most_turns = 50         !! of the faces that touch
-   integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
    integer, parameter :: most_divisions = 14     !! of a load step, each into two
-   real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
-   real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left
+   real(dp), parameter :: pulls = 3.1e-9_dp      !! force between faces, over the largest of a cell, from which on they part
    real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
    real(dp), parameter :: off_tangent = 0.5_dp   !! part of the way of a load step by which it may leave the tangent at its start
 
-   !> How equilibrium is found, and what it took.
+   !> How equilibrium is found, and whether it has been.
    type :: equilibrium_t
-      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
-      integer :: factorisations = 0              !! so far
-      integer :: solutions = 0                   !! so far
-      real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
+      type(newton_t) :: newton
       logical :: begun = .false.                 !! whether it has been found before
-      real(dp), allocatable, private :: predicted(:, :) !! where the tangent at the start of a load step points to [m],
-                                                 !! (ndim, n_points); not allocated where other faces touch at its end
-      type(stiffness_t), private :: k            !! that was factorised last
-      integer, private :: layout = 0             !! of the blocks for which it was
-      logical, allocatable, private :: tied(:)   !! and the pairs that touched
    contains
       procedure :: find
       procedure :: find_again
       procedure :: distance
-      procedure :: release
    end type equilibrium_t
 
    !> What drives the material at a time.
    type :: drive_t
-      real(dp), allocatable :: force(:, :)       !! of all loads on the points [N], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
       real(dp), allocatable :: way(:, :)         !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
    end type drive_t
 
@@ -133,7 +113,7 @@ contains
       call find_drive(m, m%time, drive)
       call go_to(self, m, drive, drive, none)
       if (.not. (none%failed() .or. all(m%materials%linear))) then
-         if (.not. self%k%is_stable()) call none%report(exit_computation, 'not stable')
+         if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
       end if
       if (.not. none%failed()) return
       nothing = 0
@@ -154,7 +134,7 @@ contains
       character(:), allocatable :: text
       text = ''
       if (all(m%materials%linear)) return
-      text = '. It was followed through '//three_digits(100*done)//' % of this load step, with '//to_text(self%solutions)// &
+      text = '. It was followed through '//three_digits(100*done)//' % of this load step, with '//to_text(self%newton%solutions)// &
              ' solutions so far. Likely cause: a limit point, beyond which the body buckles or snaps through, or a load '// &
              'too large for the material; &method time = ''explicit'' follows such a motion'
    end function how_far
@@ -194,27 +174,28 @@ contains
       type(drive_t), intent(in) :: before, after
       type(failure_t), intent(inout) :: failure
       type(pin_t), allocatable :: pins(:)
-      real(dp), allocatable :: moved(:, :), mean(:, :), r(:, :), r_before(:, :)
+      real(dp), allocatable :: moved(:, :), r(:, :), r_before(:, :)
       logical :: changed
       integer :: turn
       allocate (moved(ndim, m%grid%n_points), source=0.0_dp)
-      if (allocated(self%predicted)) deallocate (self%predicted)
+      if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       call find_pins(m, pins)
-      call out_of_balance(m, before%force, r_before)
+      if (any(abs(after%way - before%way) > 0)) call out_of_balance(m, before%force, r_before)
       do turn = 1, most_turns
-         call balance(self, m, after%force, after%way - before%way, pins, moved, failure)
+         call self%newton%balance(m, after%force, after%way - before%way, pins, moved, failure)
          if (failure%failed()) return
          call look_at_faces(m, after%force, changed)
          if (.not. changed) exit
-         if (allocated(self%predicted)) deallocate (self%predicted)
+         if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       end do
       if (.not. (all(m%materials%linear) .or. failure%failed()) .and. differ(before, after)) call look_at_way(self, moved, failure)
       if (turn > most_turns) call failure%report(exit_computation, 'which nodes of the faces touch could not be found')
-      mean = (before%force + after%force)/2
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, mean)
-      m%external_work = m%external_work + work_of(m, mean, moved)
+      m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, moved)
+      if (.not. allocated(r_before)) return
       call out_of_balance(m, after%force, r)
-      m%external_work = m%external_work - work_of(m, merge(r_before + r, 0.0_dp, held_points(m)), moved)/2
+      where (m%constraints%fixed) r(:, :m%grid%n_nodes) = r(:, :m%grid%n_nodes) + r_before(:, :m%grid%n_nodes)
+      where (.not. m%constraints%fixed) r(:, :m%grid%n_nodes) = 0
+      m%external_work = m%external_work - work_of(m, r, moved)/2
    end subroutine go_to
 
    !> Fail where a load step has led far from where the tangent at its start pointed to.
@@ -222,27 +203,17 @@ contains
       type(equilibrium_t), intent(in) :: self
       real(dp), intent(in) :: moved(:, :)        !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
-      if (.not. allocated(self%predicted)) return
-      if (norm2(moved - self%predicted) > off_tangent*norm2(self%predicted)) &
+      if (.not. allocated(self%newton%predicted)) return
+      if (norm2(moved - self%newton%predicted) > off_tangent*norm2(self%newton%predicted)) &
          call failure%report(exit_computation, 'the equilibrium that was found is far from where the state before pointed to')
    end subroutine look_at_way
-
-   !> Which components of points are fixed.
-   pure function held_points(m) result(held)
-      type(motion_t), intent(in) :: m
-      logical :: held(ndim, m%grid%n_points)
-      held = .false.
-      held(:, :m%grid%n_nodes) = m%constraints%fixed
-   end function held_points
 
    !> What drives the material at a time.
    subroutine find_drive(m, time, drive)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       type(drive_t), intent(out) :: drive
-      allocate (drive%force(ndim, m%grid%n_points), source=0.0_dp)
-      call place_loads(m%loads, m%grid, m%particles)
-      call add_loads(m%loads, time, drive%force)
+      call external_force(m, time, drive%force)
       allocate (drive%way, source=m%constraints%way(time))
    end subroutine find_drive
 
@@ -260,212 +231,17 @@ contains
       differ = any(abs(a%force - b%force) > 0) .or. any(abs(a%way - b%way) > 0)
    end function differ
 
-   !> What is out of balance at the nodes under some forces on the points, condensed [N].
-   subroutine out_of_balance(m, applied, r)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! [N], (ndim, n_points)
-      real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
-      call internal_force(m, r)
-      r = r + applied
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, r)
-   end subroutine out_of_balance
-
-   !> Newton's iteration under some forces with the pairs that touch now. Fails where it does not end.
-   subroutine balance(self, m, applied, way, pins, moved, failure)
-      class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! on the points [N], (ndim, n_points)
-      real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
-      type(pin_t), intent(in) :: pins(:)
-      real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
-      type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: r(:, :), offset(:, :), du(:, :), resisting(:, :)
-      logical :: has_offset
-      real(dp) :: largest
-      integer :: iteration
-      do iteration = 1, most_iterations
-         call out_of_balance(m, applied, r)
-         call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
-         if (has_offset) then
-            call forces_of(m, offset, resisting)
-            call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, resisting)
-            r = r - resisting
-         end if
-         call factorise_now(self, m, pins, failure)
-         if (failure%failed()) return
-         largest = maxval(abs(self%k%on_unknowns(r)))
-         if (.not. has_offset .and. largest <= balanced*largest_force(m, r)) then
-            call check_pins(m, pins, r, sqrt(balanced)*largest_force(m, r), failure)
-            call self%k%solve(m, r, du, failure)
-            self%way_left = work_of(m, r, du)/2
-            return
-         end if
-         call self%k%solve(m, r, du, failure)
-         if (failure%failed()) return
-         self%solutions = self%solutions + 1
-         du = du + offset
-         if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
-         if (.not. all(m%materials%linear)) call look_at_size(m, du, failure)
-         if (failure%failed()) return
-         call displace(m, du)
-         if (.not. all(m%materials%linear)) call shorten(m, applied, work_of(m, r, du - offset), has_offset, du, self%k, failure)
-         if (failure%failed()) return
-         moved = moved + du
-         call follow_gaps(m, du)
-      end do
-      call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most_iterations)// &
-                          ' iterations a node is out of balance by '//three_digits(largest)//' N')
-   end subroutine balance
-
-   !> Fail where a displacement would strain a cell so much at once that its tangent tells nothing of where that leads.
-   subroutine look_at_size(m, du, failure)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
-      type(failure_t), intent(inout) :: failure
-      real(dp), parameter :: most = 1            ! of a cell
-      integer :: k, d
-      do k = 1, m%blocks%n_occupied
-         associate (e => m%blocks%occupied(k), at => m%grid%element_nodes(:, m%blocks%occupied(k)))
-            do d = 1, ndim
-               if (maxval(du(d, at)) - minval(du(d, at)) <= most*m%grid%element_size(e)) cycle
-               call failure%report(exit_computation, 'no equilibrium was found: on the way to it a cell would be strained by '// &
-                                   'more than one at once')
-               return
-            end do
-         end associate
-      end do
-   end subroutine look_at_size
-
-   !> Factorise the tangent of the present state, if it is not there.
-   subroutine factorise_now(self, m, pins, failure)
-      class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
-      type(pin_t), intent(in) :: pins(:)
-      type(failure_t), intent(inout) :: failure
-      type(failure_t) :: unsolved
-      logical :: fits
-      fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied)
-      if (fits) fits = all(self%tied .eqv. pairs_that_touch(m))
-      if (fits) return
-      self%tied = pairs_that_touch(m)
-      self%layout = m%fields%layout
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins), self%tied, self%k, unsolved)
-      if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
-                                                 ', as where cells hold too few particles')
-      self%factorisations = self%factorisations + 1
-   end subroutine factorise_now
-
    !> Distance from rest, as `hampm_rest` has it: the square root of the energy of the displacement that is left over the strain energy.
    real(dp) function distance(self, m)
       class(equilibrium_t), intent(in) :: self
       type(motion_t), intent(in) :: m
-      distance = sqrt(max(self%way_left, 0.0_dp)/max(strain_energy(m%particles, m%materials), tiny(1.0_dp)))
+      distance = sqrt(max(self%newton%way_left, 0.0_dp)/max(strain_energy(m%particles, m%materials), tiny(1.0_dp)))
    end function distance
-
-   !> Give back the memory.
-   subroutine release(self)
-      class(equilibrium_t), intent(inout) :: self
-      call self%k%release()
-      self%layout = 0
-   end subroutine release
-
-   !> Work of condensed forces on a displacement [J].
-   pure real(dp) function work_of(m, force, u)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: force(:, :), u(:, :) !! [N], [m], (ndim, n_points)
-      work_of = sum(force(:, :m%grid%n_nodes)*u(:, :m%grid%n_nodes))
-   end function work_of
-
-   !> The pairs of faces that touch.
-   pure function pairs_that_touch(m) result(tied)
-      type(motion_t), intent(in) :: m
-      logical :: tied(m%contact%n)
-      if (m%contact%n > 0) tied = m%contact%touches
-   end function pairs_that_touch
-
-   !> The largest force in play: of a cell on one of its corners, or on a node [N].
-   pure real(dp) function largest_force(m, r)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: r(:, :)            !! what is out of balance [N]
-      largest_force = max(maxval(abs(r)), tiny(1.0_dp))
-      if (m%blocks%n > 0) largest_force = max(largest_force, &
-                                              maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
-   end function largest_force
-
-   !> By how much nodes are to move whatever the forces: held ones with their constraints, and the lower ones of pairs that touch,
-   !> to where the upper ones are.
-   subroutine find_offset(m, left, offset, has_offset)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: left(:, :)         !! of the way of fixed components [m], (ndim, n_nodes)
-      real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
-      logical, intent(out) :: has_offset
-      integer :: k
-      allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
-      where (m%constraints%fixed) offset(:, :m%grid%n_nodes) = left
-      do k = 1, m%contact%n
-         if (m%contact%touches(k)) offset(m%contact%normal(k), m%contact%node(2, k)) = m%contact%gap(k)
-      end do
-      has_offset = any(abs(offset) > 0)
-      if (has_offset) call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, offset)
-   end subroutine find_offset
-
-   !> Move and strain the particles by a displacement of the nodes, and map what forces they then have.
-   subroutine displace(m, du)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
-      type(pass_report_t) :: report
-      m%fields%velocity(:, :, v_next) = du
-      call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, move=.true., map_force=.true.), 1.0_dp, m%materials, &
-                         m%particles, m%blocks, m%fields, report)
-      m%fields%velocity(:, :, v_next) = 0
-   end subroutine displace
-
-   !> Make the displacement, by which the particles have moved already, shorter until it lessens what is out of balance.
-   subroutine shorten(m, applied, work, has_offset, du, k, failure)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces on the points [N], (ndim, n_points)
-      real(dp), intent(in) :: work               !! r . du before [J]
-      logical, intent(in) :: has_offset          !! whether nodes had to move
-      real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
-      type(stiffness_t), intent(in) :: k
-      type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: r(:, :)
-      integer :: halving, crushed
-      logical :: good
-      do halving = 0, most_halvings
-         crushed = most_crushed_particle(m%particles, m%materials)
-         good = crushed == 0
-         if (.not. good) good = determinant_of(m%particles, crushed) > 0
-         if (good) then
-            call out_of_balance(m, applied, r)
-            good = has_offset .or. abs(work_of(m, r, du)) <= lessened*abs(work) &
-                   .or. maxval(abs(k%on_unknowns(r))) <= sqrt(balanced)*largest_force(m, r)
-         end if
-         if (good) return
-         du = du/2
-         call displace(m, -du)
-      end do
-      call failure%report(exit_computation, 'no equilibrium was found: every displacement on the way to it makes the forces '// &
-                          'less balanced')
-   end subroutine shorten
-
-   !> Follow the gaps of pairs.
-   pure subroutine follow_gaps(m, du)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
-      integer :: k
-      do k = 1, m%contact%n
-         associate (d => m%contact%normal(k), i => m%contact%node(:, k))
-            m%contact%gap(k) = m%contact%gap(k) + du(d, i(1)) - du(d, i(2))
-            if (m%contact%touches(k)) m%contact%gap(k) = 0
-         end associate
-      end do
-   end subroutine follow_gaps
 
    !> Tie the pairs that overlap, and let go those that pull.
    subroutine look_at_faces(m, applied, changed)
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces on the points [N], (ndim, n_points)
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
       logical, intent(out) :: changed
       real(dp), allocatable :: r(:, :)
       real(dp) :: rounding, largest_gap
@@ -473,7 +249,7 @@ contains
       changed = .false.
       if (m%contact%n == 0) return
       call out_of_balance(m, applied, r)
-      rounding = sqrt(balanced)*largest_force(m, r)*1e-3_dp
+      rounding = pulls*largest_force(m, r)
       largest_gap = maxval(abs(m%contact%gap))
       do k = 1, m%contact%n
          associate (d => m%contact%normal(k), i => m%contact%node(:, k), touches => m%contact%touches(k))
@@ -497,7 +273,7 @@ contains
       real(dp) :: work, stored
       work = m%external_work - start%external_work
       stored = strain_energy(m%particles, m%materials) - start%stored
-      if (.not. self%k%is_stable()) then
+      if (.not. self%newton%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')
       else if (abs(work - stored) > off_path*max(abs(work), abs(stored))) then
          call failure%report(exit_computation, 'the loads have done work of '//three_digits(work)//' J, of which the material '// &

@@ -21,12 +21,11 @@ module hampm_newmark
    use hampm_constraints, only: hold
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t
-   use hampm_loads, only: place_loads, add_loads
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_nodal_fields, only: v_next
-   use hampm_nodal_state, only: internal_force
+   use hampm_nodal_state, only: internal_force, external_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
@@ -84,14 +83,13 @@ contains
       call refresh_grid(m)
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, self%mass)
       self%way = m%constraints%way(m%time)
-      call find_forces(m, m%time, self%f)
+      call external_force(m, m%time, self%f)
       call begin_driven(m, m%time, dt, first)
       allocate (product, mold=self%f)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, first%v, product)
       allocate (b, source=m%fields%momentum - product)
       call solve_mass_equation(m, b, first%v, v, failure)
       call internal_force(m, r)
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, r)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, m%damping_rate*v + first%a, product)
       b = r + self%f - product
       call solve_mass_equation(m, b, first%a, a, failure)
@@ -126,13 +124,13 @@ contains
       type(driven_t) :: driven
       type(failure_t) :: unsolved
       real(dp), allocatable :: r(:, :), f(:, :), b(:, :), du(:, :), by_v(:, :), by_a(:, :), product(:, :), v(:, :), a(:, :)
+      real(dp), allocatable :: resisting(:, :)   ! forces by which the nodes resist the displacement of those that are driven [N]
       c = coefficients_of(self%alpha, m%damping_rate, dt)
       call factorise(self, m, c, dt, failure)
       if (failure%failed()) return
       associate (v_0 => m%nodal_velocity, a_0 => self%a, all => m%fields%mass_matrix%all, rate => m%damping_rate)
          call internal_force(m, r)
-         call m%grid%dofs%condense(all, ndim, r)
-         call find_forces(m, m%time + dt, f)
+         call external_force(m, m%time + dt, f)
          call find_driven(m, self%way, m%time + dt, dt, driven)
          ! v' = v_du du + by_v, a' = a_du du + by_a
          by_v = (1 - c%gamma/c%beta)*v_0 + dt*(1 - c%gamma/(2*c%beta))*a_0
@@ -142,7 +140,10 @@ contains
          allocate (product, v, a, mold=r)
          call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, by_a + rate*((1 + c%alpha)*by_v - c%alpha*v_0), product)
          b = (r + (1 + c%alpha)*f - c%alpha*self%f - product)/(1 + c%alpha)
-         if (any(abs(driven%du) > 0)) call take_out_driven(m, driven%du, b)
+         if (any(abs(driven%du) > 0)) then
+            call forces_of(m, driven%du, resisting)
+            b = b - resisting
+         end if
          call self%k%solve(m, b, du, unsolved)
          if (unsolved%failed()) then
             call failure%report(unsolved%code, when(m%steps + 1, m%time + dt)//'K + c M: '//unsolved%message)
@@ -194,17 +195,6 @@ contains
       self%layout = m%fields%layout
       self%dt = dt
    end subroutine factorise
-
-   !> Forces of the loads on the nodes at a time, condensed.
-   subroutine find_forces(m, time, f)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: time               !! [s]
-      real(dp), allocatable, intent(out) :: f(:, :) !! [N], (ndim, n_points)
-      allocate (f(ndim, m%grid%n_points), source=0.0_dp)
-      call place_loads(m%loads, m%grid, m%particles)
-      call add_loads(m%loads, time, f)
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, f)
-   end subroutine find_forces
 
    !> What fixed components do in the step that ends at a time: central differences of the way that they are given.
    subroutine find_driven(m, way, time, dt, driven)
@@ -259,17 +249,6 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine give
 
-   !> Take out of the right-hand side the forces by which the nodes resist the displacement of those that are driven.
-   subroutine take_out_driven(m, du, b)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
-      real(dp), intent(inout) :: b(:, :)         !! [N], (ndim, n_points)
-      real(dp), allocatable :: resisting(:, :)
-      call forces_of(m, du, resisting)
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, resisting)
-      b = b - resisting
-   end subroutine take_out_driven
-
    !> Move, strain and accelerate the particles by what the nodes gain, and map them; cells with operators without their particles.
    subroutine move_particles(m, dt, du, dv)
       type(motion_t), intent(inout) :: m
@@ -312,7 +291,6 @@ contains
          end if
          if (.not. moves) return
          call internal_force(m, r_end)
-         call m%grid%dofs%condense(matrix%all, ndim, r_end)
          call multiply_by_mass(m%grid, matrix, self%mass, v - v_0, gain)
          rest = drag - (r + r_end + self%f + f)/2
          m%external_work = m%external_work + sum((v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*rest(:, :n), &

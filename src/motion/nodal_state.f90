@@ -12,7 +12,7 @@ module hampm_nodal_state
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: nodal_state_t, find_nodal_state, internal_force, unbalanced_force
+   public :: nodal_state_t, find_nodal_state, internal_force, external_force, unbalanced_force
 
    !> Nodal fields at one instant, by point: zero where there are no particles.
    type :: nodal_state_t
@@ -62,13 +62,25 @@ contains
       state%reaction = sum(state%reactions, dim=2)
    end subroutine find_nodal_state
 
-   !> Internal forces at the points as the particles are now, not condensed [N]. The run goes on with the same bytes.
+   !> Internal forces at the nodes as the particles are now, condensed [N]. The run goes on with the same bytes.
    subroutine internal_force(m, force)
       type(motion_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
       call gather_stress(m)
       allocate (force, source=m%fields%force)
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine internal_force
+
+   !> Forces of all loads on the nodes at a time, where the particles are now, condensed [N].
+   subroutine external_force(m, time, force)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
+      allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+      call place_loads(m%loads, m%grid, m%particles)
+      call add_loads(m%loads, time, force)
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
+   end subroutine external_force
 
    !> What is out of balance at the nodes as the particles are now: internal forces and loads, without what faces press on each other
    !> [N]. The run goes on with the same bytes.

@@ -6,6 +6,7 @@
 !> it hardly moves is seen to be far from rest all the same.
 module hampm_rest
    use hampm_kinds, only: dp, ndim
+   use hampm_contact, only: pressed_pairs
    use hampm_energy, only: strain_energy
    use hampm_kinetic, only: kinetic_energy
    use hampm_motion, only: motion_t, refresh_grid, update_particles
@@ -44,7 +45,7 @@ contains
       stored = strain_energy(m%particles, m%materials)
       if (.not. stored > 0) return
       call unbalanced_force(m, force, internal)
-      call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), pressed_pairs(m), k, done)
+      call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), pressed_pairs(m%contact), k, done)
       if (done) then
          call k%solve(m, force, way)
          missing = sum(force*way)/2
@@ -54,13 +55,6 @@ contains
       end if
       call k%release()
    end subroutine find_distance_from_rest
-
-   !> The pairs of nodes on faces that are pressed together: they move alike.
-   pure function pressed_pairs(m) result(tied)
-      type(motion_t), intent(in) :: m
-      logical :: tied(m%contact%n)
-      if (m%contact%n > 0) tied = m%contact%touches
-   end function pressed_pairs
 
    !> The lowest angular frequency that the loads excite [1/s], by inverse iteration from where the material would rest under them.
    !> 0 where it is not known: the loads move a body as a whole, there is neither load nor motion, or the scene is too large.
@@ -79,7 +73,7 @@ contains
       call refresh_grid(m)                       ! nodes have their masses now
       call full_loads(m, force)
       if (.not. any(abs(force) > 0)) return
-      call new_stiffness(m, most_proposed, pressed_pairs(m), k, done)
+      call new_stiffness(m, most_proposed, pressed_pairs(m%contact), k, done)
       if (done) then
          allocate (mass(ndim, m%grid%n_points), source=0.0_dp)
          do i = 1, m%fields%mass_matrix%all%n_nodes

@@ -79,8 +79,8 @@ contains
       done = .not. failure%failed()
    end subroutine new_stiffness
 
-   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind, with pairs that are tied as above. Fails where it is singular or memory does
-   !> not suffice.
+   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind, with pairs that are tied as above. Fails where it
+   !> is singular or memory does not suffice.
    subroutine factorise_stiffness(m, kind, tied, stiffness, failure)
       type(motion_t), intent(in) :: m
       type(stiffness_kind_t), intent(in) :: kind
@@ -411,7 +411,7 @@ contains
       if (self%unknowns%n > 0 .and. self%kind%solver /= 'cg') is_stable = self%factorised%sign_of_determinant() > 0
    end function is_stable
 
-   !> Forces by which the nodes resist a small displacement from the present state, K u, without springs [N]; not condensed.
+   !> Forces by which the nodes resist a small displacement from the present state, K u, without springs, condensed [N].
    subroutine forces_of(m, u, force)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
@@ -432,6 +432,7 @@ contains
             end associate
          end do
       end associate
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine forces_of
 
    !> Give back the memory.

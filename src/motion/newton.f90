@@ -1,0 +1,245 @@
+!> Newton's iteration to equilibrium under given forces: K du = r, with r what is out of balance and K the tangent (`hampm_stiffness`),
+!> gives displacements of the nodes, by which the particles move and strain as in a pass of a step. With the linear law the first is
+!> exact but for rounding. With others each is made shorter until it lessens the work r . du of what is out of balance.
+!>
+!> Pairs of nodes on faces that are pressed together are tied in the direction normal to the faces.
+!>
+!> Source: Bathe, Finite Element Procedures (1996), section 8.4.
+module hampm_newton
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_cell_blocks, only: of_force
+   use hampm_contact, only: pressed_pairs
+   use hampm_energy, only: determinant_of, most_crushed_particle
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_motion, only: motion_t
+   use hampm_nodal_fields, only: v_next
+   use hampm_nodal_state, only: internal_force
+   use hampm_particle_pass, only: pass_report_t, pass_over_all
+   use hampm_pass, only: pass_t
+   use hampm_rigid_motions, only: pin_t, check_pins
+   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
+   use hampm_text, only: to_text, three_digits
+   implicit none
+   private
+   public :: newton_t, out_of_balance, largest_force, displace, work_of
+
+   integer, parameter :: most_iterations = 25
+   integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
+   real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
+   real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left
+
+   !> How equilibrium is found, and what it took.
+   type :: newton_t
+      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
+      integer :: solutions = 0                   !! so far
+      real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
+      real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
+                                                 !! allocated where other faces touch at its end
+      type(stiffness_t), private :: k            !! that was factorised last
+      integer, private :: layout = 0             !! of the blocks for which it was
+      logical, allocatable, private :: tied(:)   !! and the pairs that touched
+   contains
+      procedure :: balance
+      procedure :: is_stable
+      procedure :: release
+   end type newton_t
+
+contains
+
+   !> Iterate under some forces with the pairs that touch now. Fails where it does not end.
+   subroutine balance(self, m, applied, way, pins, moved, failure)
+      class(newton_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
+      type(pin_t), intent(in) :: pins(:)
+      real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: r(:, :), offset(:, :), du(:, :), resisting(:, :)
+      logical :: has_offset
+      real(dp) :: largest, scale
+      integer :: iteration
+      do iteration = 1, most_iterations
+         call out_of_balance(m, applied, r)
+         call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
+         if (has_offset) then
+            call forces_of(m, offset, resisting)
+            r = r - resisting
+         end if
+         call factorise_now(self, m, pins, failure)
+         if (failure%failed()) return
+         largest = maxval(abs(self%k%on_unknowns(r)))
+         scale = largest_force(m, r)
+         if (.not. has_offset .and. largest <= balanced*scale) then
+            call check_pins(m, pins, r, sqrt(balanced)*scale, failure)
+            call self%k%solve(m, r, du, failure)
+            self%way_left = work_of(m, r, du)/2
+            return
+         end if
+         call self%k%solve(m, r, du, failure)
+         if (failure%failed()) return
+         self%solutions = self%solutions + 1
+         du = du + offset
+         if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
+         if (all(m%materials%linear)) then
+            call displace(m, du)
+         else
+            call displace_with_care(self, m, applied, work_of(m, r, du - offset), has_offset, du, failure)
+         end if
+         if (failure%failed()) return
+         moved = moved + du
+         call follow_gaps(m, du)
+      end do
+      call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most_iterations)// &
+                          ' iterations a node is out of balance by '//three_digits(largest)//' N')
+   end subroutine balance
+
+   !> Factorise the tangent of the present state, if it is not there.
+   subroutine factorise_now(self, m, pins, failure)
+      class(newton_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      type(pin_t), intent(in) :: pins(:)
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unsolved
+      logical :: fits
+      fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied)
+      if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
+      if (fits) return
+      self%tied = pressed_pairs(m%contact)
+      self%layout = m%fields%layout
+      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins), self%tied, self%k, unsolved)
+      if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
+                                                 ', as where cells hold too few particles')
+   end subroutine factorise_now
+
+   !> Whether the equilibrium that was found is stable, see `is_stable` of `hampm_stiffness`.
+   logical function is_stable(self)
+      class(newton_t), intent(in) :: self
+      is_stable = self%k%is_stable()
+   end function is_stable
+
+   !> Give back the memory.
+   subroutine release(self)
+      class(newton_t), intent(inout) :: self
+      call self%k%release()
+      self%layout = 0
+   end subroutine release
+
+   !> What is out of balance at the nodes under the forces of the loads, condensed [N].
+   subroutine out_of_balance(m, applied, r)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! condensed [N], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
+      call internal_force(m, r)
+      r = r + applied
+   end subroutine out_of_balance
+
+   !> Work of condensed forces on a displacement [J].
+   pure real(dp) function work_of(m, force, u)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: force(:, :), u(:, :) !! [N], [m], (ndim, n_points)
+      work_of = sum(force(:, :m%grid%n_nodes)*u(:, :m%grid%n_nodes))
+   end function work_of
+
+   !> The largest force in play: of a cell on one of its corners, or on a node [N].
+   pure real(dp) function largest_force(m, r)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: r(:, :)            !! what is out of balance [N]
+      largest_force = max(maxval(abs(r)), tiny(1.0_dp))
+      if (m%blocks%n > 0) largest_force = max(largest_force, &
+                                              maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
+   end function largest_force
+
+   !> By how much nodes are to move whatever the forces: held ones with their constraints, and the lower ones of pairs that touch,
+   !> to where the upper ones are.
+   subroutine find_offset(m, left, offset, has_offset)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: left(:, :)         !! of the way of fixed components [m], (ndim, n_nodes)
+      real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
+      logical, intent(out) :: has_offset
+      integer :: k
+      allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
+      where (m%constraints%fixed) offset(:, :m%grid%n_nodes) = left
+      do k = 1, m%contact%n
+         if (m%contact%touches(k)) offset(m%contact%normal(k), m%contact%node(2, k)) = m%contact%gap(k)
+      end do
+      has_offset = any(abs(offset) > 0)
+      if (has_offset) call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, offset)
+   end subroutine find_offset
+
+   !> Move and strain the particles by a displacement of the nodes, and map what forces they then have.
+   subroutine displace(m, du)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
+      type(pass_report_t) :: report
+      m%fields%velocity(:, :, v_next) = du
+      call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, move=.true., map_force=.true.), 1.0_dp, m%materials, &
+                         m%particles, m%blocks, m%fields, report)
+      m%fields%velocity(:, :, v_next) = 0
+   end subroutine displace
+
+   !> Move the particles by a displacement, made shorter until it lessens what is out of balance. Fails where it strains a cell by more
+   !> than one at once, or where no shorter one helps.
+   subroutine displace_with_care(self, m, applied, work, has_offset, du, failure)
+      class(newton_t), intent(in) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      real(dp), intent(in) :: work               !! r . du before [J]
+      logical, intent(in) :: has_offset          !! whether nodes had to move
+      real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: r(:, :)
+      integer :: halving, crushed
+      logical :: good
+      call look_at_size(m, du, failure)
+      if (failure%failed()) return
+      call displace(m, du)
+      do halving = 0, most_halvings
+         crushed = most_crushed_particle(m%particles, m%materials)
+         good = crushed == 0
+         if (.not. good) good = determinant_of(m%particles, crushed) > 0
+         if (good) then
+            call out_of_balance(m, applied, r)
+            good = has_offset .or. abs(work_of(m, r, du)) <= lessened*abs(work) &
+                   .or. maxval(abs(self%k%on_unknowns(r))) <= sqrt(balanced)*largest_force(m, r)
+         end if
+         if (good) return
+         du = du/2
+         call displace(m, -du)
+      end do
+      call failure%report(exit_computation, 'no equilibrium was found: every displacement on the way to it makes the forces '// &
+                          'less balanced')
+   end subroutine displace_with_care
+
+   !> Fail where a displacement would strain a cell so much at once that its tangent tells nothing of where that leads.
+   subroutine look_at_size(m, du, failure)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: most = 1            ! of a cell
+      integer :: k, d
+      do k = 1, m%blocks%n_occupied
+         associate (e => m%blocks%occupied(k), at => m%grid%element_nodes(:, m%blocks%occupied(k)))
+            do d = 1, ndim
+               if (maxval(du(d, at)) - minval(du(d, at)) <= most*m%grid%element_size(e)) cycle
+               call failure%report(exit_computation, 'no equilibrium was found: on the way to it a cell would be strained by '// &
+                                   'more than one at once')
+               return
+            end do
+         end associate
+      end do
+   end subroutine look_at_size
+
+   !> Follow the gaps of pairs.
+   pure subroutine follow_gaps(m, du)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
+      integer :: k
+      do k = 1, m%contact%n
+         associate (d => m%contact%normal(k), i => m%contact%node(:, k))
+            m%contact%gap(k) = m%contact%gap(k) + du(d, i(1)) - du(d, i(2))
+            if (m%contact%touches(k)) m%contact%gap(k) = 0
+         end associate
+      end do
+   end subroutine follow_gaps
+end module hampm_newton
