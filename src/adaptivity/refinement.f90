@@ -15,7 +15,6 @@ module hampm_refinement
    private
    public :: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
 
-
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
    real(dp), parameter :: most_at_rest = 0.8_dp  !! the same where each mesh takes a solution: few of them cost less than few cells
 

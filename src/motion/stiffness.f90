@@ -187,56 +187,57 @@ contains
       end associate
    end function extent
 
-   !> Stiffness of an element, by corner, its directions one after the other [N/m].
+   !> Stiffness of an element, by corner, its directions one after the other [N/m]. Particles of the same moduli, as those of a material
+   !> at small strain have, need only the sum of the products of their gradients.
    pure subroutine element_stiffness(m, e, stiffness, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
       type(stiffness_t), intent(in) :: stiffness !! its kind and its springs
       real(dp), intent(out) :: matrix(dofs, dofs)
       real(dp), allocatable :: gradient(:, :, :)
+      real(dp) :: products(dofs, dofs), h(ndim, ndim)
       integer :: i, k
-      if (stiffness%kind%is_tangent) then
-         call element_tangent(m, e, matrix)
-         return
-      end if
+      logical :: is_last
       matrix = 0
-      associate (p => m%particles, b => m%blocks)
+      products = 0
+      h = 0
+      associate (p => m%particles, b => m%blocks, is_tangent => stiffness%kind%is_tangent)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            call stiff_points(m, e, i, gradient)
+            if (is_tangent) then
+               gradient = reshape(gradient_at(m, i), [corners, ndim, 1])
+            else
+               call stiff_points(m, e, i, gradient)
+            end if
             do k = 1, size(gradient, 3)
-               call add_small_point(m%materials(p%material(i)), p%volume(i)/size(gradient, 3), gradient(:, :, k), matrix)
+               call sum_products(p%volume(i)/size(gradient, 3), gradient(:, :, k), products)
             end do
             do k = 1, dofs
                matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/corners
             end do
-         end do
-      end associate
-   end subroutine element_stiffness
-
-   !> Tangent of an element at the present state of its particles. Those of a linear material have the same moduli, so that only the
-   !> products of their gradients are summed up one by one.
-   pure subroutine element_tangent(m, e, matrix)
-      type(motion_t), intent(in) :: m
-      integer, intent(in) :: e
-      real(dp), intent(out) :: matrix(dofs, dofs)
-      real(dp) :: products(dofs, dofs), gradient(dofs)
-      integer :: i, k
-      matrix = 0
-      products = 0
-      associate (p => m%particles, b => m%blocks)
-         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            gradient = reshape(transpose(gradient_at(m, i)), [dofs])
-            do k = 1, dofs
-               products(:, k) = products(:, k) + (p%volume(i)*gradient(k))*gradient
-            end do
-            associate (material => m%materials(p%material(i)), next => min(i + b%stride_in(e), b%last_in(e)))
-               if (material%linear .and. next > i .and. p%material(next) == p%material(i)) cycle
-               call add_products(moduli_of(material, p%gradient_of(i)), products, matrix)
+            associate (material => m%materials(p%material(i)))
+               is_last = i == b%last_in(e) .or. is_tangent .and. .not. material%linear
+               if (.not. is_last) is_last = p%material(i + b%stride_in(e)) /= p%material(i)
+               if (.not. is_last) cycle
+               if (is_tangent) h = p%gradient_of(i)
+               call add_products(moduli_of(material, h), products, matrix)
                products = 0
             end associate
          end do
       end associate
-   end subroutine element_tangent
+   end subroutine element_stiffness
+
+   !> Add the products V N_a,k N_b,l of the gradients at a point.
+   pure subroutine sum_products(volume, gradient, products)
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp), intent(in) :: gradient(corners, ndim) !! [1/m]
+      real(dp), intent(inout) :: products(dofs, dofs) !! by corner, the derivatives of a corner one after the other [m]
+      real(dp) :: by_corner(dofs)
+      integer :: k
+      by_corner = reshape(transpose(gradient), [dofs])
+      do k = 1, dofs
+         products(:, k) = products(:, k) + (volume*by_corner(k))*by_corner
+      end do
+   end subroutine sum_products
 
    !> Change of the stress, its components first, with those of the displacement gradient [Pa].
    pure function moduli_of(material, h) result(moduli)
@@ -304,27 +305,6 @@ contains
       real(dp) :: xi(ndim)
       xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
    end function local_of
-
-   !> Add the stiffness of a volume of material at small strain, whatever the law: the force on corner a in direction i by a displacement
-   !> of corner b in direction j.
-   pure subroutine add_small_point(material, volume, gradient, matrix)
-      type(material_t), intent(in) :: material
-      real(dp), intent(in) :: volume             !! [m3]
-      real(dp), intent(in) :: gradient(corners, ndim) !! of the shape functions [1/m]
-      real(dp), intent(inout) :: matrix(dofs, dofs)
-      real(dp) :: h(ndim, ndim), force(corners, ndim)
-      integer :: b, j, i
-      do b = 1, corners
-         do j = 1, ndim
-            h = 0
-            h(j, :) = gradient(b, :)
-            force = volume*matmul(gradient, small_stress(material, h))
-            do i = 1, ndim
-               matrix(i::ndim, ndim*(b - 1) + j) = matrix(i::ndim, ndim*(b - 1) + j) + force(:, i)
-            end do
-         end do
-      end do
-   end subroutine add_small_point
 
    !> Stress of a small displacement gradient, whatever the law [Pa].
    pure function small_stress(material, h) result(stress)
