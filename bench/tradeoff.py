@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tables import ROOT, command_line, rewrite
-from tradeoff_matrix import BASE, FAMILIES, Family
+from tradeoff_matrix import AT_REST, BASE, FAMILIES, IMPLICIT, Family
 
 sys.path.insert(0, str(ROOT / "postprocess"))
 import numpy as np  # noqa: E402
@@ -219,7 +219,9 @@ def rows_of(study, families, measured):
         yield from curve_rows(study, family.group, family.name, single)
         if not family.finer:
             for count in BATCHES:
-                group = "batch, uniform" if not family.rings else "batch, refined"
+                group = "batch, refined" if family.rings else "batch, uniform"
+                if family.group in (AT_REST, IMPLICIT):
+                    group = f"batch, {family.group}"
                 yield from curve_rows(study, group, f"{family.name}, batch of {count}", list(batches(single, count)))
 
 

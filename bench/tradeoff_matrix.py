@@ -89,6 +89,34 @@ def adaptive():
                  finer=tuple({"refine.r_crit": r} for r in (0.08, 0.04, 0.02, 0.01)))
 
 
+AT_REST = "at rest"      # the group of equilibrium, without a motion
+REST = {"method.time": "static", "damping.rate": 0, "output.history_interval": 1e-3}
+
+
+def at_rest():
+    """Equilibrium in place of a motion that comes to rest."""
+    yield Family(AT_REST, "static", REST, (*FINE, 56, 80))
+    for levels, cells in {1: FINE, 2: FINE[:-2], 3: COARSE, 4: SLOW, 5: SLOW[:-1]}.items():
+        yield Family(AT_REST, f"static, tip, {levels} levels, 2 n rings", {**REST, "refine.indicator": "tip", "refine.max_level": levels},
+                     cells, 2)
+    for n in (2, 4):
+        yield Family(AT_REST, f"static, zz, n = {n}", {**REST, "refine.indicator": "zz", "refine.max_level": 8}, (n,) * 5,
+                     finer=tuple({"refine.tolerance": tolerance} for tolerance in (0.12, 0.06, 0.03, 0.02, 0.015)))
+
+
+IMPLICIT = "implicit steps"
+
+
+def implicit_beam():
+    """Steps that follow the vibration of the beam and not its waves."""
+    for step in (4e-6, 2e-6, 1e-6):
+        settings = {"method.time": "implicit", "method.mass": "full", "method.time_step": step, "output.history_interval": step}
+        yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, full", settings, COARSE)
+        for levels, cells in {2: COARSE, 3: SLOW, 4: SLOW}.items():
+            yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, full, tip, {levels} levels, 2 n rings",
+                         {**settings, "refine.indicator": "tip", "refine.max_level": levels}, cells, 2)
+
+
 PLATE = (25, 50, 100, 150, 200)  # the tip of its crack is on a line of the grid
 
 
@@ -103,7 +131,11 @@ def impact():
         yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, PLATE[:3])
     for name, settings in (("lumped", {}), ("blend 5/18", {"method.mass": "blend", "method.blend": BEST_BLEND})):
         yield tip(f"tip, 1 levels, {name}", 1, 0.12, PLATE[:3], settings)
+    for courant in (1, 2):
+        yield Family(IMPLICIT, f"implicit, courant {courant}, full", {"method.time": "implicit", "method.mass": "full",
+                                                                      "method.courant": courant}, PLATE[:3])
 
 
-FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive()], "dynamic": [*uniform(), *masses(), *refined()],
+FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive(), *at_rest()],
+            "dynamic": [*uniform(), *masses(), *refined(), *implicit_beam()],
             "impact": [*impact()]}

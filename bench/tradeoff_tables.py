@@ -42,11 +42,14 @@ def front(rows):
 
 
 def curves(rows):
-    """The error of each family on each of its cells, by the first estimator."""
+    """The error of each family on each of its cells, by the first estimator; not of those whose mesh another key makes finer."""
     sizes = sorted({int(row["cells"]) for row in rows if row["runs"] == "1"})
     lines = ["| family | " + " | ".join(f"n = {n}" for n in sizes) + " |", "|---|" + "---|" * len(sizes)]
-    for family in dict.fromkeys(row["family"] for row in rows if row["runs"] == "1" and row["group"] != "adaptive"):
-        own = {int(row["cells"]): row for row in rows if row["family"] == family and row["estimator"] == rows[0]["estimator"]}
+    for family in dict.fromkeys(row["family"] for row in rows if row["runs"] == "1"):
+        members = [row for row in rows if row["family"] == family and row["estimator"] == rows[0]["estimator"]]
+        own = {int(row["cells"]): row for row in members}
+        if len(own) < len(members):
+            continue
         cell = {n: f"{float(r['error_percent']):.2f}" if r["error_percent"] else "failed" for n, r in own.items()}
         lines.append(f"| {family} | " + " | ".join(cell.get(n, "") for n in sizes) + " |")
     return lines

@@ -25,6 +25,7 @@ module hampm_assembly
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
+   use hampm_supports, only: check_supports
    use hampm_text, only: to_text
    implicit none
    private
@@ -57,6 +58,8 @@ contains
             call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed, c%motion)
          end associate
       end do
+      call check_supports(motion, failure)
+      if (failure%failed()) return
       call place_loads(scene, motion, failure)
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate

@@ -13,7 +13,7 @@ module hampm_crack_measurements
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
-   use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_scene, only: scene_t
    implicit none
@@ -50,18 +50,16 @@ contains
 
    !> Measure, and find the first of the chosen energy release rates, of both modes together [J/m2]; not allocated where none is
    !> chosen. Fails where the nodal equations cannot be solved.
-   subroutine measure_crack(scene, motion, tip, extrapolation, values, first_g, failure)
+   subroutine measure_crack(scene, motion, tip, state, extrapolation, values, first_g, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(crack_tip_t), intent(in) :: tip
+      type(nodal_state_t), intent(in) :: state   !! where there is a domain integral or a constraint
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure
-      type(nodal_state_t) :: state
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release)
-         if (chosen%domain_integral .or. size(scene%constraints) > 0) call find_nodal_state(motion, state, failure)
-         if (failure%failed()) return
          if (chosen%stress_closure) call refresh_grid(motion)
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
          if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)

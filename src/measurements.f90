@@ -172,17 +172,23 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
+      if (needs_nodal_state(scene)) call find_nodal_state(motion, state, failure)
+      if (failure%failed()) return
+      if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       if (size(cracks%tips) > 0) then
-         call measure_crack(scene, motion, cracks%tips(1), m%extrapolation, m%crack, first_g, failure)
+         call measure_crack(scene, motion, cracks%tips(1), state, m%extrapolation, m%crack, first_g, failure)
          call m%overlap%look(reshape([m%crack%behind, m%crack%mouth], [2, 2]), motion%time)
-      end if
-      if (any(scene%constraints%name /= '')) then
-         call find_nodal_state(motion, state, failure)
-         m%reactions = state%reactions
       end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
+
+   !> Whether what is recorded asks for the motion of the nodes: the domain integral, and forces of constraints.
+   pure logical function needs_nodal_state(scene) result(needs)
+      type(scene_t), intent(in) :: scene
+      needs = scene%energy_release%domain_integral .or. any(scene%constraints%name /= '') &
+              .or. (scene%crack%present .and. size(scene%constraints) > 0)
+   end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.
    subroutine take_row(scene, motion, cracks, dt, m)

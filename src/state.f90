@@ -18,6 +18,7 @@ module hampm_state
    use hampm_nodal_fields, only: keep_fields
    use hampm_particles, only: keep_particles
    use hampm_sorting, only: take_order
+   use hampm_supports, only: keep_supports
    implicit none
    private
    public :: keep_motion
@@ -50,6 +51,7 @@ contains
          call keep_gains(m%operators, c)
       end if
       call keep_contact(m%contact, c)
+      call keep_supports(m%constraints, c)
       call keep_solver(m%solver, 'solver', m%grid, c)
    end subroutine keep_motion
 

@@ -5,7 +5,8 @@
 !> where the tangent at the start points to, or has not stored the work of the loads. Where there is no such path, as beyond a limit
 !> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it.
 !>
-!> Which pairs of nodes on faces are pressed together is found by turns: tie what would overlap, let go what would pull.
+!> Which pairs of nodes on faces are pressed together, and which nodes on supports that only push, is found by turns: tie what would
+!> overlap, let go what would pull.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapters 5 (limit points) and 10 (active sets).
 module hampm_equilibrium
@@ -18,6 +19,7 @@ module hampm_equilibrium
    use hampm_nodal_state, only: external_force
    use hampm_rigid_motions, only: pin_t, find_pins
    use hampm_stiffness, only: local_of
+   use hampm_supports, only: move_supports, look_at_supports, lift_by, press_on_supports
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when
    implicit none
@@ -25,6 +27,7 @@ module hampm_equilibrium
    public :: equilibrium_t
 
    integer, parameter :: most_turns = 50         !! of the faces that touch
+   integer, parameter :: many_turns = 20         !! after which supports are let go one by one
    integer, parameter :: most_divisions = 14     !! of a load step, each into two
    real(dp), parameter :: pulls = 3.1e-9_dp      !! force between faces, over the largest of a cell, from which on they part
    real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
@@ -51,7 +54,8 @@ module hampm_equilibrium
       real(dp) :: stored = 0                     !! strain energy [J]
       real(dp) :: external_work = 0              !! [J]
       real(dp), allocatable :: displacement(:, :), gradient(:, :, :), gap(:)
-      logical, allocatable :: touches(:)
+      real(dp), allocatable :: lift(:, :)
+      logical, allocatable :: touches(:), fixed(:, :)
    end type start_t
 
 contains
@@ -120,6 +124,7 @@ contains
       m%particles%displacement = 0
       m%particles%gradient = 0
       m%external_work = 0
+      call press_on_supports(m%constraints)
       call displace(m, nothing)
       if (m%contact%n > 0) m%contact%gap = 0
       self%begun = .false.
@@ -148,6 +153,8 @@ contains
       start%stored = strain_energy(m%particles, m%materials)
       start%displacement = m%particles%displacement
       start%gradient = m%particles%gradient
+      start%lift = m%constraints%lift
+      start%fixed = m%constraints%fixed
       if (m%contact%n == 0) return
       start%gap = m%contact%gap
       start%touches = m%contact%touches
@@ -163,6 +170,10 @@ contains
       m%particles%gradient = start%gradient
       if (allocated(start%gap)) m%contact%gap = start%gap
       if (allocated(start%touches)) m%contact%touches = start%touches
+      if (allocated(start%lift)) then
+         m%constraints%lift = start%lift
+         call m%constraints%fix(start%fixed)
+      end if
       stay = 0
       call displace(m, stay)
    end subroutine go_back
@@ -174,29 +185,67 @@ contains
       type(drive_t), intent(in) :: before, after
       type(failure_t), intent(inout) :: failure
       type(pin_t), allocatable :: pins(:)
-      real(dp), allocatable :: moved(:, :), r(:, :), r_before(:, :)
-      logical :: changed
+      real(dp), allocatable :: moved(:, :), held(:, :), held_before(:, :)
+      logical :: changed, is_driven
       integer :: turn
       allocate (moved(ndim, m%grid%n_points), source=0.0_dp)
       if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       call find_pins(m, pins)
-      if (any(abs(after%way - before%way) > 0)) call out_of_balance(m, before%force, r_before)
+      is_driven = any(abs(after%way - before%way) > 0)
+      if (is_driven) call find_reactions(m, before%force, held_before)
+      call move_supports(m%constraints, after%way - before%way)
       do turn = 1, most_turns
          call self%newton%balance(m, after%force, after%way - before%way, pins, moved, failure)
          if (failure%failed()) return
          call look_at_faces(m, after%force, changed)
+         if (m%constraints%only_push()) call change_supports(m, after%force, turn, pins, changed)
          if (.not. changed) exit
          if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       end do
       if (.not. (all(m%materials%linear) .or. failure%failed()) .and. differ(before, after)) call look_at_way(self, moved, failure)
-      if (turn > most_turns) call failure%report(exit_computation, 'which nodes of the faces touch could not be found')
+      if (turn > most_turns) call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
       m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, moved)
-      if (.not. allocated(r_before)) return
-      call out_of_balance(m, after%force, r)
-      where (m%constraints%fixed) r(:, :m%grid%n_nodes) = r(:, :m%grid%n_nodes) + r_before(:, :m%grid%n_nodes)
-      where (.not. m%constraints%fixed) r(:, :m%grid%n_nodes) = 0
-      m%external_work = m%external_work - work_of(m, r, moved)/2
+      if (.not. is_driven) return
+      call find_reactions(m, after%force, held)
+      m%external_work = m%external_work + sum((held_before + held)*(after%way - before%way))/2
    end subroutine go_to
+
+   !> Forces of the constraints on the nodes that they hold [N].
+   subroutine find_reactions(m, applied, force)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_nodes)
+      real(dp), allocatable :: r(:, :)
+      call out_of_balance(m, applied, r)
+      allocate (force, source=merge(-r(:, :m%grid%n_nodes), 0.0_dp, m%constraints%fixed))
+   end subroutine find_reactions
+
+   !> Let go the supports that pull, and hold what would go through them. Where a body would not be held any more, or after many turns,
+   !> only the one that pulls most is let go.
+   subroutine change_supports(m, applied, turn, pins, changed)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      integer, intent(in) :: turn
+      type(pin_t), allocatable, intent(inout) :: pins(:)
+      logical, intent(inout) :: changed
+      real(dp), allocatable :: r(:, :)
+      logical :: fixed(ndim, m%grid%n_nodes)
+      logical :: has_moved
+      real(dp) :: rounding
+      integer :: n_before
+      n_before = size(pins)
+      fixed = m%constraints%fixed
+      call out_of_balance(m, applied, r)
+      rounding = pulls*largest_force(m, r)
+      call look_at_supports(m, r, rounding, turn > many_turns, has_moved)
+      if (.not. has_moved) return
+      changed = .true.
+      call find_pins(m, pins)
+      if (size(pins) <= n_before .or. turn > many_turns) return
+      call m%constraints%fix(fixed)
+      call look_at_supports(m, r, rounding, .true., has_moved)
+      call find_pins(m, pins)
+   end subroutine change_supports
 
    !> Fail where a load step has led far from where the tangent at its start pointed to.
    subroutine look_at_way(self, moved, failure)
@@ -305,12 +354,13 @@ contains
          do k = 1, all%n_nodes
             if (mass(all%nodes(k)) > 0) u(:, all%nodes(k)) = u(:, all%nodes(k))/mass(all%nodes(k))
          end do
-         where (m%constraints%fixed) u(:, :m%grid%n_nodes) = m%constraints%way(m%time)
+         where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, :m%grid%n_nodes) = m%constraints%way(m%time)
          call m%grid%dofs%distribute(all, ndim, u)
          p%displacement = 0
          p%gradient = 0
       end associate
       call displace(m, u)
+      if (m%constraints%only_push()) call lift_by(m, u)
       do k = 1, m%contact%n
          d = m%contact%normal(k)
          m%contact%gap(k) = u(d, m%contact%node(1, k)) - u(d, m%contact%node(2, k))

@@ -17,6 +17,7 @@ module hampm_newton
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_rigid_motions, only: pin_t, check_pins
+   use hampm_supports, only: follow_supports
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_text, only: to_text, three_digits
    implicit none
@@ -37,7 +38,8 @@ module hampm_newton
                                                  !! allocated where other faces touch at its end
       type(stiffness_t), private :: k            !! that was factorised last
       integer, private :: layout = 0             !! of the blocks for which it was
-      logical, allocatable, private :: tied(:)   !! and the pairs that touched
+      logical, allocatable, private :: tied(:)   !! the pairs that touched
+      logical, allocatable, private :: fixed(:, :) !! and the components that were fixed
    contains
       procedure :: balance
       procedure :: is_stable
@@ -89,6 +91,7 @@ contains
          if (failure%failed()) return
          moved = moved + du
          call follow_gaps(m, du)
+         if (m%constraints%only_push()) call follow_supports(m%constraints, du)
       end do
       call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most_iterations)// &
                           ' iterations a node is out of balance by '//three_digits(largest)//' N')
@@ -104,8 +107,10 @@ contains
       logical :: fits
       fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied)
       if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
+      if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
       if (fits) return
       self%tied = pressed_pairs(m%contact)
+      self%fixed = m%constraints%fixed
       self%layout = m%fields%layout
       call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins), self%tied, self%k, unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
@@ -160,6 +165,9 @@ contains
       integer :: k
       allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
       where (m%constraints%fixed) offset(:, :m%grid%n_nodes) = left
+      if (m%constraints%only_push()) then
+         where (m%constraints%fixed .and. m%constraints%supported) offset(:, :m%grid%n_nodes) = -m%constraints%lift
+      end if
       do k = 1, m%contact%n
          if (m%contact%touches(k)) offset(m%contact%normal(k), m%contact%node(2, k)) = m%contact%gap(k)
       end do

@@ -3,8 +3,8 @@ module hampm_constraint_group
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t
    use hampm_history_values, only: fill_history
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, must, may, repeats, is_optional, any_number, &
-                             not_negative, max_values
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, type_logical, must, may, repeats, is_optional, &
+                             any_number, not_negative, max_values
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -40,7 +40,9 @@ module hampm_constraint_group
       key_t('constraint', 'factors', type_real, 0, max_values, may, '', '', '', &
             any_number, 'of a table: factors at its times, as many as these'), &
       key_t('constraint', 'name', type_text, 1, 1, may, '', 'grip', '', &
-            '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y')]
+            '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y'), &
+      key_t('constraint', 'push_only', type_logical, 1, 1, may, '.false.', '', '', &
+            '', 'whether it holds what presses on it only: a support from which material may lift off')]
 
    !> &constraint: nodes that are held.
    type :: constraint_spec_t
@@ -79,6 +81,7 @@ contains
       constraint%motion%velocity = settings%vector(entry, 'velocity')
       call fill_history(settings, entry, constraint%motion%history)
       constraint%name = settings%text(entry, 'name')
+      constraint%motion%push_only = settings%flag(entry, 'push_only')
       constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
    end subroutine fill_constraint
 end module hampm_constraint_group

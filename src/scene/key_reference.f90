@@ -1,6 +1,6 @@
 !> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
 module hampm_key_reference
-   use hampm_key_rows, only: group_t, key_t, type_integer, is_required, is_assumed
+   use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required, is_assumed
    use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, is_text
    use hampm_namelist_text, only: example_list
    use hampm_text, only: to_text
@@ -72,6 +72,7 @@ contains
       character(:), allocatable :: text
       text = 'real'
       if (key%value_type == type_integer) text = 'integer'
+      if (key%value_type == type_logical) text = 'logical'
       if (is_text(key)) text = 'text'
       if (key%most > 1) text = to_text(key%most)//' '//text//'s'
       if (key%fewest < key%most) text = to_text(key%fewest)//' to '//text
@@ -82,6 +83,7 @@ contains
       type(key_t), intent(in) :: key
       character(:), allocatable :: text
       text = trim(key%allowed)
+      if (key%value_type == type_logical) text = '`.true.`, `.false.`'
       if (is_text(key)) text = joined_choices(key, '`', ', ')
       if (text == '') text = 'any'
    end function allowed

@@ -4,11 +4,12 @@ module hampm_key_rows
    implicit none
    private
    public :: group_t, key_t, list_len, max_values, must, may, once, repeats, any_number, positive, not_negative, &
-             type_real, type_integer, type_name, type_text, is_required, is_assumed, is_optional
+             type_real, type_integer, type_name, type_text, type_logical, is_required, is_assumed, is_optional
 
    integer, parameter :: type_real = 1, type_integer = 2
    integer, parameter :: type_name = 3             !! text of at most `name_len` characters: a name or a choice
    integer, parameter :: type_text = 4             !! text of at most `path_len` characters
+   integer, parameter :: type_logical = 5          !! .true. or .false., kept as the numbers 1 and 0
 
    integer, parameter :: is_required = 1           !! a scene without the group is refused
    integer, parameter :: is_assumed = 2            !! a scene without the group gets it with its defaults

@@ -75,6 +75,9 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       character(*), parameter :: intro = 'a motion other than 0 goes with '
       character(:), allocatable :: key
+      if (constraint%motion%push_only .and. settings%good(settings%find('method', 1), 'time') .and. scene%method%time /= 'static') &
+         call settings%complain(mistakes, entry, 'push_only', 'goes with &method time = ''static'' only; in steps of time '// &
+                                'faces of a &crack with contact = ''frictionless'' part and meet again')
       if (.not. (settings%good(entry, 'displacement') .and. settings%good(entry, 'velocity') .and. settings%good(entry, 'fix'))) &
          return
       associate (motion => constraint%motion, method => scene%method)

@@ -1,6 +1,6 @@
 !> Scenes as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
-   use hampm_key_rows, only: group_t, key_t, type_integer, is_required
+   use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
    use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, default_count, default_value, is_text
    use hampm_settings, only: settings_t, setting_t
    use hampm_text, only: to_text
@@ -60,6 +60,7 @@ contains
       character(:), allocatable :: text
       text = trim(key%allowed)
       if (key%value_type == type_integer) text = 'integer in '//text
+      if (key%value_type == type_logical) text = '.true. | .false.'
       if (is_text(key)) text = joined_choices(key, '', ' | ')
       if (text == '') text = 'text'
    end function allowed_text
@@ -107,6 +108,8 @@ contains
          if (i > 1) line = line//','
          if (is_text(key)) then
             line = line//' '//in_quotes(setting%values(i)%text)
+         else if (key%value_type == type_logical) then
+            line = line//' '//trim(merge('.true. ', '.false.', setting%numbers(i) > 0))
          else if (key%value_type == type_integer) then
             line = line//' '//to_text(nint(setting%numbers(i)))
          else

@@ -49,6 +49,7 @@ module hampm_settings
       procedure :: given
       procedure :: number
       procedure :: numbers
+      procedure :: flag
       procedure :: vector
       procedure :: text
       procedure :: texts
@@ -200,6 +201,14 @@ contains
          allocate (list(0))
       end if
    end function numbers
+
+   !> Whether a validated key says .true.
+   pure logical function flag(self, entry, key)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      flag = self%number(entry, key) > 0
+   end function flag
 
    !> The components of a vector that a validated key holds; 0 where it holds none.
    pure function vector(self, entry, key)

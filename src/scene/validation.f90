@@ -2,7 +2,7 @@
 !> Keys that are not given get their defaults here.
 module hampm_validation
    use hampm_kinds, only: dp, name_len, path_len
-   use hampm_key_rows, only: key_t, type_integer, type_name, is_required, is_assumed
+   use hampm_key_rows, only: key_t, type_integer, type_logical, type_name, is_required, is_assumed
    use hampm_keys, only: groups, keys, first_key, choices, default_count, default_value, is_text, new_entry
    use hampm_mistakes, only: mistakes_t
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
@@ -11,6 +11,9 @@ module hampm_validation
    implicit none
    private
    public :: validate, must_be
+
+   character(7), parameter :: truths(*) = [character(7) :: '.true.', '.t.', 'true', 't']      !! as namelists have them
+   character(7), parameter :: untruths(*) = [character(7) :: '.false.', '.f.', 'false', 'f']
 
 contains
 
@@ -140,6 +143,11 @@ contains
       real(dp), intent(out) :: number
       character(:), allocatable, intent(inout) :: message
       integer :: status
+      if (key%value_type == type_logical) then
+         number = merge(1, 0, any(lower_case(value%text) == truths))
+         if (value%quoted .or. .not. any(lower_case(value%text) == [truths, untruths])) message = must_be(key)
+         return
+      end if
       if (key%value_type == type_integer) then
          call parse_integer(value%text, number, status)
       else
@@ -200,6 +208,7 @@ contains
          end do
       else
          text = 'must be in '//trim(key%allowed)
+         if (key%value_type == type_logical) text = 'must be .true. or .false., without quotes'
          if (key%value_type == type_integer) text = 'must be an integer in '//trim(key%allowed)
          if (key%unit /= '') text = text//' ['//trim(key%unit)//']'
       end if

@@ -1,5 +1,6 @@
 !> Dirichlet constraints: nodes that are held, or moved in a given way, in some directions. The user gives them as boxes, which are
 !> fitted to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
+!> Of those that only push (`hampm_supports`) a component is fixed while the material presses on it.
 module hampm_constraints
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
@@ -14,6 +15,7 @@ module hampm_constraints
       real(dp) :: displacement(ndim) = 0         !! by which where the factor is 1 [m]
       real(dp) :: velocity(ndim) = 0             !! and with which [m/s]
       type(time_history_t) :: history            !! of that factor
+      logical :: push_only = .false.             !! whether nothing keeps the material from leaving them
    end type given_motion_t
 
    !> A box in which nodes are fixed.
@@ -28,12 +30,17 @@ module hampm_constraints
       type(box_t), allocatable, private :: boxes(:)
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
       real(dp), allocatable :: free(:, :)        !! 0 where a component is fixed, else 1; (ndim, n_points)
-      integer, allocatable :: node(:)            !! nodes with a fixed component, ascending
-      integer, allocatable :: box(:, :)          !! the last box that fixes a component, 0 for none, (ndim, n_nodes)
+      integer, allocatable :: node(:)            !! nodes with a component in a box, ascending
+      integer, allocatable :: box(:, :)          !! the last box that holds a component, 0 for none, (ndim, n_nodes)
+      logical, allocatable :: supported(:, :)    !! whether that only pushes, (ndim, n_nodes)
+      real(dp), allocatable :: lift(:, :)        !! how far a component is from the place where its support has it [m], (ndim, n_nodes)
    contains
       procedure :: holds
       procedure :: number
       procedure :: move
+      procedure :: only_push
+      procedure :: set_fixed
+      procedure :: fix
       procedure :: way
    end type constraints_t
 
@@ -66,10 +73,12 @@ contains
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       integer :: k
-      if (allocated(c%fixed)) deallocate (c%fixed, c%free, c%box)
+      if (allocated(c%fixed)) deallocate (c%fixed, c%free, c%box, c%supported, c%lift)
       allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
       allocate (c%box(ndim, grid%n_nodes), source=0)
       allocate (c%free(ndim, grid%n_points), source=1.0_dp)
+      allocate (c%supported(ndim, grid%n_nodes), source=.false.)
+      allocate (c%lift(ndim, grid%n_nodes), source=0.0_dp)
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
       do k = 1, size(c%boxes)
          call hold_in_box(c, grid, k)
@@ -92,6 +101,7 @@ contains
             if (.not. all(x >= box%lower - margin .and. x <= box%upper + margin)) cycle
             c%fixed(:, i) = c%fixed(:, i) .or. box%components
             where (box%components) c%box(:, i) = k
+            where (box%components) c%supported(:, i) = box%motion%push_only
          end associate
       end do
    end subroutine hold_in_box
@@ -131,7 +141,35 @@ contains
       end do
    end function move
 
-   !> By how much fixed components have been moved at a time, from where they were at first; 0 for the others [m], (ndim, n_nodes).
+   !> Whether any only push.
+   pure logical function only_push(self)
+      class(constraints_t), intent(in) :: self
+      integer :: k
+      only_push = .false.
+      if (.not. allocated(self%boxes)) return
+      do k = 1, size(self%boxes)
+         only_push = only_push .or. self%boxes(k)%motion%push_only
+      end do
+   end function only_push
+
+   !> Let a component that is in a box be fixed, or not.
+   pure subroutine set_fixed(self, component, node, fixed)
+      class(constraints_t), intent(inout) :: self
+      integer, intent(in) :: component, node
+      logical, intent(in) :: fixed
+      self%fixed(component, node) = fixed
+      self%free(component, node) = merge(0, 1, fixed)
+   end subroutine set_fixed
+
+   !> Let these components be fixed, all others not.
+   pure subroutine fix(self, fixed)
+      class(constraints_t), intent(inout) :: self
+      logical, intent(in) :: fixed(:, :)         !! (ndim, n_nodes)
+      self%fixed = fixed
+      self%free(:, :size(fixed, 2)) = merge(0.0_dp, 1.0_dp, fixed)
+   end subroutine fix
+
+   !> By how much components in boxes are to have been moved at a time, from where they were at first; 0 for the others [m], (ndim, n_nodes).
    pure function way(self, time) result(u)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]

@@ -15,6 +15,7 @@ WORD = re.compile(rb"[^ \t\r\n,/!='\"&]+")
 QUOTED = re.compile(rb"'((?:[^'\n]|'')*)'|\"((?:[^\"\n]|\"\")*)\"")
 REPEAT = re.compile(rb"([0-9]+)\*(.*)", re.DOTALL)
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ed][+-]?\d+)?", re.IGNORECASE)
+LOGICAL = {word: truth for truth, letter in ((True, "true"), (False, "false")) for word in (letter, letter[0], f".{letter}.", f".{letter[0]}.")}
 OVERRIDE = re.compile(rb"\s*(\w+)\s*(?:\((\d+)\))?\s*\.\s*(\w+)\s*=(.*)", re.DOTALL)
 
 
@@ -39,7 +40,7 @@ class Keys:
             elif found := self.LINE.match(line):
                 key, value, meaning = found.groups()
                 last = re.split(r"; ", meaning)
-                self.kind[group, key] = "text" if "'" in value or last[-1] == "text" or "; text" in meaning else \
+                self.kind[group, key] = "logical" if ".true. | .false." in meaning else "text" if "'" in value or last[-1] == "text" or "; text" in meaning else \
                     "integer" if "; integer in" in meaning else "real"
                 if "text" in last:
                     self.free_text.add((group, key))
@@ -143,6 +144,10 @@ def meaning(value, kind, choice_or_text):
             raise Refused("text without quotes")
         text = text.rstrip(" ")
         return text.lower() if choice_or_text else text
+    if kind == "logical":
+        if quoted or text.lower() not in LOGICAL:
+            raise Refused("neither true nor false")
+        return LOGICAL[text.lower()]
     if quoted or not NUMBER.fullmatch(text) or kind == "integer" and not re.fullmatch(r"[+-]?\d+", text):
         raise Refused("no number")
     return int(text) if kind == "integer" else float(re.sub("[dD]", "e", text))

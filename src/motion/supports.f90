@@ -1,0 +1,196 @@
+!> Constraints that only push are supports. A component of a node is fixed there while the material presses on the support, and free
+!> where it has lifted off. Which way a support pushes is where the material is: all particles around a node of it stand on one
+!> side.
+!>
+!> At rest, which components are fixed is found by turns: let go what is pulled, hold what would go through the support.
+!>
+!> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets).
+module hampm_supports
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_archive, only: archive_t
+   use hampm_basis, only: shape_functions
+   use hampm_constraints, only: constraints_t
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_motion, only: motion_t
+   use hampm_text, only: to_text, without_rounding
+   implicit none
+   private
+   public :: check_supports, move_supports, follow_supports, look_at_supports, lift_by, press_on_supports, &
+             keep_supports
+
+   real(dp), parameter :: through = 1e-12_dp     !! how far a node is in its support before it is held, over the largest lift
+
+contains
+
+   !> Fail where material stands on both sides of a support.
+   subroutine check_supports(m, failure)
+      type(motion_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: side(ndim, m%grid%n_nodes), other(ndim, m%grid%n_nodes), x(ndim)
+      integer :: k, d
+      if (.not. m%constraints%only_push()) return
+      call weigh_sides(m, side, other)
+      do k = 1, size(m%constraints%node)
+         associate (node => m%constraints%node(k))
+            do d = 1, ndim
+               if (.not. m%constraints%supported(d, node) .or. min(side(d, node), other(d, node)) <= 0) cycle
+               x = without_rounding(m%grid%node_position(:, node), maxval(m%grid%forest%cells)*m%grid%forest%cell)
+               call failure%report(exit_input, '&constraint push_only: the node at ('//to_text(x(1))//', '//to_text(x(2))// &
+                                   ') m has material on both sides in '//axis(d)//', so that it is not known which way it '// &
+                                   'pushes; a support is to be at an edge of a body that is normal to what it fixes')
+               return
+            end do
+         end associate
+      end do
+   end subroutine check_supports
+
+   !> Name of a direction.
+   pure character function axis(d)
+      integer, intent(in) :: d
+      axis = merge('x', 'y', d == 1)
+   end function axis
+
+   !> Mass that stands above and below the supported components of nodes, by its part in these [kg].
+   subroutine weigh_sides(m, above, below)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(out) :: above(:, :), below(:, :) !! (ndim, n_nodes)
+      real(dp) :: shape(corners), offset(ndim)
+      integer :: i, c
+      above = 0
+      below = 0
+      associate (p => m%particles)
+         do i = 1, p%n
+            shape = shape_functions(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i)))
+            do c = 1, corners
+               associate (node => m%grid%element_nodes(c, p%cell(i)))
+                  if (node > m%grid%n_nodes) cycle
+                  offset = p%place_in_grid(i) - m%grid%node_position(:, node)
+                  above(:, node) = above(:, node) + merge(shape(c)*p%mass(i), 0.0_dp, offset > 0)
+                  below(:, node) = below(:, node) + merge(shape(c)*p%mass(i), 0.0_dp, offset < 0)
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine weigh_sides
+
+   !> The supports move.
+   pure subroutine move_supports(c, way)
+      type(constraints_t), intent(inout) :: c
+      real(dp), intent(in) :: way(:, :)          !! by how much [m], (ndim, n_nodes)
+      c%lift = c%lift - way
+   end subroutine move_supports
+
+   !> Nodes have moved by `du`.
+   pure subroutine follow_supports(c, du)
+      type(constraints_t), intent(inout) :: c
+      real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
+      c%lift = c%lift + du(:, :size(c%lift, 2))
+   end subroutine follow_supports
+
+   !> Let all nodes be where their supports have them.
+   pure subroutine press_on_supports(c)
+      type(constraints_t), intent(inout) :: c
+      integer :: k, d
+      c%lift = 0
+      do k = 1, size(c%node)
+         do d = 1, ndim
+            if (c%supported(d, c%node(k))) call c%set_fixed(d, c%node(k), .true.)
+         end do
+      end do
+   end subroutine press_on_supports
+
+   !> Find how far the nodes are from their supports, from their displacement, and hold those that are not above them.
+   subroutine lift_by(m, u)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
+      integer :: k, d
+      m%constraints%lift = u(:, :m%grid%n_nodes) - m%constraints%way(m%time)
+      call weigh_sides(m, above, below)
+      do k = 1, size(m%constraints%node)
+         associate (node => m%constraints%node(k))
+            do d = 1, ndim
+               if (.not. m%constraints%supported(d, node)) cycle
+               call m%constraints%set_fixed(d, node, m%constraints%lift(d, node)*way_up(above(d, node), below(d, node)) <= 0)
+            end do
+         end associate
+      end do
+   end subroutine lift_by
+
+   !> 1 where the material is above, -1 where it is below.
+   elemental real(dp) function way_up(above, below)
+      real(dp), intent(in) :: above, below       !! masses [kg]
+      way_up = merge(1, -1, above > below)
+   end function way_up
+
+   !> Let go the components that are pulled by their supports, and hold those that are in them. Where that would let go too much, as
+   !> a body that is not held any more, only the one that is pulled most.
+   subroutine look_at_supports(m, r, rounding, one_only, changed)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: r(:, :)            !! what is out of balance without the supports [N], (ndim, n_points)
+      real(dp), intent(in) :: rounding           !! of that [N]
+      logical, intent(in) :: one_only            !! whether to let go the one that is pulled most only
+      logical, intent(out) :: changed
+      real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
+      real(dp) :: pull, most, deepest
+      integer :: k, d, worst(2)
+      changed = .false.
+      if (.not. m%constraints%only_push()) return
+      call weigh_sides(m, above, below)
+      most = rounding
+      worst = 0
+      deepest = through*largest_lift(m%constraints)
+      do k = 1, size(m%constraints%node)
+         associate (node => m%constraints%node(k))
+            do d = 1, ndim
+               if (.not. m%constraints%supported(d, node)) cycle
+               if (.not. m%constraints%fixed(d, node)) then
+                  if (m%constraints%lift(d, node)*way_up(above(d, node), below(d, node)) >= -deepest) cycle
+                  call m%constraints%set_fixed(d, node, .true.)
+                  changed = .true.
+                  cycle
+               end if
+               pull = r(d, node)*way_up(above(d, node), below(d, node))
+               if (pull <= rounding) cycle
+               if (pull > most) worst = [d, node]
+               most = max(most, pull)
+               if (one_only) cycle
+               call m%constraints%set_fixed(d, node, .false.)
+               changed = .true.
+            end do
+         end associate
+      end do
+      if (.not. one_only .or. worst(1) == 0) return
+      call m%constraints%set_fixed(worst(1), worst(2), .false.)
+      changed = .true.
+   end subroutine look_at_supports
+
+   !> How far the component that is farthest from its support is from it [m].
+   pure real(dp) function largest_lift(c)
+      type(constraints_t), intent(in) :: c
+      integer :: k, d
+      largest_lift = 0
+      do k = 1, size(c%node)
+         do d = 1, ndim
+            if (c%supported(d, c%node(k))) largest_lift = max(largest_lift, abs(c%lift(d, c%node(k))))
+         end do
+      end do
+   end function largest_lift
+
+   !> Keep which components are held by supports, and how far the others are from these.
+   subroutine keep_supports(c, archive)
+      type(constraints_t), intent(inout) :: c
+      class(archive_t), intent(inout) :: archive
+      integer :: k, d
+      if (.not. c%only_push()) return
+      call archive%section('supports')
+      call archive%keep_reals('lift', size(c%lift), c%lift)
+      call archive%keep_logicals('fixed', size(c%fixed), c%fixed)
+      if (archive%failure%failed()) return
+      do k = 1, size(c%node)
+         do d = 1, ndim
+            if (c%supported(d, c%node(k))) call c%set_fixed(d, c%node(k), c%fixed(d, c%node(k)))
+         end do
+      end do
+   end subroutine keep_supports
+end module hampm_supports
