@@ -18,6 +18,7 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles
+   use hampm_path_placement, only: path_tips, path_reaches, path_radii
    use hampm_placement, only: tolerance
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
@@ -46,7 +47,7 @@ contains
       refinement = refinement_of(scene)
       call place_cracks(scene, cracks)
       forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
-      call build_grid(forest, motion%grid, failure, cracks%cuts(forest))
+      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines())
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       call place_particles(scene, motion, failure)
@@ -125,17 +126,37 @@ contains
       type(scene_t), intent(in) :: scene
       type(cracks_t), intent(out) :: cracks
       integer :: k, body
-      allocate (cracks%crack(merge(1, 0, scene%crack%present)))
+      allocate (cracks%crack(merge(1, size(scene%paths), scene%crack%present)))
       if (scene%crack%present) call place_crack(scene, cracks%crack(1))
+      do k = 1, size(scene%paths)
+         call place_path(scene, k, cracks%crack(k))
+      end do
       call cracks%list_tips()
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
             body = body_at(scene, tip%place)
             if (body > 0) tip%material = scene%bodies(body)%material_index
-            if (scene%energy_release%domain_integral) tip%radii = domain_radii(scene, tip%place)
+            if (.not. scene%energy_release%domain_integral) cycle
+            if (scene%crack%present) then
+               tip%radii = domain_radii(scene, tip%place)
+            else
+               tip%radii = path_radii(scene, tip%crack, tip%end)
+            end if
          end associate
       end do
    end subroutine place_cracks
+
+   !> The k-th path of a scene.
+   pure subroutine place_path(scene, k, crack)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      type(crack_t), intent(out) :: crack
+      crack%kind = 'path'
+      crack%points = scene%paths(k)%points
+      crack%is_tip = path_tips(scene, k)
+      crack%beyond = path_reaches(scene, k)
+      crack%mouth = crack%points(:, 1)
+   end subroutine place_path
 
    !> The crack of a scene, from its other end to its tip. Its mouth is the last root node with material at each face, or the one in
    !> the middle between the tips.

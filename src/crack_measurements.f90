@@ -4,7 +4,7 @@ module hampm_crack_measurements
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes, effective_modulus
-   use hampm_cracks, only: cracks_t
+   use hampm_cracks, only: cracks_t, first_point
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
@@ -65,8 +65,10 @@ contains
          if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)
          if (chosen%stress_closure) call keep_first(values%stress_closure, first_g)
          if (chosen%domain_integral) call keep_first(values%domain, first_g)
-         values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
-         values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
+         if (tip%nodes%tip > 0) then
+            values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
+            values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
+         end if
          values%reaction = state%reaction
       end associate
       call follow_values(scene, tip, values)
@@ -98,10 +100,11 @@ contains
    end subroutine estimate_rates
 
    !> Before the first step: estimate by which part of their values the chosen estimators are off, from what they find at rest.
-   subroutine estimate_errors(scene, motion, cracks, extrapolation, values, failure)
+   subroutine estimate_errors(scene, motion, cracks, number, extrapolation, values, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the tip
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
@@ -109,12 +112,12 @@ contains
       type(crack_values_t) :: found
       type(particles_t) :: p
       type(nodal_state_t) :: state
-      associate (tip => cracks%tips(1), errors => values%errors, chosen => scene%energy_release)
+      associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
          if (.not. chosen%needs_crack()) return
-         call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
+         if (tip%nodes%tip > 0) call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          errors%cell = tip%nodes%spacing
          if (.not. crack%known) then
-            errors%nodal_force%relative = error_by_lengths(motion, tip, cracks%crack(tip%crack)%mouth)
+            errors%nodal_force%relative = error_by_lengths(motion, tip, other_end(cracks, tip))
             errors%domain = errors%nodal_force
             errors%j = errors%domain(1)
             errors%intensity%relative = errors%domain%relative/2
@@ -138,6 +141,17 @@ contains
          end associate
       end associate
    end subroutine estimate_errors
+
+   !> The other end of the crack of a tip, or its mouth [m].
+   pure function other_end(cracks, tip) result(x)
+      type(cracks_t), intent(in) :: cracks
+      type(crack_tip_t), intent(in) :: tip
+      real(dp) :: x(ndim)
+      associate (crack => cracks%crack(tip%crack))
+         x = crack%mouth
+         if (crack%kind == 'path') x = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point))
+      end associate
+   end function other_end
 
    !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
    pure subroutine follow_values(scene, tip, values)
@@ -186,16 +200,14 @@ contains
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
          call record_best(scene, v, history)
-         call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
-         if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
-         call history%record('mouth_opening', 'm', &
-                             'opening at the mouth; with two tips at a root node half way or next to it', v%mouth(1))
-         if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
-         call history%record('tip_cell', 'm', 'size of the cells at the tip', tip%nodes%spacing)
-         if (size(scene%constraints) > 0) then
-            call history%record('reaction_x', 'N', 'force of the constraints on the bodies', v%reaction(1))
-            call history%record('reaction_y', 'N', 'force of the constraints on the bodies', v%reaction(2))
+         if (tip%nodes%tip > 0) then
+            call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
+            if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
+            call history%record('mouth_opening', 'm', &
+                                'opening at the mouth; with two tips at a root node half way or next to it', v%mouth(1))
+            if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
          end if
+         call history%record('tip_cell', 'm', 'size of the cells at the tip', tip%nodes%spacing)
       end associate
 
    contains

@@ -3,7 +3,7 @@
 !> A column stands once in the code, where `record` is given its name, unit, meaning and value. The first pass through the calls
 !> finds the columns, whatever the values are then; each pass fills a row. So all passes make the same calls in the same order.
 module hampm_history
-   use hampm_kinds, only: dp, long
+   use hampm_kinds, only: name_len, dp, long
    use hampm_placement, only: length_text
    use hampm_text, only: to_text
    implicit none
@@ -22,6 +22,7 @@ module hampm_history
    type :: history_t
       type(column_t), allocatable :: columns(:)  !! in the order of the calls; not allocated before the first pass
       real(dp), allocatable :: row(:)            !! latest value of each column
+      character(name_len) :: of_tip = ''         !! what the names of the next columns end with, as '_tip2'
       integer, private :: filled = 0             !! how many values the row has so far
    contains
       procedure :: begin_row
@@ -111,7 +112,7 @@ contains
       character(*), intent(in) :: name, unit, meaning
       logical, intent(in) :: integer_valued
       type(column_t) :: column
-      column%name = name
+      column%name = trim(name)//trim(self%of_tip)
       column%unit = unit
       column%meaning = meaning
       column%integer_valued = integer_valued

@@ -23,6 +23,7 @@ module hampm_measurements
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
+   use hampm_text, only: to_text
    implicit none
    private
    public :: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, measure, &
@@ -42,7 +43,7 @@ module hampm_measurements
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
-      type(crack_values_t) :: crack              !! what was measured at the crack, if there is one
+      type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
       type(face_overlap_t) :: overlap            !! of the faces of the crack
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
       type(history_t) :: history                 !! the columns and the latest row
@@ -57,10 +58,14 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
+      integer :: k
       call note_initial_energy(motion, m)
       m%rounding_energy = energy_of_rounding(scene, motion%loads)
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
-      if (size(cracks%tips) > 0) call new_crack_values(scene, cracks%tips(1), m%crack)
+      allocate (m%crack(cracks%n_measured()))
+      do k = 1, size(m%crack)
+         call new_crack_values(scene, cracks%tips(k), m%crack(k))
+      end do
       select case (scene%energy_release%reference)
       case ('value')
          m%g_ref = scene%energy_release%reference_value
@@ -109,7 +114,10 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      if (size(cracks%tips) > 0) call estimate_errors(scene, motion, cracks, m%extrapolation, m%crack, failure)
+      integer :: k
+      do k = 1, size(m%crack)
+         call estimate_errors(scene, motion, cracks, k, m%extrapolation, m%crack(k), failure)
+      end do
    end subroutine estimate_error
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
@@ -167,6 +175,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: first_g
       type(nodal_state_t) :: state
+      integer :: k
       m%kinetic_energy = kinetic_energy(motion)
       m%strain_energy = strain_energy(motion%particles, motion%materials)
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
@@ -175,10 +184,11 @@ contains
       if (needs_nodal_state(scene)) call find_nodal_state(motion, state, failure)
       if (failure%failed()) return
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
-      if (size(cracks%tips) > 0) then
-         call measure_crack(scene, motion, cracks%tips(1), state, m%extrapolation, m%crack, first_g, failure)
-         call m%overlap%look(reshape([m%crack%behind, m%crack%mouth], [2, 2]), motion%time)
-      end if
+      do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
+         call measure_crack(scene, motion, cracks%tips(k), state, m%extrapolation, m%crack(k), first_g, failure)
+         if (cracks%tips(k)%nodes%tip > 0) &
+            call m%overlap%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
+      end do
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
@@ -187,7 +197,7 @@ contains
    pure logical function needs_nodal_state(scene) result(needs)
       type(scene_t), intent(in) :: scene
       needs = scene%energy_release%domain_integral .or. any(scene%constraints%name /= '') &
-              .or. (scene%crack%present .and. size(scene%constraints) > 0)
+              .or. ((scene%crack%present .or. size(scene%paths) > 0) .and. size(scene%constraints) > 0)
    end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.
@@ -197,6 +207,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
+      integer :: k
       associate (history => m%history, p => motion%particles, grid => motion%grid)
          call history%begin_row()
          call history%record('time', 's', 'time', motion%time)
@@ -211,7 +222,15 @@ contains
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
-         if (size(cracks%tips) > 0) call record_crack(scene, cracks%tips(1), m%crack, history)
+         do k = 1, size(m%crack)
+            if (k > 1) history%of_tip = '_tip'//to_text(k)
+            call record_crack(scene, cracks%tips(k), m%crack(k), history)
+         end do
+         history%of_tip = ''
+         if (size(m%crack) > 0 .and. size(scene%constraints) > 0) then
+            call history%record('reaction_x', 'N', 'force of the constraints on the bodies', m%crack(1)%reaction(1))
+            call history%record('reaction_y', 'N', 'force of the constraints on the bodies', m%crack(1)%reaction(2))
+         end if
          call record_reactions(scene, m)
          if (scene%refine%indicator == 'zz') &
             call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
@@ -262,6 +281,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(measurements_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
+      integer :: k
       call archive%section('measurements')
       call archive%keep('initial_energy', m%initial_energy)
       call archive%keep('largest_energy', m%largest_energy)
@@ -270,7 +290,11 @@ contains
       call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
       call archive%keep('largest_inner_energy', m%largest_inner_energy)
       call keep_overlap(m%overlap, archive)
-      call keep_errors(m%crack%errors, archive)
+      do k = 1, size(m%crack)
+         call archive%section('errors_'//to_text(k))
+         call keep_errors(m%crack(k)%errors, archive)
+      end do
+      call archive%section('extrapolation')
       call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
    end subroutine keep_measurements
 end module hampm_measurements

@@ -4,6 +4,7 @@ module hampm_needs
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t, exit_input
    use hampm_memory, only: memory_there_is
+   use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
    use hampm_scene_materials, only: materials_of
@@ -86,11 +87,12 @@ contains
       type(needs_t), intent(inout) :: needs
       real(dp), intent(inout) :: occupied           !! cells with particles
       real(dp) :: density, divided, fit, tips
-      integer :: level
+      integer :: level, k
       density = needs%particles/occupied
       tips = 1
       if (scene%crack%kind == 'symmetry') tips = 0.5_dp
       if (scene%crack%kind == 'line' .and. scene%crack%length > 0) tips = 2
+      if (size(scene%paths) > 0) tips = count([(path_tips(scene, k), k=1, size(scene%paths))])
       fit = occupied
       do level = 0, scene%refine%max_level - 1
          divided = min(fit, tips*(2*scene%refine%rings + 1.0_dp)**ndim)
@@ -146,7 +148,7 @@ contains
    pure integer function columns_of(scene) result(columns)
       type(scene_t), intent(in) :: scene
       columns = 10
-      if (scene%crack%present) columns = columns + 24 + size(scene%energy_release%radii)
+      columns = columns + (merge(1, 0, scene%crack%present) + 2*size(scene%paths))*(24 + size(scene%energy_release%radii))
    end function columns_of
 
    !> Fail where a scene needs more than there can be.

@@ -326,13 +326,16 @@ contains
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      integer :: k
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
       call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
       if (failure%failed()) return
       call check_state(s%motion, s%measurements, s%warning, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return
-      if (size(s%cracks%tips) > 0) call look_at_modes(s%motion, s%cracks%tips(1), s%warning)
+      do k = 1, s%cracks%n_measured()
+         call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
+      end do
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
          call take_row(s%scene, s%motion, s%cracks, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)

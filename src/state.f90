@@ -78,7 +78,8 @@ contains
       call c%keep('leaves', leaves)
       if (leaves > 0 .and. .not. c%failure%failed()) call keep_leaves(c, leaves, forest)
       if (.not. c%is_read .or. c%failure%failed()) return
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest))
+      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), &
+                                                                        cracks%lines())
    end subroutine keep_grid
 
    !> Keep the leaves of a forest, of which not every root is one.

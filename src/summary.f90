@@ -61,13 +61,15 @@ contains
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
-      integer :: leaf
+      integer :: leaf, k
       text = 'particles       '//to_text(s%motion%particles%n)//nl// &
              'cells           '//to_text(s%motion%grid%forest%leaf_count())//', of which occupied '// &
              to_text(count([(is_occupied(s%motion%grid, s%motion%blocks, leaf), &
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              steps_summary(s)
-      if (size(s%cracks%tips) > 0) text = text//crack_summary(s, s%cracks%tips(1))//error_summary(s)
+      do k = 1, size(s%measurements%crack)
+         text = text//crack_summary(s, s%cracks%tips(k))//error_summary(s, k)
+      end do
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
 
@@ -80,7 +82,10 @@ contains
       integer :: i
       associate (crack => s%cracks%crack(tip%crack), cell => s%scene%grid%cell)
          text = 'crack           '//trim(crack%kind)//', tip '//point_text(tip%place)
-         if (crack%is_tip(first_point)) then
+         if (crack%kind == 'path') then
+            text = text//' m at its '//trim(merge('first', 'last ', tip%end == first_point))//' point, length '// &
+                   length_text(crack%length())//' m'//nl
+         else if (crack%is_tip(first_point)) then
             text = text//', other tip '//point_text(decimal(crack%points(:, 1), cell))//' m'//nl
          else
             text = text//', mouth '//point_text(decimal(crack%mouth, cell))//' m'//nl
@@ -111,11 +116,12 @@ contains
    end function steps_summary
 
    !> By which part of their values the estimators are expected to be off with the cells of the start; '' where none is chosen.
-   function error_summary(s) result(text)
+   function error_summary(s, tip) result(text)
       type(simulation_t), intent(in) :: s
+      integer, intent(in) :: tip                 !! its number
       character(:), allocatable :: text
       text = ''
-      associate (chosen => s%scene%energy_release, errors => s%measurements%crack%errors)
+      associate (chosen => s%scene%energy_release, errors => s%measurements%crack(tip)%errors)
          if (chosen%nodal_force) text = text//', G_nodal_force '//percent(maxval(errors%nodal_force%relative))
          if (chosen%stress_closure) text = text//', G_stress_closure '//percent(maxval(errors%stress_closure%relative))
          if (chosen%domain_integral) text = text//', J '//percent(errors%j%relative)//', K '// &

@@ -5,6 +5,7 @@
 module hampm_matching
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: interpolate_gradient, inside_cell
+   use hampm_cut_cells, only: line_t
    use hampm_cuts, only: cut_t
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
@@ -27,13 +28,15 @@ contains
       type(forest_t), intent(in) :: forest
       type(failure_t), intent(inout) :: failure
       type(cut_t), allocatable :: cuts(:)
+      type(line_t), allocatable :: lines(:)
       real(dp) :: energy
       call start_families(m%particles)
       energy = total_energy(m)
       call split_marked(m, coarser_than(m, forest), failure)
       if (failure%failed()) return
       cuts = m%grid%cuts
-      call build_grid(forest, m%grid, failure, cuts)
+      if (m%grid%cut_cells%are_there()) lines = m%grid%cut_cells%lines
+      call build_grid(forest, m%grid, failure, cuts, lines)
       if (failure%failed()) return
       call sort_particles(m, failure)
       if (failure%failed()) return

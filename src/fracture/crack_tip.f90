@@ -6,6 +6,7 @@
 module hampm_crack_tip
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    implicit none
    private
@@ -26,6 +27,7 @@ module hampm_crack_tip
    !> A tip.
    type :: crack_tip_t
       integer :: crack = 0                       !! number of its crack
+      integer :: end = 0                         !! 1 where it is the first point of that, 2 the last
       real(dp) :: place(ndim) = 0                !! in the reference configuration [m]
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
@@ -35,6 +37,7 @@ module hampm_crack_tip
    contains
       procedure :: is_half
       procedure :: find_nodes
+      procedure :: find_cells
    end type crack_tip_t
 
 contains
@@ -70,6 +73,18 @@ contains
          found = min(nodes%tip, nodes%ahead) > 0 .and. all(min(nodes%behind, nodes%mouth) > 0 .or. .not. self%face)
       end associate
    end subroutine find_nodes
+
+   !> Find the cells in a grid at a tip that is not at a node: the smallest at it.
+   pure subroutine find_cells(self, grid)
+      class(crack_tip_t), intent(inout) :: self
+      type(grid_t), intent(in) :: grid
+      integer :: k, leaf
+      self%nodes = tip_nodes_t(spacing=grid%forest%cell)
+      do k = 0, 3
+         leaf = grid%forest%leaf_at(self%place + grid%forest%tolerance()*(2*[mod(k, 2), k/2] - 1))
+         if (leaf /= outside) self%nodes%spacing = min(self%nodes%spacing, grid%forest%size_of(leaf))
+      end do
+   end subroutine find_cells
 
    !> The nodes of the faces at a place; 0 where there is none.
    pure function face_nodes(self, grid, x) result(nodes)

@@ -8,6 +8,7 @@ module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: keep_surroundings, crack_tip_t, frame_along, upper, lower
+   use hampm_cut_cells, only: line_t
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
@@ -22,12 +23,15 @@ module hampm_cracks
 
    !> A crack.
    type :: crack_t
-      character(name_len) :: kind = ''           !! 'symmetry' or 'line'
+      character(name_len) :: kind = ''           !! 'symmetry', 'line' or 'path'
       real(dp), allocatable :: points(:, :)      !! in the order in which one walks along it [m], (ndim, 2 or more)
       logical :: is_tip(2) = .false.             !! whether its first and its last point are tips
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
       logical :: contact = .false.               !! whether the faces press on each other, without friction
+      real(dp) :: beyond(2) = 0                  !! of a path: how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
+   contains
+      procedure :: length
    end type crack_t
 
    !> All of them, and their tips.
@@ -37,11 +41,20 @@ module hampm_cracks
    contains
       procedure :: list_tips
       procedure :: tip_places
+      procedure :: n_measured
       procedure :: cuts
+      procedure :: lines
       procedure :: find_nodes
    end type cracks_t
 
 contains
+
+   !> Its length, all segments together [m].
+   pure real(dp) function length(self)
+      class(crack_t), intent(in) :: self
+      integer :: i
+      length = sum([(norm2(self%points(:, i) - self%points(:, i - 1)), i=2, size(self%points, 2))])
+   end function length
 
    !> Number the tips, and find their places and frames.
    pure subroutine list_tips(self)
@@ -56,6 +69,7 @@ contains
             n = n + 1
             call place_tip(self%crack(c), end, self%tips(n))
             self%tips(n)%crack = c
+            self%tips(n)%end = end
          end do
       end do
    end subroutine list_tips
@@ -92,7 +106,15 @@ contains
       end do
    end function tip_places
 
-   !> Where a grid is not connected: along the cracks that have two faces. Each of them lies along a grid line.
+   !> Number of the tips, from the first on, whose energy release rate is measured: of a crack along a grid line one.
+   pure integer function n_measured(self)
+      class(cracks_t), intent(in) :: self
+      n_measured = size(self%tips)
+      if (n_measured == 0) return
+      if (self%crack(1)%kind /= 'path') n_measured = 1
+   end function n_measured
+
+   !> Where a grid is not connected along grid lines: at cracks with two faces that are no paths.
    pure function cuts(self, forest)
       class(cracks_t), intent(in) :: self
       type(forest_t), intent(in) :: forest       !! of the grid
@@ -101,12 +123,31 @@ contains
       integer :: c
       allocate (cuts(0))
       do c = 1, size(self%crack)
-         if (.not. all(self%crack(c)%face)) cycle
+         if (.not. all(self%crack(c)%face) .or. self%crack(c)%kind == 'path') cycle
          from = self%crack(c)%points(:, 1)
          to = self%crack(c)%points(:, size(self%crack(c)%points, 2))
          cuts = [cuts, cut_of(forest, minloc(abs(to - from), dim=1), from, to, matched=self%crack(c)%contact)]
       end do
    end function cuts
+
+   !> The lines along which cells are cut: paths, whose ends that are no tips go on straight.
+   pure function lines(self)
+      class(cracks_t), intent(in) :: self
+      type(line_t), allocatable :: lines(:)
+      integer :: c, n
+      allocate (lines(count([(self%crack(c)%kind == 'path', c=1, size(self%crack))])))
+      n = 0
+      do c = 1, size(self%crack)
+         if (self%crack(c)%kind /= 'path') cycle
+         n = n + 1
+         lines(n)%points = self%crack(c)%points
+         lines(n)%is_tip = self%crack(c)%is_tip
+         associate (p => lines(n)%points, last => size(lines(n)%points, 2), beyond => self%crack(c)%beyond)
+            p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
+            p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))
+         end associate
+      end do
+   end function lines
 
    !> Find the nodes around the tips in a grid. Fails where there are none.
    subroutine find_nodes(self, grid, failure)
@@ -117,6 +158,10 @@ contains
       integer :: k
       do k = 1, size(self%tips)
          associate (tip => self%tips(k))
+            if (self%crack(tip%crack)%kind == 'path') then
+               call tip%find_cells(grid)
+               cycle
+            end if
             call tip%find_nodes(grid, self%crack(tip%crack)%mouth, found)
          end associate
          if (.not. found) call failure%report(exit_input, &
@@ -157,5 +202,6 @@ contains
       call archive%keep_reals('points', size(crack%points), crack%points)
       call archive%keep_logicals('is_tip', size(crack%is_tip), crack%is_tip)
       call archive%keep_reals('mouth', ndim, crack%mouth)
+      call archive%keep_reals('beyond', size(crack%beyond), crack%beyond)
    end subroutine keep_crack
 end module hampm_cracks

@@ -31,6 +31,7 @@ module hampm_stiffness
 
    !> Squared frequency of the springs over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
+   real(dp), parameter :: hardly = 1e-10_dp      !! over the stiffness of a piece of a cell, that which keeps it from being singular
    real(dp), parameter :: softness = 1.0e-8_dp
 
    !> Which stiffness is wanted.
@@ -139,7 +140,8 @@ contains
       end do
    end subroutine number
 
-   !> Add the stiffness of all cells.
+   !> Add the stiffness of all cells. Nodes that only a piece of a cut cell has, and in that few particles, have motions that strain
+   !> nothing: these are hardly held, to have some solution.
    subroutine fill(m, cells, stiffness, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: cells(:)            !! the occupied elements
@@ -161,6 +163,11 @@ contains
             end do
          end if
          by_master = matrix_by_masters(ndim, weight, by_corner)
+         if (m%grid%is_piece(cells(k))) then
+            do d = 1, ndim*n
+               by_master(d, d) = by_master(d, d) + hardly*maxval(by_corner)
+            end do
+         end if
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)

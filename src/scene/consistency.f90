@@ -7,6 +7,7 @@ module hampm_consistency
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_mistakes, only: mistakes_t
+   use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, most_particles, &
                                 point_text, length_text
    use hampm_refine_consistency, only: check_refine
@@ -44,6 +45,7 @@ contains
       call check_loads(scene, settings, has_grid, mistakes)
       before = mistakes%count
       call check_crack(scene, settings, has_grid, mistakes)
+      call check_paths(scene, settings, has_bodies, mistakes)
       call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
       call check_time_steps(scene, settings, mistakes)

@@ -3,6 +3,7 @@ module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered, is_on_crack
    use hampm_mistakes, only: mistakes_t
+   use hampm_path_consistency, only: check_path_radii
    use hampm_placement, only: tolerance, upper_corner, nearest_node, within, overlap, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -22,6 +23,13 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       integer :: entry, before
       entry = settings%find('crack', 1)
+      if (.not. scene%crack%present) return
+      if (settings%good(entry, 'tip') .and. size(settings%numbers(entry, 'tip')) /= ndim) then
+         call settings%complain(mistakes, entry, 'tip', 'must have 2 values, the tip of the crack; for example tip = 0.05, 0.0')
+         return
+      end if
+      if (size(settings%numbers(entry, 'points')) > 0) call settings%complain(mistakes, entry, 'points', &
+                                                                              'are for kind = ''path'' only')
       if (.not. (settings%good(entry, 'kind') .and. settings%good(entry, 'tip') .and. settings%good(entry, 'direction'))) return
       before = mistakes%count
       if (count(abs(scene%crack%direction) > 0) /= 1) &
@@ -154,7 +162,10 @@ contains
       integer :: entry
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators')) then
-         if (.not. scene%crack%present) then
+         if (size(scene%paths) > 0) then
+            if (scene%energy_release%domain_integral .and. has_geometry .and. settings%good(entry, 'radii')) &
+               call check_path_radii(scene, settings, entry, mistakes)
+         else if (.not. scene%crack%present) then
             if (scene%energy_release%needs_crack()) &
                call settings%complain(mistakes, entry, 'estimators', '''nodal_force'', ''stress_closure'' and '// &
                                       '''domain_integral'' need a group &crack')

@@ -7,7 +7,7 @@ module hampm_crack_placement
    implicit none
    private
    public :: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, largest_radius, &
-             least_radius, domain_radii, is_covered, is_on_crack, face_normal
+             least_radius, domain_radii, is_covered, covered_radius, distance_to_box, is_on_crack, face_normal
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 

@@ -27,7 +27,8 @@ contains
              .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
             call settings%complain(mistakes, entry, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
        case ('tip')
-         if (.not. scene%crack%present) call settings%complain(mistakes, entry, 'indicator', '''tip'' needs a group &crack')
+         if (.not. scene%crack%present .and. size(scene%paths) == 0) &
+            call settings%complain(mistakes, entry, 'indicator', '''tip'' needs a group &crack')
       end select
       call check_points(scene, settings, entry, mistakes)
       call check_region(scene, settings, entry, has_bodies, mistakes)

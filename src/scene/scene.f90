@@ -3,7 +3,7 @@
 module hampm_scene
    use hampm_body_group, only: body_t, fill_bodies
    use hampm_constraint_group, only: constraint_spec_t, fill_constraints
-   use hampm_crack_group, only: crack_spec_t, fill_crack
+   use hampm_crack_group, only: crack_spec_t, path_spec_t, fill_crack, fill_paths
    use hampm_damping_group, only: damping_t, fill_damping
    use hampm_energy_release_group, only: energy_release_t, fill_energy_release
    use hampm_grid_group, only: grid_spec_t, fill_grid
@@ -17,7 +17,7 @@ module hampm_scene
    implicit none
    private
    public :: scene_t, fill_scene, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, method_t, refine_t, crack_spec_t, energy_release_t, output_t
+             damping_t, method_t, refine_t, crack_spec_t, path_spec_t, energy_release_t, output_t
 
    !> All groups.
    type :: scene_t
@@ -30,7 +30,8 @@ module hampm_scene
       type(damping_t) :: damping
       type(method_t) :: method
       type(refine_t) :: refine
-      type(crack_spec_t) :: crack
+      type(crack_spec_t) :: crack                !! that is no path
+      type(path_spec_t), allocatable :: paths(:) !! cracks of kind 'path'
       type(energy_release_t) :: energy_release
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
@@ -52,6 +53,7 @@ contains
       call fill_method(settings, scene%method)
       call fill_refine(settings, scene%refine)
       call fill_crack(settings, scene%crack)
+      call fill_paths(settings, scene%paths)
       call fill_energy_release(settings, scene%energy_release)
       call fill_output(settings, scene%output)
       call find_materials(scene)

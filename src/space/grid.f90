@@ -13,9 +13,11 @@
 !> which is which.
 !>
 !> Along a cut (`hampm_cuts`) there are nodes on either side, at one position. Where its sides are matched, a leaf across from
-!> finer ones is a transition element too.
+!> finer ones is a transition element too. A leaf that a line in any direction divides (`hampm_cut_cells`) has an element, or four
+!> quarters, for each of its pieces, and its nodes have copies.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
    use hampm_cuts, only: cut_t, place_seen, place_across
    use hampm_dofs, only: dofs_t, most_nodes_of_leaf
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
@@ -30,7 +32,8 @@ module hampm_grid
    !> Nodes and elements of a forest.
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
-      type(cut_t), allocatable :: cuts(:)               !! and where it was cut then
+      type(cut_t), allocatable :: cuts(:)               !! and where it was cut then, along grid lines
+      type(cut_cells_t) :: cut_cells                    !! and in any direction
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
       integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
@@ -39,7 +42,7 @@ module hampm_grid
       real(dp), allocatable :: element_lower(:, :)      !! lower corner [m], (ndim, n_elements)
       real(dp), allocatable :: element_size(:)          !! edge length [m], (n_elements)
       integer, allocatable :: element_nodes(:, :)       !! node at each corner, (corners, n_elements)
-      integer, allocatable :: element_leaf(:)           !! leaf of which it is the whole or a quarter, (n_elements)
+      integer, allocatable :: element_leaf(:)           !! leaf of which it is the whole or a quarter, or a piece of these, (n_elements)
       integer, allocatable :: leaf_element(:)           !! first element of each leaf, (leaves + 1)
       type(dofs_t) :: dofs                              !! which nodes hang and on which others, and the elements around each
    contains
@@ -48,23 +51,28 @@ module hampm_grid
       procedure :: element_at
       procedure :: local_coordinate
       procedure :: is_transition
+      procedure :: quarters_of
+      procedure :: is_piece
       procedure :: leaf_size
       procedure :: smallest_leaf_at
    end type grid_t
 
 contains
 
-   !> Build the grid of a forest, with or without cuts. Fails where the memory does not suffice.
-   subroutine build_grid(forest, grid, failure, cuts)
+   !> Build the grid of a forest, with or without cuts along grid lines, and lines that cut in any direction. Fails where the memory does
+   !> not suffice.
+   subroutine build_grid(forest, grid, failure, cuts, lines)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
       type(cut_t), intent(in), optional :: cuts(:)
+      type(line_t), intent(in), optional :: lines(:)
       type(place_table_t) :: points
       integer :: status, leaf
       grid%forest = forest
       allocate (grid%cuts(0))
       if (present(cuts)) grid%cuts = cuts
+      if (present(lines)) call find_cut_cells(forest, lines, grid%cut_cells)
       associate (n_leaves => forest%leaf_count())
          call points%reserve(expected_points(n_leaves), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
@@ -74,7 +82,8 @@ contains
             grid%n_nodes = points%n
             grid%leaf_element(1) = 1
             do leaf = 1, n_leaves
-               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) + merge(corners, 1, has_mid_node(grid, points, leaf))
+               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) &
+                                             + grid%cut_cells%pieces_of(leaf)*merge(corners, 1, has_mid_node(grid, points, leaf))
             end do
             grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
             allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
@@ -106,10 +115,12 @@ contains
    subroutine number_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
-      integer :: leaf, c, number
+      integer :: leaf, piece, c, number
       do leaf = 1, grid%forest%leaf_count()
-         do c = 1, corners
-            call points%enter(corner_of_leaf(grid, leaf, c), number)
+         do piece = 1, grid%cut_cells%pieces_of(leaf)
+            do c = 1, corners
+               call points%enter(corner_of_leaf(grid, leaf, piece, c), number)
+            end do
          end do
       end do
    end subroutine number_nodes
@@ -122,33 +133,45 @@ contains
       integer :: leaf, side, number
       do leaf = 1, grid%forest%leaf_count()
          do side = 1, sides
-            middle = middle_of_side(grid, leaf, side)
+            middle = middle_of_side(grid, leaf, 1, side)
             if (points%number_of(place_across(grid%cuts, middle)) > 0) call points%enter(middle, number)
          end do
       end do
    end subroutine match_sides
 
-   !> Place of a corner of a leaf, as the leaf sees it.
-   pure function corner_of_leaf(grid, leaf, corner) result(place)
+   !> A place as a piece of a leaf sees it: points at one place that are not the same have different ones.
+   pure function seen_from(grid, leaf, piece, place) result(seen)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: leaf, corner
+      integer, intent(in) :: leaf, piece
+      integer(long), intent(in) :: place(ndim)
+      integer(long) :: seen(ndim)
+      if (grid%cut_cells%are_there()) then
+         seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
+      else
+         seen = place_seen(grid%cuts, place, grid%forest%place_of(leaf))
+      end if
+   end function seen_from
+
+   !> Place of a corner of a leaf, as a piece of it sees it.
+   pure function corner_of_leaf(grid, leaf, piece, corner) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, piece, corner
       integer(long) :: place(ndim)
-      associate (lower => grid%forest%place_of(leaf))
-         place = place_seen(grid%cuts, lower + corner_offset(corner)*level_width(grid%forest%level_of(leaf)), lower)
-      end associate
+      place = seen_from(grid, leaf, piece, grid%forest%place_of(leaf) &
+                                           + corner_offset(corner)*level_width(grid%forest%level_of(leaf)))
    end function corner_of_leaf
 
-   !> Place of the middle of a side of a leaf, as the leaf sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
-   pure function middle_of_side(grid, leaf, side) result(place)
+   !> Place of the middle of a side of a leaf, as a piece of it sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
+   pure function middle_of_side(grid, leaf, piece, side) result(place)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: leaf, side
+      integer, intent(in) :: leaf, piece, side
       integer(long) :: place(ndim)
       integer :: normal
       normal = (side + 1)/2
       associate (lower => grid%forest%place_of(leaf), width => level_width(grid%forest%level_of(leaf)))
          place = lower + width/2
          place(normal) = place(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
-         place = place_seen(grid%cuts, place, lower)
+         place = seen_from(grid, leaf, piece, place)
       end associate
    end function middle_of_side
 
@@ -157,11 +180,13 @@ contains
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in) :: nodes
       integer, intent(in) :: leaf
-      integer :: side
+      integer :: piece, side
       has = .false.
       if (grid%forest%is_uniform()) return
-      do side = 1, sides
-         has = has .or. nodes%number_of(middle_of_side(grid, leaf, side)) > 0
+      do piece = 1, grid%cut_cells%pieces_of(leaf)
+         do side = 1, sides
+            has = has .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
+         end do
       end do
    end function has_mid_node
 
@@ -170,20 +195,22 @@ contains
       type(grid_t), intent(inout) :: grid
       type(place_table_t), intent(inout) :: points
       integer(long) :: lower(ndim), width
-      integer :: leaf, e, quarter, c
+      integer :: leaf, piece, e, quarter, c
       do leaf = 1, grid%forest%leaf_count()
          width = level_width(grid%forest%level_of(leaf))
          if (grid%is_transition(leaf)) width = width/2
-         do quarter = 1, grid%leaf_element(leaf + 1) - grid%leaf_element(leaf)
-            e = grid%leaf_element(leaf) + quarter - 1
-            lower = grid%forest%place_of(leaf) + corner_offset(quarter)*width
-            grid%element_leaf(e) = leaf
-            grid%element_lower(:, e) = grid%forest%position(lower)
-            grid%element_size(e) = grid%forest%size_of(leaf)
-            if (grid%is_transition(leaf)) grid%element_size(e) = grid%element_size(e)/2
-            do c = 1, corners
-               call points%enter(place_seen(grid%cuts, lower + corner_offset(c)*width, grid%forest%place_of(leaf)), &
-                                 grid%element_nodes(c, e))
+         e = grid%leaf_element(leaf) - 1
+         do piece = 1, grid%cut_cells%pieces_of(leaf)
+            do quarter = 1, grid%quarters_of(leaf)
+               e = e + 1
+               lower = grid%forest%place_of(leaf) + corner_offset(quarter)*width
+               grid%element_leaf(e) = leaf
+               grid%element_lower(:, e) = grid%forest%position(lower)
+               grid%element_size(e) = grid%forest%size_of(leaf)
+               if (grid%is_transition(leaf)) grid%element_size(e) = grid%element_size(e)/2
+               do c = 1, corners
+                  call points%enter(seen_from(grid, leaf, piece, lower + corner_offset(c)*width), grid%element_nodes(c, e))
+               end do
             end do
          end do
       end do
@@ -207,30 +234,32 @@ contains
       type(place_table_t), intent(in) :: points
       real(dp), allocatable :: weight(:, :)
       integer, allocatable :: node(:, :), count_of(:)
-      integer :: leaf, side, middle, k
+      integer :: leaf, piece, side, middle, k
       integer :: mids(sides), ends(2, sides)
       associate (n_nodes => grid%n_nodes, n_hanging => grid%n_points - grid%n_nodes)
          allocate (weight(most_nodes_of_leaf, n_hanging), node(most_nodes_of_leaf, n_hanging), count_of(n_hanging))
          count_of = 0
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
-            do side = 1, sides
-               mids(side) = points%number_of(middle_of_side(grid, leaf, side))
-               ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, side_corner(side, k))), k=1, 2)]
-               if (mids(side) <= n_nodes) cycle
-               count_of(mids(side) - n_nodes) = 2
-               node(:2, mids(side) - n_nodes) = ends(:, side)
-               weight(:2, mids(side) - n_nodes) = 0.5_dp
-            end do
-            middle = grid%element_nodes(corners, grid%leaf_element(leaf)) - n_nodes
-            count_of(middle) = 0
-            do side = 1, sides
-               if (mids(side) <= n_nodes) then
-                  call add_master(mids(side), 0.25_dp)
-               else
-                  call add_master(ends(1, side), 0.125_dp)
-                  call add_master(ends(2, side), 0.125_dp)
-               end if
+            do piece = 1, grid%cut_cells%pieces_of(leaf)
+               do side = 1, sides
+                  mids(side) = points%number_of(middle_of_side(grid, leaf, piece, side))
+                  ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, piece, side_corner(side, k))), k=1, 2)]
+                  if (mids(side) <= n_nodes) cycle
+                  count_of(mids(side) - n_nodes) = 2
+                  node(:2, mids(side) - n_nodes) = ends(:, side)
+                  weight(:2, mids(side) - n_nodes) = 0.5_dp
+               end do
+               middle = grid%element_nodes(corners, grid%leaf_element(leaf) + (piece - 1)*corners) - n_nodes
+               count_of(middle) = 0
+               do side = 1, sides
+                  if (mids(side) <= n_nodes) then
+                     call add_master(mids(side), 0.25_dp)
+                  else
+                     call add_master(ends(1, side), 0.125_dp)
+                     call add_master(ends(2, side), 0.125_dp)
+                  end if
+               end do
             end do
          end do
       end associate
@@ -264,8 +293,22 @@ contains
    pure logical function is_transition(self, leaf)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: leaf
-      is_transition = self%leaf_element(leaf + 1) > self%leaf_element(leaf) + 1
+      is_transition = self%quarters_of(leaf) > 1
    end function is_transition
+
+   !> Number of elements of each piece of a leaf: 1, or its quarters.
+   pure integer function quarters_of(self, leaf)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      quarters_of = (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%cut_cells%pieces_of(leaf)
+   end function quarters_of
+
+   !> Whether an element is of a piece of a leaf that is cut.
+   pure logical function is_piece(self, e)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      is_piece = self%cut_cells%pieces_of(self%element_leaf(e)) > 1
+   end function is_piece
 
    !> Size of the leaf of an element [m].
    pure real(dp) function leaf_size(self, e)
@@ -317,7 +360,7 @@ contains
       is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0
    end function is_toward
 
-   !> The element that covers the place `x`; `outside` where there is none, or where `x` is not a number.
+   !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a number.
    pure integer function element_at(self, x) result(e)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -328,6 +371,8 @@ contains
       if (place(1) < 0) return
       leaf = self%forest%leaf_of(place)
       e = self%leaf_element(leaf)
+      if (self%leaf_element(leaf + 1) == e + 1) return
+      e = e + (self%cut_cells%piece_at(self%forest, leaf, x) - 1)*self%quarters_of(leaf)
       if (.not. self%is_transition(leaf)) return
       place = (place - self%forest%place_of(leaf))/(level_width(self%forest%level_of(leaf))/2)
       do d = 1, ndim

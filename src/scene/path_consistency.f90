@@ -1,0 +1,212 @@
+!> Whether the cracks of kind 'path' of a scene can be cut: each by itself, against each other, and against what they do not go with.
+module hampm_path_consistency
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_placement, only: least_radius, body_at
+   use hampm_mistakes, only: mistakes_t
+   use hampm_path_placement, only: path_tips, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, first_end, &
+                                   last_end
+   use hampm_placement, only: tolerance, overlap, point_text, length_text
+   use hampm_scene, only: scene_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: check_paths, check_path_radii
+
+   real(dp), parameter :: least_way = 1          !! root cells from one point of a path to the next, and from a tip to what is near
+
+contains
+
+   !> Check all paths.
+   pure subroutine check_paths(scene, settings, has_bodies, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: k, before
+      if (size(scene%paths) == 0) return
+      call check_company(scene, settings, mistakes)
+      do k = 1, size(scene%paths)
+         before = mistakes%count
+         call check_points(scene, settings, k, mistakes)
+         if (mistakes%count == before .and. has_bodies) call check_place(scene, settings, k, mistakes)
+      end do
+   end subroutine check_paths
+
+   !> What paths do not go with.
+   pure subroutine check_company(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: method, release, k
+      method = settings%find('method', 1)
+      release = settings%find('energy_release', 1)
+      if (scene%crack%present .or. settings%count_of('crack') /= size(scene%paths)) then
+         do k = 1, settings%count_of('crack')
+            if (settings%text(settings%find('crack', k), 'kind') /= 'path') &
+               call settings%complain(mistakes, settings%find('crack', k), 'kind', 'must be ''path'' beside other cracks')
+         end do
+      end if
+      if (settings%good(method, 'frame') .and. scene%method%frame /= 'total') call settings%complain(mistakes, method, 'frame', &
+         'must be ''total'' with a &crack of kind = ''path'': particles keep the side on which they begin')
+      if (settings%good(method, 'time_steps') .and. scene%method%time_steps /= 'global') call settings%complain(mistakes, method, &
+         'time_steps', 'must be ''global'' with a &crack of kind = ''path''')
+      if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, release, &
+         'estimators', 'must be ''domain_integral'' with a &crack of kind = ''path'': its tips are not at nodes, by which '// &
+         '''nodal_force'' and ''stress_closure'' close the crack')
+      if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
+         '''dcb'' needs a &crack of kind = ''symmetry'' or ''line''')
+      do k = 1, size(scene%paths)
+         if (settings%text(settings%find('crack', scene%paths(k)%number), 'contact') == 'frictionless') &
+            call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'contact', &
+                                   'must be ''none'' for kind = ''path''; a crack of kind = ''line'' can have contact')
+      end do
+   end subroutine check_company
+
+   !> The points of the k-th path: enough of them, and not too close.
+   pure subroutine check_points(scene, settings, k, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: k
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: entry, i, j
+      entry = settings%find('crack', scene%paths(k)%number)
+      if (size(settings%numbers(entry, 'tip')) > 0) call settings%complain(mistakes, entry, 'tip', 'has no meaning for kind = '// &
+         '''path'': its ends inside the material are tips')
+      if (.not. settings%good(entry, 'points')) return
+      associate (points => scene%paths(k)%points, numbers => settings%numbers(entry, 'points'))
+         if (mod(size(numbers), ndim) /= 0) then
+            call settings%complain(mistakes, entry, 'points', 'must be pairs x, y: it has '//to_text(size(numbers))//' values')
+            return
+         else if (size(points, 2) < 2) then
+            call settings%complain(mistakes, entry, 'points', 'must have two points at least, x1, y1, x2, y2, for kind = ''path''')
+            return
+         end if
+         do i = 2, size(points, 2)
+            if (norm2(points(:, i) - points(:, i - 1)) >= least_way*scene%grid%cell - tolerance(scene%grid)) cycle
+            call settings%complain(mistakes, entry, 'points', 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
+                                   length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
+                                   to_text(scene%grid%cell)//' m: the cells cannot follow. Use fewer points or smaller cells')
+            return
+         end do
+         do i = 2, size(points, 2)
+            do j = i + 2, size(points, 2)
+               if (.not. do_cross(points(:, i - 1), points(:, i), points(:, j - 1), points(:, j))) cycle
+               call settings%complain(mistakes, entry, 'points', 'the path crosses itself: from point '//to_text(i - 1)// &
+                                      ' to '//to_text(i)//' and from '//to_text(j - 1)//' to '//to_text(j)// &
+                                      '; make two cracks of it')
+               return
+            end do
+         end do
+      end associate
+      do i = 1, k - 1
+         if (scene%paths(k)%name == '' .or. scene%paths(i)%name /= scene%paths(k)%name) cycle
+         call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other crack')
+      end do
+   end subroutine check_points
+
+   !> Whether two segments have a point in common.
+   pure logical function do_cross(a, b, c, d)
+      real(dp), dimension(ndim), intent(in) :: a, b, c, d !! from a to b, and from c to d [m]
+      do_cross = area(a, b, c)*area(a, b, d) <= 0 .and. area(c, d, a)*area(c, d, b) <= 0 .and. &
+                 all(max(min(a, b), min(c, d)) <= min(max(a, b), max(c, d)))
+   end function do_cross
+
+   !> Twice the area of a triangle, with a sign [m2].
+   pure real(dp) function area(a, b, c)
+      real(dp), dimension(ndim), intent(in) :: a, b, c
+      area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+   end function area
+
+   !> Where the k-th path is: in the material, its tips far enough from all else.
+   pure subroutine check_place(scene, settings, k, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: k
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: is_tip(2)
+      integer :: entry, end
+      real(dp) :: near
+      entry = settings%find('crack', scene%paths(k)%number)
+      associate (path => scene%paths(k))
+         is_tip = path_tips(scene, k)
+         if (.not. enters(scene, path%points)) then
+            call settings%complain(mistakes, entry, 'points', 'the crack must run through material: no part of it does')
+            return
+         end if
+         near = least_way*scene%grid%cell
+         do end = first_end, last_end
+            if (.not. is_tip(end)) cycle
+            associate (tip => path_tip(path, end))
+               if (path_radius(scene, k, end) >= near - tolerance(scene%grid)) cycle
+               if (distance_to_cracks(scene, tip, k) < near) then
+                  call settings%complain(mistakes, entry, 'points', 'the tip '//point_text(tip)//' is '// &
+                                         length_text(distance_to_cracks(scene, tip, k))//' m from another crack, less than a '// &
+                                         'cell, '//to_text(scene%grid%cell)//' m: let it end on that crack, or use smaller cells')
+               else
+                  call settings%complain(mistakes, entry, 'points', 'the tip '//point_text(tip)//' is less than a cell, '// &
+                                         to_text(scene%grid%cell)//' m, from a surface, a load, a constraint or another part '// &
+                                         'of its crack: let it end beyond the surface, move it, or use smaller cells')
+               end if
+            end associate
+         end do
+      end associate
+   end subroutine check_place
+
+   !> Whether a polyline runs through material.
+   pure logical function enters(scene, points)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
+      integer, parameter :: looks = 64           ! at each segment
+      integer :: i, j
+      enters = .false.
+      do i = 2, size(points, 2)
+         do j = 0, looks
+            enters = enters .or. is_inside(scene, points(:, i - 1) + real(j, dp)/looks*(points(:, i) - points(:, i - 1)))
+            if (enters) return
+         end do
+      end do
+   end function enters
+
+   !> The domains of the integral around all tips.
+   pure subroutine check_path_radii(scene, settings, entry, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group &energy_release
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: is_tip(2)
+      integer :: k, end, i
+      do k = 1, size(scene%paths)
+         is_tip = path_tips(scene, k)
+         do end = last_end, first_end, -1
+            if (.not. is_tip(end)) cycle
+            associate (tip => path_tip(scene%paths(k), end), most => path_radius(scene, k, end), &
+                       radii => path_radii(scene, k, end), least => least_radius(scene))
+               if (most < least - tolerance(scene%grid)) then
+                  call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius around the tip '// &
+                     point_text(tip)//': only material and the straight end of this crack are within '//length_text(most)// &
+                     ' m of it, and two of the finest cells, '//to_text(least)//' m, are the least; use smaller cells')
+                  return
+               else if (any(radii(2:) <= radii(:size(radii) - 1))) then
+                  call settings%complain(mistakes, entry, 'radii', 'must increase from one to the next')
+                  return
+               else if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) then
+                  call settings%complain(mistakes, entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)// &
+                     '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
+                     'but material and the straight end of this crack')
+                  return
+               end if
+               do i = 1, size(scene%bodies)
+                  associate (body => scene%bodies(i), reach => maxval(radii))
+                     if (.not. overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) cycle
+                     if (body%material == scene%bodies(body_at(scene, tip))%material) cycle
+                     call settings%complain(mistakes, entry, 'radii', 'there must be one material within them around the tip '// &
+                                            point_text(tip)//'; body '//to_text(i)//' is of another one')
+                     return
+                  end associate
+               end do
+            end associate
+         end do
+      end do
+   end subroutine check_path_radii
+end module hampm_path_consistency

@@ -1,0 +1,136 @@
+!> Where cracks of kind 'path' are in the bodies: which of their ends are tips, how far from a tip a domain integral may reach. For
+!> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
+module hampm_path_placement
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_placement, only: is_covered, covered_radius, least_radius, distance_to_box
+   use hampm_placement, only: tolerance
+   use hampm_scene, only: scene_t, path_spec_t
+   implicit none
+   private
+   public :: path_tips, path_reaches, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, &
+             first_end, last_end
+
+   integer, parameter :: first_end = 1, last_end = 2
+   real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
+   real(dp), parameter :: to_crack = 1e-4_dp     !! the same of an end on another crack
+
+contains
+
+   !> Whether a point is inside the material, and not on its surface.
+   pure logical function is_inside(scene, x)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      is_inside = is_covered(scene, x, 1e-3_dp*scene%grid%cell)
+   end function is_inside
+
+   !> An end of a path [m].
+   pure function path_tip(path, end) result(x)
+      type(path_spec_t), intent(in) :: path
+      integer, intent(in) :: end                 !! `first_end` or `last_end`, here and below
+      real(dp) :: x(ndim)
+      x = path%points(:, merge(1, size(path%points, 2), end == first_end))
+   end function path_tip
+
+   !> The point before an end, as one walks to it [m].
+   pure function point_before(path, end) result(x)
+      type(path_spec_t), intent(in) :: path
+      integer, intent(in) :: end
+      real(dp) :: x(ndim)
+      x = path%points(:, merge(2, size(path%points, 2) - 1, end == first_end))
+   end function point_before
+
+   !> Whether the first and the last point of the k-th path are tips: inside the material, and not on another crack.
+   pure function path_tips(scene, k) result(is_tip)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      logical :: is_tip(2)
+      integer :: end
+      do end = first_end, last_end
+         associate (x => path_tip(scene%paths(k), end))
+            is_tip(end) = is_inside(scene, x) .and. distance_to_cracks(scene, x, k) > tolerance(scene%grid)
+         end associate
+      end do
+   end function path_tips
+
+   !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m].
+   pure function path_reaches(scene, k) result(beyond)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      real(dp) :: beyond(2)
+      integer :: end
+      associate (is_tip => path_tips(scene, k))
+         do end = first_end, last_end
+            beyond(end) = merge(to_crack, to_surface, is_inside(scene, path_tip(scene%paths(k), end)))*scene%grid%cell
+            if (is_tip(end)) beyond(end) = 0
+         end do
+      end associate
+   end function path_reaches
+
+   !> Distance of a point from the segment between two others [m].
+   pure real(dp) function distance_to_segment(x, a, b) result(distance)
+      real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! [m]
+      real(dp) :: t
+      t = 0
+      if (sum((b - a)**2) > 0) t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
+      distance = norm2(x - a - t*(b - a))
+   end function distance_to_segment
+
+   !> Distance of a point from all paths but one [m]; huge where there are no others.
+   pure real(dp) function distance_to_cracks(scene, x, but) result(distance)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer, intent(in) :: but
+      integer :: k, i
+      distance = huge(distance)
+      do k = 1, size(scene%paths)
+         if (k == but) cycle
+         do i = 2, size(scene%paths(k)%points, 2)
+            distance = min(distance, distance_to_segment(x, scene%paths(k)%points(:, i - 1), scene%paths(k)%points(:, i)))
+         end do
+      end do
+   end function distance_to_cracks
+
+   !> The largest radius around a tip of the k-th path within which there are only material and the straight end of this crack, and no
+   !> load and no constraint [m]; 0 where there is none.
+   pure real(dp) function path_radius(scene, k, end) result(radius)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k, end
+      integer :: i, n
+      associate (path => scene%paths(k), tip => path_tip(scene%paths(k), end))
+         n = size(path%points, 2)
+         radius = min(norm2(tip - point_before(path, end)), distance_to_cracks(scene, tip, k))
+         do i = 2, n
+            if (i == merge(2, n, end == first_end)) cycle
+            radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))
+         end do
+         do i = 1, size(scene%loads)
+            if (scene%loads(i)%kind /= 'body') &
+               radius = min(radius, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
+         end do
+         do i = 1, size(scene%constraints)
+            if (any(scene%constraints(i)%fixed)) &
+               radius = min(radius, distance_to_box(tip, scene%constraints(i)%lower, scene%constraints(i)%upper))
+         end do
+         radius = covered_radius(scene, tip, radius)
+      end associate
+   end function path_radius
+
+   !> The radii of the domain integral around a tip of the k-th path: those of the scene or, where it names none, up to three [m].
+   pure function path_radii(scene, k, end) result(radii)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k, end
+      real(dp), allocatable :: radii(:)
+      real(dp) :: first, last
+      radii = scene%energy_release%radii
+      if (size(radii) > 0) return
+      associate (most => path_radius(scene, k, end))
+         first = max(0.4_dp*most, least_radius(scene))
+         last = 0.8_dp*most
+         if (first < last) then
+            radii = [first, (first + last)/2, last]
+         else
+            radii = [most]
+         end if
+      end associate
+   end function path_radii
+end module hampm_path_placement

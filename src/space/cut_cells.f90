@@ -1,0 +1,465 @@
+!> Cells that lines in any direction cut. A leaf that a line divides falls into pieces: over the square of the leaf there is one
+!> element for each. A particle belongs to the piece in which it stands, and so to its element; a node around which the pieces are not
+!> all connected has a copy for each part that is. All else follows from that, as with cuts along grid lines (`hampm_cuts`): mass
+!> matrices come apart, and forces do not cross.
+!>
+!> Which parts of a leaf are connected is found on a lattice of samples in it: neighbours are, unless a line runs between them. Leaves
+!> are connected in the same way across their common edge. So lines may cross, meet, turn, run along grid lines and through corners. A
+!> sliver that has no sample does not count; as samples are much denser than particles, hardly a particle is in one, and that which is
+!> belongs to a neighbour. A point on a line is to the left of it.
+!>
+!> A line that ends in a leaf does not divide that. An end that is a tip is moved along the line to where the leaf ends: forward, and
+!> `hampm_tip_bonds` hold the part that is not cut, or back where nearly nothing of the leaf is cut.
+module hampm_cut_cells
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_forest, only: forest_t, outside, level_width
+   implicit none
+   private
+   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy
+
+   integer, parameter :: samples = 16            !! of a leaf in each direction
+   integer, parameter :: around = 4              !! leaves at a place, at most
+   real(dp), parameter :: on_line = 1e-9_dp      !! distance within which a point is on a line, in cells of the lattice of roots
+   real(dp), parameter :: nearly_none = 1e-6_dp  !! part of the way through a leaf that counts as none
+
+   !> A polyline that cuts.
+   type :: line_t
+      real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
+      logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
+   end type line_t
+
+   !> The leaf in which a line ends at a tip.
+   type :: end_leaf_t
+      integer :: line = 0
+      integer :: end = 0                         !! 1 its first, 2 its last point
+      integer :: leaf = 0                        !! 0 where the tip is where leaves meet: nothing is cut beyond it
+      real(dp) :: tip(ndim) = 0                  !! [m]
+      real(dp) :: front(ndim) = 0                !! where the line, going on, leaves the leaf [m]
+   end type end_leaf_t
+
+   !> The leaves at lines and their pieces.
+   type :: cut_cells_t
+      type(line_t), allocatable :: lines(:)
+      type(end_leaf_t), allocatable :: ends(:)   !! one for each tip, in the order of the lines, the last point first
+      real(dp), allocatable, private :: segment(:, :, :) !! of the lines, with their ends moved [m], (ndim, 2, segments)
+      integer, allocatable, private :: entry(:)  !! of each leaf in the tables below, 0 where no line is near; (leaves)
+      integer, allocatable, private :: first_near(:), near(:) !! the segments near each entry, in rows
+      integer, allocatable, private :: n_pieces(:) !! of each entry
+      integer, allocatable, private :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
+      real(dp), private :: slack = 0             !! distance within which a point is on a line [m]
+   contains
+      procedure :: are_there
+      procedure :: pieces_of
+      procedure :: piece_at
+      procedure, private :: certain_piece_at
+      procedure, private :: is_near
+      procedure :: copy_at
+   end type cut_cells_t
+
+contains
+
+   !> Find the leaves of a forest that lines cut, and their pieces.
+   pure subroutine find_cut_cells(forest, lines, cut)
+      type(forest_t), intent(in) :: forest
+      type(line_t), intent(in) :: lines(:)
+      type(cut_cells_t), intent(out) :: cut
+      integer, allocatable :: leaf(:)            ! of each entry
+      integer :: k
+      cut%slack = on_line*forest%cell
+      allocate (cut%lines(size(lines)))
+      do k = 1, size(lines)                      ! as a whole it would leak in gfortran 12
+         cut%lines(k) = lines(k)
+      end do
+      call find_segments(forest, cut)
+      if (.not. cut%are_there()) return
+      call find_leaves(forest, cut, leaf)
+      do k = 1, size(leaf)
+         call find_pieces(forest, leaf(k), cut)
+      end do
+   end subroutine find_cut_cells
+
+   !> Whether there are any lines.
+   pure logical function are_there(self)
+      class(cut_cells_t), intent(in) :: self
+      are_there = .false.
+      if (allocated(self%segment)) are_there = size(self%segment, 3) > 0
+   end function are_there
+
+   !> The segments of all lines; ends at tips are moved.
+   pure subroutine find_segments(forest, cut)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(inout) :: cut
+      real(dp), allocatable :: points(:, :)
+      type(end_leaf_t) :: end
+      integer :: line, k, n, e
+      n = 0
+      e = 0
+      allocate (cut%segment(ndim, 2, sum([(size(cut%lines(line)%points, 2) - 1, line=1, size(cut%lines))])))
+      allocate (cut%ends(sum([(count(cut%lines(line)%is_tip), line=1, size(cut%lines))])))
+      do line = 1, size(cut%lines)
+         points = cut%lines(line)%points
+         do k = 2, 1, -1
+            if (.not. cut%lines(line)%is_tip(k)) cycle
+            end = end_leaf_t(line, k)
+            if (k == 2) then
+               call move_end(forest, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
+            else
+               call move_end(forest, points(:, 2), points(:, 1), end)
+            end if
+            e = e + 1
+            cut%ends(e) = end
+         end do
+         do k = 2, size(points, 2)
+            n = n + 1
+            cut%segment(:, :, n) = points(:, k - 1:k)
+         end do
+      end do
+   end subroutine find_segments
+
+   !> Move an end to where its leaf ends, along the segment that comes from `from`.
+   pure subroutine move_end(forest, from, tip, end)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: from(ndim)         !! [m]
+      real(dp), intent(inout) :: tip(ndim)       !! [m]
+      type(end_leaf_t), intent(inout) :: end
+      real(dp) :: direction(ndim), lower(ndim), ahead, behind
+      integer :: leaf, d
+      end%tip = tip
+      end%front = tip
+      direction = (tip - from)/norm2(tip - from)
+      leaf = forest%leaf_at(tip + nearly_none*forest%cell*direction)
+      if (leaf == outside) return
+      lower = forest%position(forest%place_of(leaf))
+      ahead = huge(ahead)
+      behind = huge(behind)
+      do d = 1, ndim
+         if (abs(direction(d)) <= nearly_none) cycle
+         associate (to_lower => (tip(d) - lower(d))/abs(direction(d)), &
+                    to_upper => (lower(d) + forest%size_of(leaf) - tip(d))/abs(direction(d)))
+            ahead = min(ahead, merge(to_upper, to_lower, direction(d) > 0))
+            behind = min(behind, merge(to_lower, to_upper, direction(d) > 0))
+         end associate
+      end do
+      if (behind <= 2*nearly_none*forest%size_of(leaf)) then
+         tip = tip - behind*direction
+         return
+      end if
+      end%leaf = leaf
+      end%front = tip + ahead*direction
+      tip = end%front
+   end subroutine move_end
+
+   !> List the leaves near lines, and the segments that are near each.
+   pure subroutine find_leaves(forest, cut, leaf)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(inout) :: cut
+      integer, allocatable, intent(out) :: leaf(:) !! of each entry
+      real(dp) :: lower(ndim), upper(ndim)
+      integer :: n, k, s
+      allocate (cut%entry(forest%leaf_count()), source=0)
+      do s = 1, size(cut%segment, 3)
+         call mark_along(forest, cut%segment(:, 1, s), cut%segment(:, 2, s), cut%entry)
+      end do
+      leaf = pack([(k, k=1, size(cut%entry))], cut%entry > 0)
+      n = size(leaf)
+      cut%entry(leaf) = [(k, k=1, n)]
+      allocate (cut%n_pieces(n), cut%first_near(n + 1), cut%near(0))
+      allocate (cut%piece(samples, samples, n), source=1)
+      do k = 1, n
+         cut%first_near(k) = size(cut%near) + 1
+         associate (width => forest%size_of(leaf(k)))
+            lower = forest%position(forest%place_of(leaf(k))) - width/2
+            upper = lower + 2*width
+         end associate
+         cut%near = [cut%near, pack([(s, s=1, size(cut%segment, 3))], &
+                                    [(all(minval(cut%segment(:, :, s), dim=2) <= upper) .and. &
+                                      all(maxval(cut%segment(:, :, s), dim=2) >= lower), s=1, size(cut%segment, 3))])]
+      end do
+      cut%first_near(n + 1) = size(cut%near) + 1
+   end subroutine find_leaves
+
+   !> Mark the leaves along a segment, and those that are very near to it.
+   pure subroutine mark_along(forest, from, to, marked)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      integer, intent(inout) :: marked(:)        !! 1 for these, (leaves)
+      real(dp), parameter :: part = 0.125_dp     ! of a leaf, from one place to the next
+      real(dp) :: way, length, step, x(ndim), y(ndim)
+      integer :: leaf, i, j
+      length = norm2(to - from)
+      way = 0
+      do
+         x = from + min(way, length)/length*(to - from)
+         leaf = forest%leaf_at(x)
+         step = part*forest%cell
+         if (leaf /= outside) step = part*forest%size_of(leaf)
+         do j = -1, 1
+            do i = -1, 1
+               y = x + [i, j]*step
+               leaf = forest%leaf_at(y)
+               if (leaf /= outside) marked(leaf) = 1
+            end do
+         end do
+         if (way >= length) exit
+         leaf = forest%leaf_at(x)
+         way = way + merge(step, step/2, leaf /= outside)
+      end do
+   end subroutine mark_along
+
+   !> Find the pieces of a leaf.
+   pure subroutine find_pieces(forest, leaf, cut)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      type(cut_cells_t), intent(inout) :: cut
+      integer :: root(samples*samples), number(samples*samples)
+      integer :: i, j, k
+      root = [(k, k=1, size(root))]
+      do j = 1, samples
+         do i = 1, samples
+            if (i < samples) call link(cut, forest, leaf, [i, j], [i + 1, j], root)
+            if (j < samples) call link(cut, forest, leaf, [i, j], [i, j + 1], root)
+         end do
+      end do
+      number = 0
+      associate (entry => cut%entry(leaf))
+         cut%n_pieces(entry) = 0
+         do k = 1, size(root)
+            associate (stands => root_of(root, k))
+               if (number(stands) == 0) then
+                  cut%n_pieces(entry) = cut%n_pieces(entry) + 1
+                  number(stands) = cut%n_pieces(entry)
+               end if
+               j = 1 + (k - 1)/samples
+               cut%piece(k - samples*(j - 1), j, entry) = number(stands)
+            end associate
+         end do
+      end associate
+   end subroutine find_pieces
+
+   !> Connect two samples, unless a line runs between them.
+   pure subroutine link(cut, forest, leaf, a, b, root)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      integer, intent(in) :: a(ndim), b(ndim)
+      integer, intent(inout) :: root(:)
+      if (.not. is_between(cut, leaf, sample(forest, leaf, a(1), a(2)), sample(forest, leaf, b(1), b(2)))) &
+         call join(root, a(1) + samples*(a(2) - 1), b(1) + samples*(b(2) - 1))
+   end subroutine link
+
+   !> Make one set of those in which two members are.
+   pure subroutine join(root, a, b)
+      integer, intent(inout) :: root(:)
+      integer, intent(in) :: a, b
+      integer :: one, two
+      one = root_of(root, a)
+      two = root_of(root, b)
+      root(max(one, two)) = min(one, two)
+   end subroutine join
+
+   !> What stands for the set in which `k` is.
+   pure integer function root_of(root, k) result(r)
+      integer, intent(in) :: root(:)
+      integer, intent(in) :: k
+      r = k
+      do while (root(r) /= r)
+         r = root(r)
+      end do
+   end function root_of
+
+   !> Place of a sample [m].
+   pure function sample(forest, leaf, i, j) result(x)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf, i, j
+      real(dp) :: x(ndim)
+      x = forest%position(forest%place_of(leaf)) + ([i, j] - 0.5_dp)/samples*forest%size_of(leaf)
+   end function sample
+
+   !> Whether a line that is near a leaf runs between two points.
+   pure logical function is_between(cut, leaf, p, q)
+      type(cut_cells_t), intent(in) :: cut
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: p(ndim), q(ndim)   !! [m]
+      integer :: k
+      is_between = .false.
+      if (cut%entry(leaf) == 0) return
+      do k = cut%first_near(cut%entry(leaf)), cut%first_near(cut%entry(leaf) + 1) - 1
+         associate (a => cut%segment(:, 1, cut%near(k)), b => cut%segment(:, 2, cut%near(k)))
+            if (any(min(a, b) - cut%slack > max(p, q)) .or. any(max(a, b) + cut%slack < min(p, q))) cycle
+            is_between = (is_left(a, b, p, cut%slack) .neqv. is_left(a, b, q, cut%slack)) .and. &
+                         (is_left(p, q, a, 0.0_dp) .neqv. is_left(p, q, b, 0.0_dp))
+            if (is_between) return
+         end associate
+      end do
+   end function is_between
+
+   !> Whether a point is to the left of the line from a to b, or within `slack` of it.
+   pure logical function is_left(a, b, p, slack)
+      real(dp), intent(in) :: a(ndim), b(ndim), p(ndim) !! [m]
+      real(dp), intent(in) :: slack              !! [m]
+      is_left = (b(1) - a(1))*(p(2) - a(2)) - (b(2) - a(2))*(p(1) - a(1)) >= -slack*norm2(b - a)
+   end function is_left
+
+   !> Number of pieces of a leaf.
+   pure integer function pieces_of(self, leaf)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      pieces_of = 1
+      if (.not. allocated(self%entry)) return
+      if (self%entry(leaf) > 0) pieces_of = self%n_pieces(self%entry(leaf))
+   end function pieces_of
+
+   !> The piece of a leaf in which a point is: that of the nearest sample from which no line divides it or, where there is none near, of
+   !> the nearest.
+   pure integer function piece_at(self, forest, leaf, x) result(piece)
+      class(cut_cells_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: at(ndim)
+      piece = self%certain_piece_at(forest, leaf, x)
+      if (piece > 0) return
+      at = sample_at(forest, leaf, x)
+      piece = self%piece(at(1), at(2), self%entry(leaf))
+   end function piece_at
+
+   !> The sample in whose part of a leaf a point is.
+   pure function sample_at(forest, leaf, x) result(at)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: at(ndim)
+      at = ceiling((x - forest%position(forest%place_of(leaf)))/forest%size_of(leaf)*samples)
+      at = min(max(at, 1), samples)
+   end function sample_at
+
+   !> The piece of a leaf in which a point is: that of the nearest sample from which no line divides it; 0 where there is none near.
+   pure integer function certain_piece_at(self, forest, leaf, x) result(piece)
+      class(cut_cells_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer, parameter :: reach = 2            ! samples
+      real(dp) :: distance, nearest
+      integer :: middle(ndim), i, j
+      piece = 1
+      if (.not. self%is_near(leaf)) return
+      piece = 0
+      middle = sample_at(forest, leaf, x)
+      nearest = huge(nearest)
+      do j = max(middle(2) - reach, 1), min(middle(2) + reach, samples)
+         do i = max(middle(1) - reach, 1), min(middle(1) + reach, samples)
+            distance = norm2(sample(forest, leaf, i, j) - x)
+            if (distance >= nearest) cycle
+            if (is_between(self, leaf, x, sample(forest, leaf, i, j))) cycle
+            nearest = distance
+            piece = self%piece(i, j, self%entry(leaf))
+         end do
+      end do
+   end function certain_piece_at
+
+   !> Which copy of the node, or hanging node, at a place a piece of a leaf has, from 0 on: pieces of the leaves around the place that are
+   !> connected there have the same. With `joined` the pieces of that leaf are taken as one.
+   pure integer function copy_at(self, forest, place, leaf, piece, joined) result(copy)
+      class(cut_cells_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer(long), intent(in) :: place(ndim)   !! in integer coordinates of the forest
+      integer, intent(in) :: leaf, piece
+      integer, intent(in), optional :: joined
+      integer :: leaves(around)                  ! below left, below right, above left, above right; 0 where there is none
+      integer :: first(around)                   ! member of the set: the first piece of each
+      integer, allocatable :: root(:)
+      integer :: k, i, n, mine
+      copy = 0
+      leaves = [leaf_beside(forest, place - [1, 1]), leaf_beside(forest, place - [0, 1]), &
+                leaf_beside(forest, place - [1, 0]), leaf_beside(forest, place)]
+      if (.not. any([(self%is_near(leaves(k)), k=1, around)])) return
+      n = 0
+      do k = 1, around
+         first(k) = 0
+         if (leaves(k) == 0) cycle
+         if (any(leaves(:k - 1) == leaves(k))) then
+            first(k) = first(findloc(leaves(:k - 1), leaves(k), dim=1))
+            cycle
+         end if
+         first(k) = n + 1
+         n = n + self%pieces_of(leaves(k))
+      end do
+      allocate (root, source=[(k, k=1, n)])
+      call connect(self, forest, place, leaves([1, 2]), first([1, 2]), 1, -1, root)
+      call connect(self, forest, place, leaves([3, 4]), first([3, 4]), 1, 1, root)
+      call connect(self, forest, place, leaves([1, 3]), first([1, 3]), 2, -1, root)
+      call connect(self, forest, place, leaves([2, 4]), first([2, 4]), 2, 1, root)
+      if (present(joined)) then
+         do k = 1, around
+            if (leaves(k) /= joined) cycle
+            do i = 1, self%pieces_of(joined) - 1
+               call join(root, first(k), first(k) + i)
+            end do
+         end do
+      end if
+      mine = root_of(root, first(findloc(leaves, leaf, dim=1)) + piece - 1)
+      copy = count([(root(k) == k .and. k < mine, k=1, n)])
+   end function copy_at
+
+   !> Connect the pieces of two leaves across their common edge, which begins at a place.
+   pure subroutine connect(cut, forest, place, leaf, first, normal, sense, root)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer(long), intent(in) :: place(ndim)
+      integer, intent(in) :: leaf(2)             !! below or left of the edge, and above or right of it; 0 for none
+      integer, intent(in) :: first(2)            !! member for the first piece of each
+      integer, intent(in) :: normal              !! direction normal to the edge
+      integer, intent(in) :: sense               !! in which the edge goes from the place, 1 or -1
+      integer, intent(inout) :: root(:)
+      real(dp) :: x(ndim), lower(ndim), p(ndim), q(ndim), width(2), length
+      integer :: i, along, piece(2)
+      if (any(leaf == 0) .or. leaf(1) == leaf(2)) return
+      width = [forest%size_of(leaf(1)), forest%size_of(leaf(2))]
+      x = forest%position(place)
+      along = 3 - normal
+      length = huge(length)
+      do i = 1, 2
+         lower = forest%position(forest%place_of(leaf(i)))
+         length = min(length, merge(lower(along) + width(i) - x(along), x(along) - lower(along), sense > 0))
+      end do
+      do i = 1, samples
+         p = x
+         p(along) = x(along) + sense*(i - 0.5_dp)/samples*length
+         q = p
+         p(normal) = p(normal) - 0.5_dp/samples*width(1)
+         q(normal) = q(normal) + 0.5_dp/samples*width(2)
+         if (is_between(cut, leaf(1), p, q)) cycle
+         if (is_between(cut, leaf(2), p, q)) cycle
+         piece = [cut%certain_piece_at(forest, leaf(1), p), cut%certain_piece_at(forest, leaf(2), q)]
+         if (all(piece > 0)) call join(root, first(1) + piece(1) - 1, first(2) + piece(2) - 1)
+      end do
+   end subroutine connect
+
+   !> The leaf that has the smallest square above and to the right of a place; 0 where there is none.
+   pure integer function leaf_beside(forest, place) result(leaf)
+      type(forest_t), intent(in) :: forest
+      integer(long), intent(in) :: place(ndim)
+      leaf = outside
+      if (any(place < 0) .or. any(place >= forest%cells*level_width(0))) return
+      leaf = forest%leaf_of(place)
+   end function leaf_beside
+
+   !> Whether a line is near a leaf; 0 is none.
+   pure logical function is_near(self, leaf)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      is_near = .false.
+      if (leaf > 0 .and. allocated(self%entry)) is_near = self%entry(leaf) > 0
+   end function is_near
+
+   !> The place by which a copy of the node at a place is told from the others: copies but the first have one far outside the lattice.
+   pure function place_of_copy(place, copy) result(seen)
+      integer(long), intent(in) :: place(ndim)
+      integer, intent(in) :: copy                !! from 0 on
+      integer(long) :: seen(ndim)
+      integer(long), parameter :: far = 2_long**48
+      seen = place
+      seen(1) = seen(1) + copy*far
+   end function place_of_copy
+end module hampm_cut_cells
