@@ -50,6 +50,7 @@ contains
       call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines())
       if (failure%failed()) return
       motion%materials = materials_of(scene)
+      motion%bonds%thickness = scene%run%thickness
       call place_particles(scene, motion, failure)
       if (failure%failed()) return
       call check_masses(motion%particles, failure)

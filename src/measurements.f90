@@ -10,7 +10,7 @@ module hampm_measurements
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
-   use hampm_energy, only: strain_energy, linear_momentum, angular_momentum
+   use hampm_energy, only: linear_momentum, angular_momentum
    use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
@@ -19,7 +19,7 @@ module hampm_measurements
    use hampm_kinetic, only: kinetic_energy
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
-   use hampm_motion, only: motion_t
+   use hampm_motion, only: motion_t, stored_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
@@ -177,7 +177,7 @@ contains
       type(nodal_state_t) :: state
       integer :: k
       m%kinetic_energy = kinetic_energy(motion)
-      m%strain_energy = strain_energy(motion%particles, motion%materials)
+      m%strain_energy = stored_energy(motion)
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))

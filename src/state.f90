@@ -19,6 +19,7 @@ module hampm_state
    use hampm_particles, only: keep_particles
    use hampm_sorting, only: take_order
    use hampm_supports, only: keep_supports
+   use hampm_tip_bonds, only: keep_bonds
    implicit none
    private
    public :: keep_motion
@@ -52,6 +53,7 @@ contains
       end if
       call keep_contact(m%contact, c)
       call keep_supports(m%constraints, c)
+      call keep_bonds(m%bonds, c)
       call keep_solver(m%solver, 'solver', m%grid, c)
    end subroutine keep_motion
 

@@ -12,20 +12,30 @@ module hampm_element_assembly
 
 contains
 
-   !> The pattern of a matrix in which all unknowns of each of some elements are coupled. Values are zero.
-   subroutine pattern_of_elements(grid, elements, numbering, matrix)
+   !> The pattern of a matrix in which all unknowns of each of some elements are coupled, and those of each of some other groups of
+   !> nodes. Values are zero.
+   subroutine pattern_of_elements(grid, elements, numbering, matrix, groups)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: elements(:)
       type(numbering_t), intent(in) :: numbering
       type(sparse_t), intent(out) :: matrix
+      integer, intent(in), optional :: groups(:, :) !! nodes with degrees of freedom, 0 behind the last of each
       integer, allocatable :: cliques(:, :)
       real(dp) :: weight(corners, most_nodes_of_leaf)
-      integer :: masters(most_nodes_of_leaf), n, k
-      associate (directions => size(numbering%dof, 1), most => merge(corners, most_nodes_of_leaf, grid%dofs%n_hanging == 0))
-         allocate (cliques(directions*most, size(elements)), source=0)
+      integer :: masters(most_nodes_of_leaf), n, k, n_groups, most
+      n_groups = 0
+      most = merge(corners, most_nodes_of_leaf, grid%dofs%n_hanging == 0)
+      if (present(groups)) n_groups = size(groups, 2)
+      if (n_groups > 0) most = max(most, size(groups, 1))
+      associate (directions => size(numbering%dof, 1))
+         allocate (cliques(directions*most, size(elements) + n_groups), source=0)
          do k = 1, size(elements)
             call grid%dofs%masters_of(grid%element_nodes(:, elements(k)), n, masters, weight)
             cliques(:directions*n, k) = reshape(numbering%dof(:, masters(:n)), [directions*n])
+         end do
+         do k = 1, n_groups
+            n = count(groups(:, k) > 0)
+            cliques(:directions*n, size(elements) + k) = reshape(numbering%dof(:, groups(:n, k)), [directions*n])
          end do
       end associate
       call pattern_of_cliques(numbering%n, cliques, matrix)

@@ -16,8 +16,7 @@ contains
    !> E' of J = (K_I**2 + K_II**2)/E' [Pa]: E in plane stress, E/(1 - nu**2) in plane strain.
    pure real(dp) function effective_modulus(material) result(modulus)
       type(material_t), intent(in) :: material
-      modulus = material%young
-      if (.not. material%plane_stress) modulus = modulus/(1 - material%poisson**2)
+      modulus = material%plane_modulus()
    end function effective_modulus
 
    !> Displacement gradient for a unit stress intensity factor of a mode [1/(Pa sqrt(m))]:

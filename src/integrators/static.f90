@@ -2,11 +2,10 @@
 module hampm_static
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
-   use hampm_energy, only: strain_energy
    use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t
-   use hampm_motion, only: motion_t, map_to_grid
+   use hampm_motion, only: motion_t, map_to_grid, stored_energy
    implicit none
    private
    public :: static_t
@@ -73,7 +72,7 @@ contains
    !> of a load step does not tell, and what finer cells give way.
    subroutine book_loss(m)
       type(motion_t), intent(inout) :: m
-      if (m%audit) m%numerical_loss = m%external_work - strain_energy(m%particles, m%materials)
+      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m)
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.

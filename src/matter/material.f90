@@ -30,6 +30,7 @@ module hampm_material
       procedure :: energy_density
       procedure :: stress_energy_density
       procedure :: small_strain_lambda
+      procedure :: plane_modulus
       procedure :: shear_wave_speed
       procedure :: dilatational_wave_speed
    end type material_t
@@ -157,4 +158,11 @@ contains
       end if
       dilatational_wave_speed = sqrt(modulus/self%density)
    end function dilatational_wave_speed
+
+   !> E' of the plane condition [Pa]: E in plane stress, E/(1 - nu**2) in plane strain.
+   pure real(dp) function plane_modulus(self)
+      class(material_t), intent(in) :: self
+      plane_modulus = self%young
+      if (.not. self%plane_stress) plane_modulus = plane_modulus/(1 - self%poisson**2)
+   end function plane_modulus
 end module hampm_material

@@ -12,9 +12,8 @@
 module hampm_equilibrium
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
-   use hampm_energy, only: strain_energy
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_motion, only: motion_t
+   use hampm_motion, only: motion_t, stored_energy
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
    use hampm_nodal_state, only: external_force
    use hampm_rigid_motions, only: pin_t, find_pins
@@ -54,7 +53,7 @@ module hampm_equilibrium
       real(dp) :: stored = 0                     !! strain energy [J]
       real(dp) :: external_work = 0              !! [J]
       real(dp), allocatable :: displacement(:, :), gradient(:, :, :), gap(:)
-      real(dp), allocatable :: lift(:, :)
+      real(dp), allocatable :: lift(:, :), opening(:, :)
       logical, allocatable :: touches(:), fixed(:, :)
    end type start_t
 
@@ -123,6 +122,7 @@ contains
       nothing = 0
       m%particles%displacement = 0
       m%particles%gradient = 0
+      if (m%bonds%n > 0) m%bonds%opening = 0
       m%external_work = 0
       call press_on_supports(m%constraints)
       call displace(m, nothing)
@@ -150,7 +150,8 @@ contains
       type(start_t), intent(out) :: start
       if (all(m%materials%linear)) return        ! there is no second try
       start%external_work = m%external_work
-      start%stored = strain_energy(m%particles, m%materials)
+      start%stored = stored_energy(m)
+      if (m%bonds%n > 0) start%opening = m%bonds%opening
       start%displacement = m%particles%displacement
       start%gradient = m%particles%gradient
       start%lift = m%constraints%lift
@@ -169,6 +170,7 @@ contains
       m%particles%displacement = start%displacement
       m%particles%gradient = start%gradient
       if (allocated(start%gap)) m%contact%gap = start%gap
+      if (allocated(start%opening)) m%bonds%opening = start%opening
       if (allocated(start%touches)) m%contact%touches = start%touches
       if (allocated(start%lift)) then
          m%constraints%lift = start%lift
@@ -284,7 +286,7 @@ contains
    real(dp) function distance(self, m)
       class(equilibrium_t), intent(in) :: self
       type(motion_t), intent(in) :: m
-      distance = sqrt(max(self%newton%way_left, 0.0_dp)/max(strain_energy(m%particles, m%materials), tiny(1.0_dp)))
+      distance = sqrt(max(self%newton%way_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
    end function distance
 
    !> Tie the pairs that overlap, and let go those that pull.
@@ -321,7 +323,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: work, stored
       work = m%external_work - start%external_work
-      stored = strain_energy(m%particles, m%materials) - start%stored
+      stored = stored_energy(m) - start%stored
       if (.not. self%newton%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')
       else if (abs(work - stored) > off_path*max(abs(work), abs(stored))) then
@@ -358,6 +360,7 @@ contains
          call m%grid%dofs%distribute(all, ndim, u)
          p%displacement = 0
          p%gradient = 0
+         if (m%bonds%n > 0) m%bonds%opening = 0
       end associate
       call displace(m, u)
       if (m%constraints%only_push()) call lift_by(m, u)

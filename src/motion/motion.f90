@@ -6,6 +6,7 @@ module hampm_motion
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
    use hampm_cuts, only: crosses
    use hampm_driven_nodes, only: driven_work_t
+   use hampm_energy, only: strain_energy
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
@@ -20,11 +21,12 @@ module hampm_motion
    use hampm_schemes, only: new_scheme
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_tiling, only: tiling_t
+   use hampm_tip_bonds, only: tip_bonds_t, rebuild_bonds, bond_energy
    use hampm_whereabouts, only: when, origin
    implicit none
    private
    public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, rebuild_operators, &
-             refresh_grid, pass_on
+             refresh_grid, pass_on, stored_energy
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -40,6 +42,7 @@ module hampm_motion
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
+      type(tip_bonds_t) :: bonds                 !! at tips that are inside a cell
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
                                                  !! allocated where velocities are kept by the particles only
       ! How the machine does it
@@ -85,6 +88,7 @@ contains
       m%operators = element_operators_t()
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
+      call rebuild_bonds(m%bonds, m%grid, m%particles, m%blocks, m%materials)
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
@@ -93,6 +97,12 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Energy that the material stores, with that of bonds [J].
+   real(dp) function stored_energy(m)
+      type(motion_t), intent(in) :: m
+      stored_energy = strain_energy(m%particles, m%materials) + bond_energy(m%bonds)
+   end function stored_energy
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)

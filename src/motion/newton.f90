@@ -20,6 +20,7 @@ module hampm_newton
    use hampm_supports, only: follow_supports
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_text, only: to_text, three_digits
+   use hampm_tip_bonds, only: stretch_bonds
    implicit none
    private
    public :: newton_t, out_of_balance, largest_force, displace, work_of
@@ -183,6 +184,7 @@ contains
       m%fields%velocity(:, :, v_next) = du
       call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, move=.true., map_force=.true.), 1.0_dp, m%materials, &
                          m%particles, m%blocks, m%fields, report)
+      call stretch_bonds(m%bonds, du, 1.0_dp)
       m%fields%velocity(:, :, v_next) = 0
    end subroutine displace
 

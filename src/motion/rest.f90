@@ -7,9 +7,8 @@
 module hampm_rest
    use hampm_kinds, only: dp, ndim
    use hampm_contact, only: pressed_pairs
-   use hampm_energy, only: strain_energy
    use hampm_kinetic, only: kinetic_energy
-   use hampm_motion, only: motion_t, refresh_grid, update_particles
+   use hampm_motion, only: motion_t, refresh_grid, update_particles, stored_energy
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    implicit none
@@ -42,7 +41,7 @@ contains
       logical :: done
       distance = -1
       call update_particles(m)
-      stored = strain_energy(m%particles, m%materials)
+      stored = stored_energy(m)
       if (.not. stored > 0) return
       call unbalanced_force(m, force, internal)
       call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), pressed_pairs(m%contact), k, done)

@@ -101,7 +101,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
-         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix)
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, bonded_nodes(m))
          call fill(m, cells, stiffness, matrix)
       end associate
       if (stiffness%kind%solver == 'cg') then
@@ -171,7 +171,39 @@ contains
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
+      call add_bonds(m, stiffness%unknowns, matrix)
    end subroutine fill
+
+   !> The nodes that each spring of bonds couples, 0 behind the last.
+   pure function bonded_nodes(m) result(nodes)
+      type(motion_t), intent(in) :: m
+      integer, allocatable :: nodes(:, :)
+      if (m%bonds%n == 0) then
+         allocate (nodes(0, 0))
+      else
+         nodes = m%bonds%node(:, :m%bonds%n)
+      end if
+   end function bonded_nodes
+
+   !> Add the stiffness of bonds: s c_i c_j in each direction.
+   subroutine add_bonds(m, unknowns, matrix)
+      type(motion_t), intent(in) :: m
+      type(numbering_t), intent(in) :: unknowns
+      type(sparse_t), intent(inout) :: matrix
+      integer :: k, i, j, d
+      do k = 1, m%bonds%n
+         associate (node => m%bonds%node(:, k), share => m%bonds%share(:, k))
+            do j = 1, count(node > 0)
+               do i = 1, count(node > 0)
+                  do d = 1, ndim
+                     if (min(unknowns%dof(d, node(i)), unknowns%dof(d, node(j))) == 0) cycle
+                     call matrix%add(unknowns%dof(d, node(i)), unknowns%dof(d, node(j)), m%bonds%stiffness(k)*share(i)*share(j))
+                  end do
+               end do
+            end do
+         end associate
+      end do
+   end subroutine add_bonds
 
    !> Add what of the mass matrix is on its diagonal beside the matrices of the cells.
    subroutine add_concentrated_mass(m, stiffness, matrix)

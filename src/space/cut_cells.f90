@@ -8,8 +8,8 @@
 !> sliver that has no sample does not count; as samples are much denser than particles, hardly a particle is in one, and that which is
 !> belongs to a neighbour. A point on a line is to the left of it.
 !>
-!> A line that ends in a leaf does not divide that. An end that is a tip is moved along the line to where the leaf ends: forward, and
-!> `hampm_tip_bonds` hold the part that is not cut, or back where nearly nothing of the leaf is cut.
+!> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and bonds
+!> (`hampm_tip_bonds`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_forest, only: forest_t, outside, level_width
@@ -140,7 +140,7 @@ contains
             behind = min(behind, merge(to_lower, to_upper, direction(d) > 0))
          end associate
       end do
-      if (behind <= 2*nearly_none*forest%size_of(leaf)) then
+      if (behind <= 2*nearly_none*forest%cell .and. count(abs(direction) > nearly_none) == 1) then
          tip = tip - behind*direction
          return
       end if
