@@ -29,6 +29,7 @@ module hampm_crack_measurements
       real(dp) :: stress_closure(modes) = 0      !! the same, stress closure [J/m2]
       real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
+      real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains [Pa sqrt(m)]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
@@ -199,7 +200,7 @@ contains
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
-         call record_best(scene, v, history)
+         call record_best(scene, v, tip%nodes%in_cell, history)
          if (tip%nodes%tip > 0) then
             call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
             if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
@@ -224,13 +225,17 @@ contains
 
    !> Record G of both modes together by the estimator that is nearest to the truth of those that are chosen, for a reader who wants
    !> one number.
-   subroutine record_best(scene, v, history)
+   subroutine record_best(scene, v, by_k, history)
       type(scene_t), intent(in) :: scene
       type(crack_values_t), intent(in) :: v
+      logical, intent(in) :: by_k                !! whether K is less off than J, as at a tip inside a cell
       type(history_t), intent(inout) :: history
       character(*), parameter :: meaning = 'energy release rate, both modes, by the best of the chosen estimators: '
       associate (chosen => scene%energy_release)
-         if (chosen%domain_integral) then
+         if (chosen%domain_integral .and. by_k) then
+            call history%record('G', 'J/m2', meaning//'domain_integral, (K_I**2 + K_II**2)/E''', v%g_of_k)
+            call history%record('G_error', 'J/m2', 'estimated error of G', v%errors%j%now)
+         else if (chosen%domain_integral) then
             call history%record('G', 'J/m2', meaning//'domain_integral', sum(v%j)/size(v%j))
             call history%record('G_error', 'J/m2', 'estimated error of G', v%errors%j%now)
          else if (chosen%nodal_force) then
@@ -269,7 +274,7 @@ contains
       real(dp) :: k(modes, size(values%j))
       domain%tip = tip%place
       domain%direction = tip%axis(:, 1)
-      domain%cell = tip%nodes%spacing
+      domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell)
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
@@ -277,6 +282,7 @@ contains
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
+      values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
    end subroutine measure_domain
 end module hampm_crack_measurements

@@ -21,6 +21,7 @@ module hampm_crack_tip
       integer :: tip = 0                         !! node at the tip
       integer :: ahead = 0                       !! node one cell ahead of it
       integer :: mouth(2) = 0                    !! nodes of the faces at the mouth, 0 where there is no face
+      logical :: in_cell = .false.               !! whether the tip is inside a cell that is cut, and at no node
       real(dp) :: spacing = 0                    !! distance between the nodes around the tip: the smallest cell there [m]
    end type tip_nodes_t
 
@@ -74,7 +75,7 @@ contains
       end associate
    end subroutine find_nodes
 
-   !> Find the cells in a grid at a tip that is not at a node: the smallest at it.
+   !> Find the cells in a grid at a tip of a path: the smallest at it, and whether it is inside one.
    pure subroutine find_cells(self, grid)
       class(crack_tip_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
@@ -83,6 +84,11 @@ contains
       do k = 0, 3
          leaf = grid%forest%leaf_at(self%place + grid%forest%tolerance()*(2*[mod(k, 2), k/2] - 1))
          if (leaf /= outside) self%nodes%spacing = min(self%nodes%spacing, grid%forest%size_of(leaf))
+      end do
+      do k = 1, size(grid%cut_cells%ends)
+         associate (end => grid%cut_cells%ends(k))
+            if (norm2(end%tip - self%place) <= grid%forest%tolerance()) self%nodes%in_cell = end%leaf > 0
+         end associate
       end do
    end subroutine find_cells
 
