@@ -7,7 +7,9 @@
 !>
 !>    g = sum over nodes of c_j u_j,   force on node j   -s c_j g,   energy   s g . g/2,
 !>
-!> and follows these in every step, in the total frame.
+!> and follows these in every step, in the total frame. A node with little mass would tremble faster than any cell does: where they
+!> must, all springs of a layer are weaker, so that with M the lumped masses the largest eigenvalue of M**-1 K of the layer by itself is
+!> at most a part of that of the cells.
 module hampm_tip_bonds
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
@@ -19,7 +21,7 @@ module hampm_tip_bonds
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: tip_bonds_t, rebuild_bonds, add_bond_forces, stretch_bonds, bond_energy, keep_bonds
+   public :: tip_bonds_t, rebuild_bonds, shorter_step, add_bond_forces, stretch_bonds, bond_energy, keep_bonds
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -28,8 +30,15 @@ module hampm_tip_bonds
    real(dp), parameter :: part(points) = [of_outer, of_inner, of_inner, of_outer] !! of the layer that each stands for
 
    !> Stiffness of the layer in E'/h. Of 0.3, 1, 3 and 10 the last two leave the least scatter of J between places of the tip
-   !> (docs/cracks.md); more makes the time step shorter.
+   !> (docs/cracks.md).
    real(dp), parameter :: firmness = 3
+
+   !> The largest eigenvalue of a layer, over (c/h)**2 with c the speed of pressure waves; that of cells is 4 at least.
+   real(dp), parameter :: most_of_cells = 1.2_dp
+
+   !> Factor of the time step that is stable for whole cells, with cells that are cut, which multiply the largest eigenvalue by 1.27
+   !> at most, and with bonds: 1/sqrt(1.27 + 1.2/4).
+   real(dp), parameter :: shorter_step = 0.79_dp
 
    !> All springs.
    type :: tip_bonds_t
@@ -50,7 +59,7 @@ contains
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
-      integer :: k, i, most
+      integer :: k, i, most, first
       bonds%n = 0
       if (.not. grid%cut_cells%are_there()) return
       most = points*size(grid%cut_cells%ends)
@@ -59,11 +68,65 @@ contains
                 bonds%opening(ndim, most))
       do k = 1, size(grid%cut_cells%ends)
          if (grid%cut_cells%ends(k)%leaf == 0) cycle
+         first = bonds%n + 1
          do i = 1, points
             call add_spring(bonds, grid, p, blocks, materials, k, i)
          end do
+         if (bonds%n < first) cycle
+         associate (of_tip => materials(p%material(blocks%first_in(grid%element_at(grid%cut_cells%ends(k)%tip)))), &
+                    cell => grid%forest%size_of(grid%cut_cells%ends(k)%leaf))
+            call soften(bonds, first, grid, p, blocks, most_of_cells*(of_tip%dilatational_wave_speed()/cell)**2)
+         end associate
       end do
    end subroutine rebuild_bonds
+
+   !> Make the springs from the `first` on weaker, so that no eigenvalue is larger than `most`: row sums bound them.
+   pure subroutine soften(bonds, first, grid, p, blocks, most)
+      type(tip_bonds_t), intent(inout) :: bonds
+      integer, intent(in) :: first
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: most               !! [1/s2]
+      real(dp) :: largest, row
+      integer :: k, l, i, j
+      largest = 0
+      do k = first, bonds%n
+         row = 0
+         do l = first, bonds%n
+            do i = 1, count(bonds%node(:, k) > 0)
+               do j = 1, count(bonds%node(:, l) > 0)
+                  if (bonds%node(i, k) /= bonds%node(j, l)) cycle
+                  row = row + sqrt(bonds%stiffness(k)*bonds%stiffness(l))*abs(bonds%share(i, k)*bonds%share(j, l)) &
+                        /mass_at(grid, p, blocks, bonds%node(i, k))
+               end do
+            end do
+         end do
+         largest = max(largest, row)
+      end do
+      if (largest > most) bonds%stiffness(first:bonds%n) = most/largest*bonds%stiffness(first:bonds%n)
+   end subroutine soften
+
+   !> Lumped mass of a node by the particles of the elements around it, without what hanging nodes would give it [kg].
+   pure real(dp) function mass_at(grid, p, blocks, node) result(mass)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: node
+      real(dp) :: shape(corners)
+      integer :: k, i
+      mass = tiny(mass)
+      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
+         do k = 1, size(elements)
+            associate (e => elements(k))
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  shape = shape_functions(grid%local_coordinate(e, p%reference(i, :)))
+                  mass = mass + p%mass(i)*shape(corner(k))
+               end do
+            end associate
+         end do
+      end associate
+   end function mass_at
 
    !> Add the spring at a point of a layer, unless there is no material on one of its sides.
    pure subroutine add_spring(bonds, grid, p, blocks, materials, end, point)

@@ -8,6 +8,7 @@ module hampm_largest_step
    use hampm_scene, only: scene_t, body_t
    use hampm_scene_materials, only: materials_of, material_of
    use hampm_time_step, only: largest_wave_speed
+   use hampm_tip_bonds, only: shorter_step
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
@@ -49,6 +50,7 @@ contains
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%time_steps == 'local') limit = limit*of_local_steps
+         if (size(scene%paths) > 0) limit = limit*shorter_step
       end associate
       limit = rounded_down(limit)
    end function courant_limit
