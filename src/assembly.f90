@@ -50,7 +50,8 @@ contains
       call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines())
       if (failure%failed()) return
       motion%materials = materials_of(scene)
-      motion%bonds%thickness = scene%run%thickness
+      motion%springs%thickness = scene%run%thickness
+      motion%springs%are_bounded = scene%method%time == 'explicit'
       call place_particles(scene, motion, failure)
       if (failure%failed()) return
       call check_masses(motion%particles, failure)
@@ -65,7 +66,7 @@ contains
       call place_loads(scene, motion, failure)
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
-      motion%contact%wanted = any(cracks%crack%contact)
+      motion%contact%wanted = any(cracks%crack%contact .and. cracks%crack%kind /= 'path')
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
          call start_motion(motion, scheme_of(scene), failure, new_mass_choice(method%mass, method%solver, method%order, &
@@ -154,6 +155,8 @@ contains
       type(crack_t), intent(out) :: crack
       crack%kind = 'path'
       crack%points = scene%paths(k)%points
+      crack%contact = scene%paths(k)%contact
+      crack%friction = scene%paths(k)%friction
       crack%is_tip = path_tips(scene, k)
       crack%beyond = path_reaches(scene, k)
       crack%mouth = crack%points(:, 1)

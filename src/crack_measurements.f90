@@ -8,6 +8,7 @@ module hampm_crack_measurements
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
+   use hampm_face_springs, only: is_closed_at
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
@@ -280,6 +281,7 @@ contains
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
+      if (is_closed_at(motion%springs, tip%place, tip%nodes%spacing)) k(1, :) = 0  ! what the pressure there leaves of it is an error
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)

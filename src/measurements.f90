@@ -13,6 +13,7 @@ module hampm_measurements
    use hampm_energy, only: linear_momentum, angular_momentum
    use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_estimated_errors, only: keep_errors
+   use hampm_face_springs, only: look_at_openings
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
@@ -175,6 +176,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: first_g
       type(nodal_state_t) :: state
+      real(dp) :: least, largest
       integer :: k
       m%kinetic_energy = kinetic_energy(motion)
       m%strain_energy = stored_energy(motion)
@@ -189,6 +191,13 @@ contains
          if (cracks%tips(k)%nodes%tip > 0) &
             call m%overlap%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
       end do
+      if (motion%grid%cut_cells%are_there()) then
+         do k = 1, size(cracks%crack)
+            if (cracks%crack(k)%contact) cycle
+            call look_at_openings(motion%grid, motion%particles, motion%blocks, motion%materials, k, least, largest)
+            call m%overlap%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
+         end do
+      end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
    end subroutine measure
@@ -220,6 +229,8 @@ contains
          call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
          call history%record('external_work', 'J', 'work of the loads and of constraints that move', motion%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
+         if (any(scene%paths%friction > 0)) &
+            call history%record('friction_loss', 'J', 'energy taken by friction between faces', motion%springs%loss)
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
          do k = 1, size(m%crack)
@@ -273,7 +284,7 @@ contains
       residual = 0
       if (m%largest_energy <= m%rounding_energy) return
       residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
-                  - motion%numerical_loss)/m%largest_energy
+                  - motion%numerical_loss - motion%springs%loss)/m%largest_energy
    end function energy_residual
 
    !> Keep what rows of the history need of the rows before.

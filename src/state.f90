@@ -19,7 +19,7 @@ module hampm_state
    use hampm_particles, only: keep_particles
    use hampm_sorting, only: take_order
    use hampm_supports, only: keep_supports
-   use hampm_tip_bonds, only: keep_bonds
+   use hampm_face_springs, only: keep_springs
    implicit none
    private
    public :: keep_motion
@@ -53,7 +53,7 @@ contains
       end if
       call keep_contact(m%contact, c)
       call keep_supports(m%constraints, c)
-      call keep_bonds(m%bonds, c)
+      call keep_springs(m%springs, c)
       call keep_solver(m%solver, 'solver', m%grid, c)
    end subroutine keep_motion
 

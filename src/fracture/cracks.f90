@@ -27,7 +27,8 @@ module hampm_cracks
       real(dp), allocatable :: points(:, :)      !! in the order in which one walks along it [m], (ndim, 2 or more)
       logical :: is_tip(2) = .false.             !! whether its first and its last point are tips
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
-      logical :: contact = .false.               !! whether the faces press on each other, without friction
+      logical :: contact = .false.               !! whether the faces press on each other
+      real(dp) :: friction = 0                   !! coefficient, of a path [-]
       real(dp) :: beyond(2) = 0                  !! of a path: how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
    contains
@@ -142,6 +143,8 @@ contains
          n = n + 1
          lines(n)%points = self%crack(c)%points
          lines(n)%is_tip = self%crack(c)%is_tip
+         lines(n)%contact = self%crack(c)%contact
+         lines(n)%friction = self%crack(c)%friction
          associate (p => lines(n)%points, last => size(lines(n)%points, 2), beyond => self%crack(c)%beyond)
             p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
             p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))

@@ -6,6 +6,7 @@ module hampm_domain_integral
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
+   use hampm_face_springs, only: face_springs_t, look_at_faces
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -94,6 +95,7 @@ contains
             end associate
          end do
          if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
+         call add_faces_on_springs(domain, motion%springs, q, j, k)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass) cycle
             call add_loaded_faces(domain, p, blocks, motion%loads(n), factors(n), q, c, j, k)
@@ -263,6 +265,35 @@ contains
       end do
       k(1, :) = k(1, :) + max(at_tip, 0.0_dp)
    end subroutine add_pressed_faces
+
+   !> Add what faces that press on each other by springs contribute to both integrals: the force f by which a spring resists the opening,
+   !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
+   pure subroutine add_faces_on_springs(domain, springs, q, j, k)
+      type(tip_domain_t), intent(in) :: domain
+      type(face_springs_t), intent(in) :: springs
+      real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
+      real(dp), intent(inout) :: j(:), k(:, :)
+      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), r, axes(ndim, ndim), of_unit
+      logical :: is_there
+      integer :: n, i, mode
+      axes = frame_along(domain%direction)
+      do n = 1, springs%n
+         at_point = 0
+         do i = 1, count(springs%node(:, n) > 0)
+            if (springs%share(i, n) > 0) at_point = at_point + springs%share(i, n)*q(:, springs%node(i, n))
+         end do
+         if (.not. any(at_point > 0)) cycle
+         call look_at_faces(springs, n, domain%direction, force, slope, is_there)
+         if (.not. is_there) cycle
+         j = j + dot_product(force, slope)*at_point
+         force = sign(1.0_dp, dot_product(springs%normal(:, n), axes(:, 2)))*matmul(force, axes)
+         r = dot_product(domain%tip - springs%place(:, n), domain%direction)
+         do mode = 1, modes
+            of_unit = 2*mean_slope_of_face(domain, mode, r, springs%length(n)/2)
+            k(mode, :) = k(mode, :) + force(3 - mode)*of_unit*at_point
+         end do
+      end do
+   end subroutine add_faces_on_springs
 
    !> Add what the tractions of a load on the faces contribute to both integrals.
    pure subroutine add_loaded_faces(domain, p, blocks, load, factor, q, c, j, k)

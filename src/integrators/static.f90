@@ -72,7 +72,7 @@ contains
    !> of a load step does not tell, and what finer cells give way.
    subroutine book_loss(m)
       type(motion_t), intent(inout) :: m
-      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m)
+      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m) - m%springs%loss
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.

@@ -12,6 +12,7 @@
 module hampm_equilibrium
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
+   use hampm_face_springs, only: face_springs_t, have_friction, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
@@ -53,7 +54,8 @@ module hampm_equilibrium
       real(dp) :: stored = 0                     !! strain energy [J]
       real(dp) :: external_work = 0              !! [J]
       real(dp), allocatable :: displacement(:, :), gradient(:, :, :), gap(:)
-      real(dp), allocatable :: lift(:, :), opening(:, :)
+      real(dp), allocatable :: lift(:, :)
+      type(face_springs_t), allocatable :: springs
       logical, allocatable :: touches(:), fixed(:, :)
    end type start_t
 
@@ -90,6 +92,7 @@ contains
             if (all(m%materials%linear) .or. divisions > most_divisions) exit
             call go_back(m, start)
          else
+            call settle_slip(m%springs)
             done = done + part
             part = min(2*part, 1 - done)
             divisions = max(0, divisions - 1)
@@ -112,9 +115,13 @@ contains
       type(failure_t) :: none
       type(drive_t) :: drive
       real(dp) :: nothing(ndim, m%grid%n_points)
-      call carry_over(m)
-      call find_drive(m, m%time, drive)
-      call go_to(self, m, drive, drive, none)
+      if (have_friction(m%springs)) then         ! it depends on the way
+         call none%report(exit_computation, 'not tried')
+      else
+         call carry_over(m)
+         call find_drive(m, m%time, drive)
+         call go_to(self, m, drive, drive, none)
+      end if
       if (.not. (none%failed() .or. all(m%materials%linear))) then
          if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
       end if
@@ -122,7 +129,7 @@ contains
       nothing = 0
       m%particles%displacement = 0
       m%particles%gradient = 0
-      if (m%bonds%n > 0) m%bonds%opening = 0
+      call relax_springs(m%springs)
       m%external_work = 0
       call press_on_supports(m%constraints)
       call displace(m, nothing)
@@ -151,7 +158,7 @@ contains
       if (all(m%materials%linear)) return        ! there is no second try
       start%external_work = m%external_work
       start%stored = stored_energy(m)
-      if (m%bonds%n > 0) start%opening = m%bonds%opening
+      if (m%springs%n > 0) start%springs = m%springs
       start%displacement = m%particles%displacement
       start%gradient = m%particles%gradient
       start%lift = m%constraints%lift
@@ -170,7 +177,7 @@ contains
       m%particles%displacement = start%displacement
       m%particles%gradient = start%gradient
       if (allocated(start%gap)) m%contact%gap = start%gap
-      if (allocated(start%opening)) m%bonds%opening = start%opening
+      if (allocated(start%springs)) m%springs = start%springs
       if (allocated(start%touches)) m%contact%touches = start%touches
       if (allocated(start%lift)) then
          m%constraints%lift = start%lift
@@ -360,7 +367,7 @@ contains
          call m%grid%dofs%distribute(all, ndim, u)
          p%displacement = 0
          p%gradient = 0
-         if (m%bonds%n > 0) m%bonds%opening = 0
+         if (m%springs%n > 0) m%springs%opening = 0
       end associate
       call displace(m, u)
       if (m%constraints%only_push()) call lift_by(m, u)

@@ -21,7 +21,7 @@ module hampm_motion
    use hampm_schemes, only: new_scheme
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_tiling, only: tiling_t
-   use hampm_tip_bonds, only: tip_bonds_t, rebuild_bonds, bond_energy
+   use hampm_face_springs, only: face_springs_t, rebuild_springs, spring_energy
    use hampm_whereabouts, only: when, origin
    implicit none
    private
@@ -42,7 +42,7 @@ module hampm_motion
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
-      type(tip_bonds_t) :: bonds                 !! at tips that are inside a cell
+      type(face_springs_t) :: springs            !! between the sides of cracks that cut cells
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
                                                  !! allocated where velocities are kept by the particles only
       ! How the machine does it
@@ -88,7 +88,7 @@ contains
       m%operators = element_operators_t()
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
-      call rebuild_bonds(m%bonds, m%grid, m%particles, m%blocks, m%materials)
+      call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
@@ -101,7 +101,7 @@ contains
    !> Energy that the material stores, with that of bonds [J].
    real(dp) function stored_energy(m)
       type(motion_t), intent(in) :: m
-      stored_energy = strain_energy(m%particles, m%materials) + bond_energy(m%bonds)
+      stored_energy = strain_energy(m%particles, m%materials) + spring_energy(m%springs)
    end function stored_energy
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.

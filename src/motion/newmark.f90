@@ -29,7 +29,7 @@ module hampm_newmark
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
-   use hampm_tip_bonds, only: stretch_bonds
+   use hampm_face_springs, only: stretch_springs
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -265,7 +265,7 @@ contains
       else
          call pass_over_all(follow, dt, m%materials, m%particles, m%blocks, m%fields, report)
       end if
-      call stretch_bonds(m%bonds, du, 1.0_dp)
+      call stretch_springs(m%springs, du, 1.0_dp)
       m%operators%is_behind = m%operators%is_active
    end subroutine move_particles
 

@@ -20,12 +20,13 @@ module hampm_newton
    use hampm_supports, only: follow_supports
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_text, only: to_text, three_digits
-   use hampm_tip_bonds, only: stretch_bonds
+   use hampm_face_springs, only: stretch_springs, spring_states
    implicit none
    private
    public :: newton_t, out_of_balance, largest_force, displace, work_of
 
    integer, parameter :: most_iterations = 25
+   integer, parameter :: most_with_contact = 200 !! with springs between faces that close, open and slide
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left
@@ -40,7 +41,8 @@ module hampm_newton
       type(stiffness_t), private :: k            !! that was factorised last
       integer, private :: layout = 0             !! of the blocks for which it was
       logical, allocatable, private :: tied(:)   !! the pairs that touched
-      logical, allocatable, private :: fixed(:, :) !! and the components that were fixed
+      logical, allocatable, private :: fixed(:, :) !! the components that were fixed
+      integer, allocatable, private :: states(:) !! and what springs did
    contains
       procedure :: balance
       procedure :: is_stable
@@ -61,8 +63,9 @@ contains
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :), resisting(:, :)
       logical :: has_offset
       real(dp) :: largest, scale
-      integer :: iteration
-      do iteration = 1, most_iterations
+      integer :: iteration, most
+      most = merge(most_with_contact, most_iterations, m%springs%n_contact > 0)
+      do iteration = 1, most
          call out_of_balance(m, applied, r)
          call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
          if (has_offset) then
@@ -94,7 +97,7 @@ contains
          call follow_gaps(m, du)
          if (m%constraints%only_push()) call follow_supports(m%constraints, du)
       end do
-      call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most_iterations)// &
+      call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most)// &
                           ' iterations a node is out of balance by '//three_digits(largest)//' N')
    end subroutine balance
 
@@ -109,9 +112,11 @@ contains
       fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied)
       if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
+      if (fits) fits = all(self%states == spring_states(m%springs))
       if (fits) return
       self%tied = pressed_pairs(m%contact)
       self%fixed = m%constraints%fixed
+      self%states = spring_states(m%springs)
       self%layout = m%fields%layout
       call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins), self%tied, self%k, unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
@@ -184,7 +189,7 @@ contains
       m%fields%velocity(:, :, v_next) = du
       call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, move=.true., map_force=.true.), 1.0_dp, m%materials, &
                          m%particles, m%blocks, m%fields, report)
-      call stretch_bonds(m%bonds, du, 1.0_dp)
+      call stretch_springs(m%springs, du, 1.0_dp)
       m%fields%velocity(:, :, v_next) = 0
    end subroutine displace
 

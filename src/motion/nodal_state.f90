@@ -9,7 +9,7 @@ module hampm_nodal_state
    use hampm_nodal_fields, only: v_next, v_mapped, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_tip_bonds, only: add_bond_forces
+   use hampm_face_springs, only: add_spring_forces
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -119,14 +119,15 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 
-   !> Internal forces of the particles, and of bonds, as they are now; schemes that strain first have mapped those of the last step.
+   !> Internal forces of the particles, and of springs between faces, as they are now; schemes that strain first have mapped those of
+   !> the last step.
    subroutine gather_stress(m)
       type(motion_t), intent(inout) :: m
       type(pass_report_t) :: report
       if (.not. m%scheme%map_at_start%map_force) call pass_over_all(pass_t(map_force=.true.), 0.0_dp, m%materials, m%particles, &
                                                                     m%blocks, m%fields, report)
       call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
-      call add_bond_forces(m%bonds, m%fields%force)
+      call add_spring_forces(m%springs, m%fields%force)
    end subroutine gather_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.

@@ -20,7 +20,7 @@ module hampm_step
    use hampm_pass, only: pass_t
    use hampm_tiled_step, only: step_in_tiles
    use hampm_tiling, only: plan_tiles
-   use hampm_tip_bonds, only: add_bond_forces, stretch_bonds, bond_energy
+   use hampm_face_springs, only: add_spring_forces, stretch_springs, settle_slip, spring_energy
    use hampm_whereabouts, only: when, origin
    implicit none
    private
@@ -47,7 +47,7 @@ contains
       if (.not. m%mapped) call map_to_grid(m)
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
       m%weighed = .true.
-      if (size(m%loads) + m%bonds%n > 0) call find_external_force(m)
+      if (size(m%loads) + m%springs%n > 0) call find_external_force(m)
       if (is_local(m)) then
          call step_through_tiles(m, dt, new_masses, report)
       else
@@ -56,11 +56,11 @@ contains
       m%operators%is_behind = m%operators%is_active
       if (report%jumped) call report_jump(m, failure)
       if (size(m%loads) > 0) call book_loads(m, dt)
-      if (m%bonds%n > 0) call follow_bonds(m, dt)
+      if (m%springs%n > 0) call follow_springs(m, dt)
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
 
-   !> Nodal forces of the loads, and of bonds, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
+   !> Nodal forces of the loads, and of springs between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
    !> path the step takes and whenever it strains the particles, these are the forces that act in it.
    subroutine find_external_force(m)
       type(motion_t), intent(inout) :: m
@@ -68,7 +68,7 @@ contains
       call place_loads(m%loads, m%grid, m%particles)
       call add_loads(m%loads, m%time, m%fields%external)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
-      call add_bond_forces(m%bonds, m%fields%external)
+      call add_spring_forces(m%springs, m%fields%external)
    end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
@@ -157,7 +157,7 @@ contains
       type(failure_t) :: unsolved
       real(dp) :: damping_power, mapping_power
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
-      if (size(m%loads) + m%bonds%n > 0) m%fields%force = m%fields%force + m%fields%external
+      if (size(m%loads) + m%springs%n > 0) m%fields%force = m%fields%force + m%fields%external
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)
       if (m%constraints%move()) call drive(m%constraints, m%grid, m%time, dt, m%fields, m%driven, m%external_work)
@@ -182,15 +182,16 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + work
    end subroutine book_loads
 
-   !> Let bonds follow the velocities that have moved the particles; what they store is no loss.
-   subroutine follow_bonds(m, dt)
+   !> Let springs follow the velocities that have moved the particles; what they store and friction takes is no loss of the method.
+   subroutine follow_springs(m, dt)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: before
-      before = bond_energy(m%bonds)
-      call stretch_bonds(m%bonds, m%fields%velocity(:, :, v_next), dt)
-      if (m%audit) m%numerical_loss = m%numerical_loss - (bond_energy(m%bonds) - before)
-   end subroutine follow_bonds
+      before = spring_energy(m%springs) + m%springs%loss
+      call stretch_springs(m%springs, m%fields%velocity(:, :, v_next), dt)
+      call settle_slip(m%springs)
+      if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%springs%loss - before)
+   end subroutine follow_springs
 
    !> Count a step, and sort the particles if any has left its cell. Particles may have moved for several `dt` at once.
    subroutine end_step(m, dt, steps, left_cell, failure)

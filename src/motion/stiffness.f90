@@ -13,6 +13,7 @@ module hampm_stiffness
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
+   use hampm_face_springs, only: spring_stiffness
    use hampm_failure, only: failure_t
    use hampm_linear_elastic, only: linear_stress
    use hampm_loads, only: add_load, place_loads
@@ -101,7 +102,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
-         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, bonded_nodes(m))
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_springs(m))
          call fill(m, cells, stiffness, matrix)
       end associate
       if (stiffness%kind%solver == 'cg') then
@@ -171,39 +172,43 @@ contains
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
-      call add_bonds(m, stiffness%unknowns, matrix)
+      call add_springs(m, stiffness%unknowns, matrix)
    end subroutine fill
 
-   !> The nodes that each spring of bonds couples, 0 behind the last.
-   pure function bonded_nodes(m) result(nodes)
+   !> The nodes that each spring between faces couples, 0 behind the last.
+   pure function nodes_of_springs(m) result(nodes)
       type(motion_t), intent(in) :: m
       integer, allocatable :: nodes(:, :)
-      if (m%bonds%n == 0) then
+      if (m%springs%n == 0) then
          allocate (nodes(0, 0))
       else
-         nodes = m%bonds%node(:, :m%bonds%n)
+         nodes = m%springs%node(:, :m%springs%n)
       end if
-   end function bonded_nodes
+   end function nodes_of_springs
 
-   !> Add the stiffness of bonds: s c_i c_j in each direction.
-   subroutine add_bonds(m, unknowns, matrix)
+   !> Add the stiffness of springs between faces: c_i c_j times that of the opening.
+   subroutine add_springs(m, unknowns, matrix)
       type(motion_t), intent(in) :: m
       type(numbering_t), intent(in) :: unknowns
       type(sparse_t), intent(inout) :: matrix
-      integer :: k, i, j, d
-      do k = 1, m%bonds%n
-         associate (node => m%bonds%node(:, k), share => m%bonds%share(:, k))
+      real(dp) :: tangent(ndim, ndim)
+      integer :: k, i, j, d, c
+      do k = 1, m%springs%n
+         tangent = spring_stiffness(m%springs, k)
+         associate (node => m%springs%node(:, k), share => m%springs%share(:, k))
             do j = 1, count(node > 0)
                do i = 1, count(node > 0)
                   do d = 1, ndim
-                     if (min(unknowns%dof(d, node(i)), unknowns%dof(d, node(j))) == 0) cycle
-                     call matrix%add(unknowns%dof(d, node(i)), unknowns%dof(d, node(j)), m%bonds%stiffness(k)*share(i)*share(j))
+                     do c = 1, ndim
+                        if (min(unknowns%dof(c, node(i)), unknowns%dof(d, node(j))) == 0) cycle
+                        call matrix%add(unknowns%dof(c, node(i)), unknowns%dof(d, node(j)), tangent(c, d)*share(i)*share(j))
+                     end do
                   end do
                end do
             end do
          end associate
       end do
-   end subroutine add_bonds
+   end subroutine add_springs
 
    !> Add what of the mass matrix is on its diagonal beside the matrices of the cells.
    subroutine add_concentrated_mass(m, stiffness, matrix)

@@ -80,6 +80,8 @@ contains
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
+      if (settings%text(entry, 'contact') == 'friction' .or. settings%number(entry, 'friction') > 0) &
+         call settings%complain(mistakes, entry, 'contact', 'only a crack of kind = ''path'' can have friction')
       if (scene%crack%kind == 'line') return
       if (scene%crack%length > 0) call settings%complain(mistakes, entry, 'length', 'only a crack of kind = ''line'' has a '// &
                                                          'length; on a symmetry plane the constraints tell where it is')

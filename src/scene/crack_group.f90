@@ -24,7 +24,10 @@ module hampm_crack_group
       key_t('crack', 'length', type_real, 1, 1, may, '0.0', '', 'm', &
             not_negative, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material'), &
       key_t('crack', 'contact', type_name, 1, 1, may, 'none', '', '', &
-            'none|frictionless', 'of a line: whether its faces press on each other or go through'), &
+            'none|frictionless|friction', &
+            'of a line, without friction, or a path: whether faces press on each other or go through'), &
+      key_t('crack', 'friction', type_real, 1, 1, may, '0.0', '', '', &
+            not_negative, 'of a path with contact = ''friction'': coefficient'), &
       key_t('crack', 'points', type_real, 0, max_values, may, '', '', 'm', &
             any_number, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips'), &
       key_t('crack', 'name', type_text, 1, 1, may, '', 'a', '', &
@@ -44,6 +47,8 @@ module hampm_crack_group
    type :: path_spec_t
       character(name_len) :: name = ''           !! '' for none
       integer :: number = 0                      !! of the group, among all &crack
+      logical :: contact = .false.               !! whether its faces press on each other
+      real(dp) :: friction = 0                   !! coefficient [-]
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, points)
    end type path_spec_t
 
@@ -82,6 +87,8 @@ contains
          n = n + 1
          paths(n)%name = settings%text(entry, 'name')
          paths(n)%number = k
+         paths(n)%contact = settings%text(entry, 'contact') /= 'none'
+         if (settings%text(entry, 'contact') == 'friction') paths(n)%friction = settings%number(entry, 'friction')
          associate (numbers => settings%numbers(entry, 'points'))
             paths(n)%points = reshape(numbers, [ndim, size(numbers)/ndim])
          end associate

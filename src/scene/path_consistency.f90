@@ -57,9 +57,14 @@ contains
       if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
          '''dcb'' needs a &crack of kind = ''symmetry'' or ''line''')
       do k = 1, size(scene%paths)
-         if (settings%text(settings%find('crack', scene%paths(k)%number), 'contact') == 'frictionless') &
-            call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'contact', &
-                                   'must be ''none'' for kind = ''path''; a crack of kind = ''line'' can have contact')
+         associate (entry => settings%find('crack', scene%paths(k)%number))
+            if (scene%paths(k)%contact .and. scene%method%time == 'implicit') &
+               call settings%complain(mistakes, entry, 'contact', 'must be ''none'' with &method time = ''implicit'': whether '// &
+                                      'faces touch would have to be found in each step. time = ''explicit'' does that')
+            if (.not. settings%good(entry, 'friction')) cycle
+            if ((settings%text(entry, 'contact') == 'friction') .neqv. settings%number(entry, 'friction') > 0) &
+               call settings%complain(mistakes, entry, 'friction', 'must be above 0 with contact = ''friction'' and 0 without')
+         end associate
       end do
    end subroutine check_company
 

@@ -9,7 +9,7 @@
 !> belongs to a neighbour. A point on a line is to the left of it.
 !>
 !> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and bonds
-!> (`hampm_tip_bonds`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
+!> (`hampm_face_springs`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_forest, only: forest_t, outside, level_width
@@ -26,6 +26,8 @@ module hampm_cut_cells
    type :: line_t
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
       logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
+      logical :: contact = .false.               !! whether its sides press on each other
+      real(dp) :: friction = 0                   !! coefficient [-]
    end type line_t
 
    !> The leaf in which a line ends at a tip.

@@ -1,0 +1,196 @@
+"""Cracks that ignore the grid, kind = 'path': against independent solutions (tests/reference/cracks), against cracks along grid lines,
+and against themselves turned and shifted."""
+
+import math
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import BENCH
+
+sys.path.insert(0, str(BENCH))
+
+from cracks import MODULUS, SIGMA, cases, direction, errors, scene  # noqa: E402
+
+
+def run(hampm, tmp_path, text, code=0, name="crack", words=()):
+    (tmp_path / f"{name}.nml").write_text(text)
+    result = hampm(f"{name}.nml", "--force", "--quiet", *words)
+    assert result.returncode == code, result.stderr
+    if code:
+        return result.stderr
+    with h5py.File(tmp_path / f"{name}.h5") as file:
+        return {column: values[:] for column, values in file["history"].items()}
+
+
+def tips(row):
+    ends = [""] + [name[3:] for name in row if name.startswith("K_I_tip")]
+    return np.array([[row["K_I" + end][-1], row["K_II" + end][-1], row["G" + end][-1] * MODULUS] for end in ends])
+
+
+IN_PLATE = {name: case for name, *case in cases() if name[:2] in ("a2", "a3", "a6", "a7")}
+
+
+@pytest.mark.parametrize("name", IN_PLATE)
+def test_cracks_in_a_plate(hampm, tmp_path, name):
+    """Two levels of refinement, 24 finest cells to the half-length: K to 1 % of the larger one, G to 1.5 %. Along a grid line the crack is
+    that of kind = 'line', whose G lacks 0.4 cells of the length."""
+    cracks, half, resolved, asked = IN_PLATE[name]
+    found = errors(tips(run(hampm, tmp_path, scene(cracks, resolved / 24 * 4, half))), asked)
+    print(name, found)
+    along_grid = name.endswith("beta=0")
+    assert max(abs(found[0]), abs(found[1])) < 0.01
+    assert abs(found[2]) < (0.02 if along_grid else 0.015)
+
+
+def plate(cracks, **values):
+    return scene(cracks, 1e-3, (0.012, 0.012), **values)
+
+
+def test_a_path_along_a_grid_line_is_a_line(hampm, tmp_path):
+    """Between nodes. At a tip of `line` only the first is measured."""
+    text = plate([[(-4e-3, 0.0), (5e-3, 0.0)]], levels=1)
+    path = run(hampm, tmp_path, text)
+    line = run(hampm, tmp_path, text[:text.index("&crack")] + "&crack kind = 'line'  tip = 5e-3, 0.0  length = 9e-3 /\n")
+    for name in ("K_I", "K_II", "J", "G_domain_I", "strain_energy"):
+        assert path[name][-1] == pytest.approx(line[name][-1], rel=1e-9, abs=1e-9 * abs(line["K_I"][-1])), name
+    assert path["J_tip2"][-1] == pytest.approx(path["J"][-1], rel=0.02)
+
+
+def test_a_crack_that_is_turned_with_its_grid(hampm, tmp_path):
+    """By a quarter, with the loads; and in the opposite direction, which changes the numbers of the tips."""
+    points = np.array([[-4.1e-3, -1.3e-3], [3.7e-3, 2.2e-3]])
+    text = plate([points], levels=1)
+    one = tips(run(hampm, tmp_path, text))
+    quarter = points @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    turned = plate([quarter], levels=1)
+    lines = [line for line in turned.splitlines() if not line.startswith("&load")]
+    force = SIGMA * 1e-3 * 0.024
+    lines += [f"&load kind = 'traction'  lower = {x}, -0.012  upper = {x}, 0.012  force = {f!r}, 0.0 /" for x, f in
+              ((0.012, force), (-0.012, -force))]
+    two = tips(run(hampm, tmp_path, "\n".join(lines) + "\n"))
+    assert two == pytest.approx(one, rel=1e-9, abs=1e-9 * np.max(np.abs(one[:, :2])))
+    back = tips(run(hampm, tmp_path, plate([points[::-1]], levels=1)))
+    assert back[::-1] == pytest.approx(one, rel=1e-6)
+
+
+def test_random_places(hampm, tmp_path):
+    """A few of those of bench/cracks.py: 32 finest cells to the half-length, plate of 60 half-lengths."""
+    random, a, found = np.random.default_rng(7), 4e-3, []
+    for _ in range(6):
+        beta, middle = random.uniform(-60, 60), random.uniform(-0.5, 0.5, 2) * 1e-3
+        row = run(hampm, tmp_path, scene([[middle - a * direction(beta), middle + a * direction(beta)]], 1e-3, (30 * a, 30 * a), 3))
+        found += list(tips(row)[:, 2] / (SIGMA**2 * math.pi * a * math.cos(math.radians(beta))**2) - 1)
+    print(found)
+    assert np.max(np.abs(found)) < 0.02
+    assert np.std(found) < 0.01
+
+
+DYNAMIC = """&output history_interval = 4e-7 /\n"""
+
+
+@pytest.mark.parametrize("method", ["", "scheme = 'usf'", "scheme = 'usavg'", "mass = 'full'", "mass = 'blend'", "mass = 'fmpm'"])
+@pytest.mark.parametrize("contact", ["", "contact = 'frictionless'", "contact = 'friction' friction = 0.3"])
+def test_the_audit_closes(hampm, tmp_path, method, contact):
+    """Energy of bonds and of contact, and what friction takes, are booked."""
+    text = scene([[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]], 2e-3, (0.012, 0.012), levels=1, rings=3, sigma=-1e6)
+    text = text.replace("end_time = 1.0", "end_time = 1e-5").replace("'domain_integral'", "'domain_integral', 'energy_balance'")
+    text = text.replace("time = 'static'", method).rstrip().removesuffix("/") + contact + " /\n" + DYNAMIC
+    row = run(hampm, tmp_path, text)
+    residual = row["external_work"] - row["kinetic_energy"] - row["strain_energy"] - row["damping_loss"] - row["numerical_loss"]
+    if "friction =" in contact:
+        residual = residual - row["friction_loss"]
+        assert np.all(np.diff(row["friction_loss"]) >= 0)
+        assert row["friction_loss"][-1] > 0
+    assert np.max(np.abs(residual)) < 1e-12 * np.max(row["external_work"])
+
+
+def closed(beta, mu, levels=2, steps=1):
+    a = 8e-3
+    contact = f"contact = 'friction'  friction = {mu}" if mu else "contact = 'frictionless'"
+    text = scene([[-a * direction(beta), a * direction(beta)]], 1e-3, levels=levels, sigma=-1e6)
+    text = text.replace("force = 0.0", "history = 'ramp'  rise_time = 1.0  force = 0.0").replace("time = 'static'", f"time = 'static'  load_steps = {steps}")
+    return text.rstrip().removesuffix("/") + contact + " /\n"
+
+
+@pytest.mark.parametrize("mu, asked", [(0, -85356.448), (0.3, -60216.312)])
+def test_closed_cracks(hampm, tmp_path, mu, asked):
+    """a8_friction_plate.csv: 45 degrees, under pressure; K_I is 0."""
+    found = tips(run(hampm, tmp_path, closed(45, mu)))
+    assert np.all(np.abs(found[:, 0]) < 1e-9 * abs(asked))
+    assert found[:, 1] == pytest.approx(asked, rel=0.02)
+
+
+def test_friction_takes_the_work_that_is_not_stored(hampm, tmp_path):
+    row = run(hampm, tmp_path, closed(45, 0.3, levels=0, steps=4))
+    assert row["external_work"][-1] - row["strain_energy"][-1] == pytest.approx(row["friction_loss"][-1], rel=1e-3)
+    assert row["friction_loss"][-1] > 1e-3 * row["strain_energy"][-1]
+
+
+def test_a_crack_that_sticks_is_none(hampm, tmp_path):
+    """At 20 degrees with mu = 0.5, above tan 20."""
+    row = run(hampm, tmp_path, closed(20, 0.5, levels=1))
+    found = tips(row)
+    assert np.max(np.abs(found[:, 1])) < 0.02 * 1e6 * math.sqrt(math.pi * 8e-3)
+    assert row["friction_loss"][-1] < 1e-3 * row["strain_energy"][-1]
+
+
+def test_faces_that_go_through_each_other_are_told(hampm, tmp_path):
+    text = closed(45, 0, levels=0).replace("contact = 'frictionless'", "")
+    (tmp_path / "a.nml").write_text(text)
+    result = hampm("a.nml", "--quiet")
+    assert result.returncode == 0
+    assert "gone through each other" in result.stderr
+
+
+@pytest.mark.parametrize("points, message", [
+    ([(0.1, 0.1), (0.2, 0.1)], "must run through material"),
+    ([(0.0, 0.0), (2e-4, 0.0)], "less than a cell"),
+    ([(0.0, 0.0), (0.0115, 0.001)], "less than a cell"),
+    ([(-4e-3, 0.0), (4e-3, 0.0), (4e-3, 3e-3), (0.0, -4e-3)], "crosses itself")])
+def test_what_cannot_be_cut_is_refused(hampm, tmp_path, points, message):
+    assert message in run(hampm, tmp_path, plate([points], levels=0), code=2)
+
+
+@pytest.mark.parametrize("change, message", [
+    (("time = 'static'", "frame = 'updated'"), "must be 'total' with a &crack of kind = 'path'"),
+    (("time = 'static'", "time_steps = 'local'"), "must be 'global' with a &crack of kind = 'path'"),
+    (("'domain_integral'", "'nodal_force'"), "must be 'domain_integral'"),
+    (("points =", "tip = 0.0, 0.0  points ="), "has no meaning for kind = 'path'"),
+    (("points = -0.004, ", "points = "), "must be pairs"),
+    (("points =", "friction = 0.2  points ="), "must be above 0 with contact = 'friction'"),
+    (("&crack", "&crack tip = 0.0, 0.0 /\n&crack"), "must be 'path' beside other cracks")])
+def test_what_paths_do_not_go_with_is_refused(hampm, tmp_path, change, message):
+    assert message in run(hampm, tmp_path, plate([[(-4e-3, 0.5e-3), (4e-3, 1e-3)]], levels=0).replace(*change), code=2)
+
+
+def test_crossing_and_meeting_cracks(hampm, tmp_path):
+    """X and T: every tip inside the material is measured."""
+    x = run(hampm, tmp_path, plate([[(-5e-3, -3e-3), (5e-3, 3e-3)], [(-5e-3, 3.2e-3), (5e-3, -3.1e-3)]], levels=1))
+    assert len(tips(x)) == 4
+    t = run(hampm, tmp_path, plate([[(-5e-3, 0.2e-3), (5e-3, 0.2e-3)], [(1e-3, 0.2e-3), (2e-3, 6e-3)]], levels=1))
+    assert len(tips(t)) == 3
+
+
+def test_a_body_cut_in_two_that_nothing_holds_is_named(hampm, tmp_path):
+    text = plate([[(-0.02, 0.5e-3), (0.02, 1e-3)]], levels=0).replace("estimators = 'domain_integral'", "")
+    assert "does not come to rest" in run(hampm, tmp_path, text, code=3)
+
+
+def test_a_run_that_goes_on(hampm, tmp_path):
+    """From a checkpoint, with the same bytes."""
+    text = scene([[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]], 2e-3, (0.012, 0.012), levels=1, rings=3, sigma=-1e6)
+    text = text.replace("end_time = 1.0", "end_time = 1e-5").replace("time = 'static'", "")
+    text = text.rstrip().removesuffix("/") + "contact = 'friction' friction = 0.2 /\n" + DYNAMIC
+    whole = run(hampm, tmp_path, text)
+    (tmp_path / "crack.nml").write_text(text)
+    result = hampm("crack.nml", "--force", "--quiet", "--steps", "30")
+    assert "stopped by --steps 30" in result.stderr
+    result = hampm("--resume", "crack.h5.checkpoint", "--quiet", "--threads", "2")
+    assert result.returncode == 0, result.stderr
+    with h5py.File(tmp_path / "crack.h5") as file:
+        for name, column in whole.items():
+            assert np.array_equal(file["history"][name][:], column), name
+
