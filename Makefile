@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit tip vtk errors
+         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit cracks tip vtk errors
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -148,6 +148,10 @@ static: setup  ## measure what equilibrium costs, and how near to it damped moti
 implicit: setup  ## measure what implicit steps reach and cost
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/implicit.py --output results/implicit
+
+cracks: setup  ## hold K and G of cracks that ignore the grid to independent solutions
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/cracks.py --output results/cracks
 
 tip: setup  ## measure how far from its node the discrete crack tip acts
 	@$(MAKE) --no-print-directory program

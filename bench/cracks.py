@@ -3,6 +3,8 @@
     table   slanted, eccentric, edge, kinked and several cracks at rest, two levels of refinement at the tips: the largest error of
             K_I and of K_II over the larger of both, and of G, on three meshes
     places  one crack at random places and angles in a large plate: mean error of G, its scatter and the largest, with the cells
+    friction  slanted cracks under pressure, which slide against friction or stick, 32 finest cells to the half-length
+    wave    a step of tension meets a slanted crack: rms difference of K_I(t), K_II(t) of both tips, means over a tenth of the window
     shift   a crack that is moved along itself by parts of a cell: G against the straight line, in cells
 
 The solutions are in tests/reference/cracks; each file says where it is from. Run by `make cracks`, or for one part:
@@ -205,11 +207,73 @@ def shift(program, arguments):
     write(out, "shift", arguments.output)
 
 
-PARTS = {"table": table, "places": places, "shift": shift}
+def friction(program, arguments):
+    """K_II over that of the solution, and the greatest K_I over K_II; where the crack sticks, K_II over that without friction."""
+    out = [("case", "K_II %", "K_I %")]
+    a = 8e-3
+    cases = [(float(row["beta[deg]"]), float(row["mu"]), SIGMA * math.sqrt(math.pi * a) * float(row["K_II/(sigma*sqrt(pi*a))"]),
+              (LARGE * a, LARGE * a)) for row in rows("a8_friction_infinite.csv")]
+    cases += [(45.0, float(row["mu"]), float(row["K_II[Pa*sqrt(m)]"]), PLATE) for row in rows("a8_friction_plate.csv")
+              if row["case"].startswith("beta=45 2a=16") and row["tip"] == "1"]
+    for beta, mu, asked, half in cases[arguments.first - 1:]:
+        text = scene([[-a * direction(beta), a * direction(beta)]], a / 32 * 2**LEVELS, half, sigma=-SIGMA)
+        contact = f"contact = 'friction'  friction = {mu}" if mu else "contact = 'frictionless'"
+        found = program(text.rstrip().removesuffix("/") + contact + " /\n")
+        free = SIGMA * math.sqrt(math.pi * a) * math.sin(math.radians(beta)) * math.cos(math.radians(beta))
+        scale = abs(asked) if abs(asked) > 0.01 * free else free
+        worst = max((tip[1] - asked for tip in found), key=abs)
+        out.append((f"{'infinite' if half != PLATE else 'plate'} {beta:g}, mu {mu:g}", f"{100 * worst / scale:+.2f}",
+                    f"{100 * np.max(np.abs(found[:, 0])) / scale:.2f}"))
+        print("  ".join(out[-1]), flush=True)
+    write(out, "friction", arguments.output)
+
+
+WAVE = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
+&grid lower = -16e-3, -14e-3  cell = {cell!r}  cells = {nx}, {ny} /
+&material name = 'a'  young = 1.99992e11  poisson = 0.3  density = 5000.0 /
+&body material = 'a'  lower = -16e-3, -14e-3  upper = 16e-3, 12e-3 /
+&constraint lower = -16e-3, -14e-3  upper = -16e-3, 12e-3  fix = 'x' /
+&constraint lower = 16e-3, -14e-3  upper = 16e-3, 12e-3  fix = 'x' /
+&load kind = 'traction'  lower = -16e-3, 12e-3  upper = 16e-3, 12e-3  force = 0.0, 32.0 /
+&energy_release estimators = 'domain_integral' /
+&method scheme = 'usavg'  mass = '{mass}' /
+&output history_interval = 2e-8 /
+&crack kind = 'path'  points = {points} /
+"""
+
+
+def wave(program, arguments):
+    """The reflections from the edges come after the window, and the sides are held as in a plane wave."""
+    table = [row for row in csv.DictReader(line for line in open(REFERENCE / "c4_slanted_crack_step_wave_30deg.csv") if line[0] != "#")]
+    half, shift, speed = 5e-3 * direction(30), np.array([7e-5, 3e-5]), 7337.8471
+    out = [("mass", "cell", "tip", "K_I %", "K_II %")]
+    for mass, cell in (("lumped", 0.25e-3), ("lumped", 0.125e-3), ("blend", 0.25e-3), ("blend", 0.125e-3)):
+        start = (12e-3 - half[1] - shift[1]) / speed
+        points = ", ".join(repr(float(x)) for x in np.concatenate([shift - half, shift + half]))
+        program(WAVE.format(end=start + 2.4e-6, cell=cell, nx=round(32e-3 / cell), ny=round(26e-3 / cell), mass=mass, points=points))
+        with h5py.File(program.folder / "cracks.h5") as file:
+            history = {name: column[:] for name, column in file["history"].items()}
+        times = history["time"] - start
+        for tip, end in (("upper", ""), ("lower", "_tip2")):
+            asked = np.array([[float(row[name]) for name in ("t[s]", "K_I[Pa*sqrt(m)]", "K_II[Pa*sqrt(m)]")] for row in table
+                              if row["tip"] == tip])
+            begin, last = ([float(row[name]) for row in table if row["tip"] == tip][0] for name in ("t0[s]", "t_end[s]"))
+            window = 0.1 * (last - begin)
+            asked = asked[(asked[:, 0] > begin + window) & (asked[:, 0] < last - window / 2)]
+            peak = np.max(np.abs(asked[:, 1:]))
+            of_mode = []
+            for mode in (1, 2):
+                means = [np.mean(history["K_" + mode * "I" + end][np.abs(times - t) <= window / 2]) for t in asked[:, 0]]
+                of_mode.append(f"{100 * np.sqrt(np.mean((np.array(means) - asked[:, mode])**2)) / peak:.2f}")
+            out.append((mass, f"{cell:g}", tip, *of_mode))
+    write(out, "wave", arguments.output)
+
+
+PARTS = {"table": table, "places": places, "friction": friction, "wave": wave, "shift": shift}
 
 
 def main():
-    arguments = command_line(__doc__, list(PARTS), "results/cracks", number=(200, "cracks of `places`"), first=(1, "case with which `table` begins"))
+    arguments = command_line(__doc__, list(PARTS), "results/cracks", number=(200, "cracks of `places`"), first=(1, "case with which `table` and `friction` begin"))
     program = Program(arguments)
     for part in arguments.part:
         PARTS[part](program, arguments)

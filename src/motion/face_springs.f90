@@ -436,21 +436,20 @@ contains
       if (abs(way) > 0) slope = (springs%opening(:, after) - springs%opening(:, before))/way
    end subroutine look_at_faces
 
-   !> Whether faces are pressed together all along the part of a line within some distance of a place: a tip there is closed.
+   !> Whether faces are pressed together along most of the part of a line within some distance of a place: a tip there is closed.
    pure logical function is_closed_at(springs, x, reach)
       type(face_springs_t), intent(in) :: springs
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: reach              !! [m]
-      integer :: k
-      logical :: any_there
-      is_closed_at = .true.
-      any_there = .false.
+      integer :: k, there, pressed
+      there = 0
+      pressed = 0
       do k = 1, springs%n
          if (springs%kind(k) /= closed .or. norm2(springs%place(:, k) - x) > reach) cycle
-         any_there = .true.
-         is_closed_at = is_closed_at .and. state_of(springs, k) /= is_open
+         there = there + 1
+         if (state_of(springs, k) /= is_open) pressed = pressed + 1
       end do
-      is_closed_at = is_closed_at .and. any_there
+      is_closed_at = 2*pressed > there
    end function is_closed_at
 
    !> Change of that force with the opening, without what friction changes with the pressure, which is not symmetric [N/m].

@@ -157,7 +157,7 @@ contains
          text = 'turns, as the loads have a moment and its constraints hold it at one point or along one line only. '// &
                 'Hold another node by a &constraint'
       else
-         text = 'moves along '//axis(pin%motion:pin%motion)//', as the loads push with '//three_digits(force)// &
+         text = 'moves along '//axis(pin%motion:pin%motion)//', as the loads push with '//three_digits(abs(force))// &
                 ' N and no &constraint with fix = '''//axis(pin%motion:pin%motion)//''' holds a node of it. Add one'
       end if
    end function way_of
@@ -188,6 +188,11 @@ contains
       end do
       do k = 1, m%contact%n
          call join(m%contact%node(1, k), m%contact%node(2, k))
+      end do
+      do k = 1, m%springs%n
+         do j = 2, count(m%springs%node(:, k) > 0)
+            call join(m%springs%node(1, k), m%springs%node(j, k))
+         end do
       end do
       do k = 1, m%grid%n_nodes
          piece(k) = root_of(k)

@@ -201,7 +201,7 @@ REFINEMENT = [
 RADII, TIP = "radii = 4e-3, 6e-3, 8e-3", "tip = 0.05, 0.01"
 WITHIN = "must be in [0.0025, 0.01] [m]: two of the finest cells at least, and around the tip nothing within them but material"
 CRACK_LINE = [
-    ("'line'", "'lines'", "kind = 'lines'", "kind = 'lines': must be 'symmetry' or 'line'; did you mean 'line'?"),
+    ("'line'", "'lines'", "kind = 'lines'", "kind = 'lines': must be 'symmetry', 'line' or 'path'; did you mean 'line'?"),
     (TIP, "tip = 0.0501, 0.01", "tip", "must be a node of the grid: lower + i*cell with lower = (0.0, 0.0), cell = 0.00125"),
     (TIP, "tip = 0.05, 0.0103", "tip", "must be a node of the grid: lower + i*cell with lower = (0.0, 0.0), cell = 0.00125"),
     (TIP, "tip = 0.05, 0.02", "tip", "must be inside the material, at least a cell from its edges, for kind = 'line'"),
@@ -215,7 +215,7 @@ CRACK_LINE = [
     ("length = 0.0", "length = 1.25e-3", "length", "the other tip must be at a node too: a multiple of cell = 0.00125, two cells"),
     ("length = 0.0", "length = 0.005", "radii", "radii = 4e-3, 6e-3, 8e-3: must be in [0.0025, 0.005] [m]"),
     (TIP, "tip = 0.05, 1.0", "tip", "cell = 0.00125, up to (0.1, 0.02125); the nearest is (0.05, 0.02125)"),
-    ("contact = 'none'", "contact = 'frictionles'", "contact", "must be 'none' or 'frictionless'; did you mean 'frictionless'?"),
+    ("contact = 'none'", "contact = 'frictionles'", "contact", "must be 'none', 'frictionless' or 'friction'; did you mean 'frictionless'?"),
     (RADII, "radii = 4e-3, 12e-3", "radii", "radii = 4e-3, 12e-3: " + WITHIN),
     (RADII, "radii = 2e-3, 8e-3", "radii", "radii = 2e-3, 8e-3: " + WITHIN),
     (RADII, "radii = 8e-3, 6e-3", "radii", "radii = 8e-3, 6e-3: must increase from one to the next"),

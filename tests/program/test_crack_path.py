@@ -194,3 +194,31 @@ def test_a_run_that_goes_on(hampm, tmp_path):
         for name, column in whole.items():
             assert np.array_equal(file["history"][name][:], column), name
 
+
+
+EXTREMES = {"corners": [[(-5e-3, -5e-3), (5e-3, 5e-3)]], "edge": [[(-5e-3, 1e-3), (5.3e-3, 1e-3)]],
+            "sliver above": [[(-5e-3, 1e-3 + 1e-12), (5.3e-3, 1e-3 + 1e-12)]], "sliver below": [[(-5e-3, 1e-3 - 1e-12), (5.3e-3, 1e-3 - 1e-12)]],
+            "node": [[(-5e-3, -3e-3), (4e-3, 2e-3)]], "on an edge": [[(-5e-3, -3e-3), (4e-3, 2.4e-3)]],
+            "zigzag": [[(-4e-3 + k * 1e-3, 0.9e-3 if k % 2 else -0.9e-3) for k in range(9)]], "hair": [[(-4e-3, 0), (4e-3, 1e-9)]],
+            "both edges": [[(-0.03, 0.5e-3), (-5e-3, 2e-3)], [(0.03, 0.5e-3), (5e-3, 2e-3)]]}
+
+
+@pytest.mark.parametrize("method", ["time = 'static'", ""])
+@pytest.mark.parametrize("name", EXTREMES)
+def test_extremes(hampm, tmp_path, name, method):
+    """Stable, and what lies a hair beside a grid line is as what lies on it."""
+    def text(cracks):
+        return plate(cracks, levels=1).replace("time = 'static'", method).replace("end_time = 1.0", "end_time = 1e-5")
+    row = run(hampm, tmp_path, text(EXTREMES[name]))
+    assert np.all(np.isfinite(row["G"])) and row["G"][-1] > 0
+    if name.startswith("sliver"):
+        assert row["G"][-1] == pytest.approx(run(hampm, tmp_path, text(EXTREMES["edge"]))["G"][-1], rel=1e-6)
+
+
+def test_a_hundred_cracks(hampm, tmp_path):
+    random = np.random.default_rng(3)
+    cracks = [[(x, y), np.array([x, y]) + 1.6e-3 * direction(random.uniform(-30, 30))] for x in np.linspace(-18e-3, 16.5e-3, 10)
+              for y in np.linspace(-37e-3, 35e-3, 10)]
+    text = scene(cracks, 5e-4, levels=0).replace("estimators = 'domain_integral'", "")
+    whole = run(hampm, tmp_path, text[:text.index("&crack")])
+    assert run(hampm, tmp_path, text)["strain_energy"][-1] > 1.02 * whole["strain_energy"][-1]

@@ -1,0 +1,144 @@
+!> Grids that lines in any direction cut: lines that run through part them into as many parts as there are, lines that end do not, and
+!> hanging nodes stay where they are; with cells of four sizes, and lines along grid lines, through nodes, and with kinks.
+program test_cut_cells
+   use hampm_kinds, only: dp, ndim
+   use hampm_cut_cells, only: line_t
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_grid, only: grid_t, build_grid
+   use hampm_harness, only: check, finish, repeat_random_numbers
+   use hampm_text, only: to_text
+   implicit none
+
+   integer, parameter :: trials = 60, levels = 3
+   real(dp), parameter :: far = 40
+   type(grid_t) :: grid
+   integer :: trial
+
+   call repeat_random_numbers()
+   do trial = 1, trials
+      call random_line(trial)
+   end do
+   call some_lines()
+   call an_end()
+   call finish()
+
+contains
+
+   !> A forest with finer and finer cells around a place.
+   function refined(centre) result(forest)
+      real(dp), intent(in) :: centre(ndim)
+      type(forest_t) :: forest
+      integer, allocatable :: change(:)
+      integer :: leaf, level
+      forest = forest_t([-8.0_dp, -8.0_dp], 1.0_dp, [17, 17])
+      do level = 1, levels
+         allocate (change(forest%leaf_count()), source=0)
+         do leaf = 1, size(change)
+            associate (middle => forest%position(forest%place_of(leaf)) + forest%size_of(leaf)/2)
+               if (forest%level_of(leaf) < level - 1) cycle
+               if (maxval(abs(middle - centre)) < 3.3_dp*forest%size_of(leaf)) change(leaf) = 1
+            end associate
+         end do
+         call forest%adapt(change)
+         call forest%balance()
+         deallocate (change)
+      end do
+   end function refined
+
+   !> Cut the grid of a forest by lines.
+   subroutine cut(forest, lines)
+      type(forest_t), intent(in) :: forest
+      type(line_t), intent(in) :: lines(:)
+      type(failure_t) :: failure
+      call build_grid(forest, grid, failure, lines=lines)
+      call check(.not. failure%failed(), 'a grid is built')
+   end subroutine cut
+
+   !> A line through a place in a direction, which may turn there.
+   pure type(line_t) function line_through(x, angle, turn) result(line)
+      real(dp), intent(in) :: x(ndim), angle, turn
+      real(dp) :: before(ndim), after(ndim)
+      before = x - far*[cos(angle), sin(angle)]
+      after = x + far*[cos(angle + turn), sin(angle + turn)]
+      line%points = reshape([before, x, after], [ndim, 3])
+   end function line_through
+
+   !> A line that runs through parts the grid in two; every fifth is along a grid line or a diagonal, every seventh through a place on
+   !> quarters of cells, every third turns.
+   subroutine random_line(trial)
+      integer, intent(in) :: trial
+      real(dp) :: angle, x(ndim), y(ndim), turn
+      call random_number(angle)
+      call random_number(x)
+      call random_number(y)
+      if (mod(trial, 5) == 0) angle = 0.125_dp*nint(8*angle)
+      if (mod(trial, 7) == 0) x = anint(4*x)/4
+      turn = merge(1.3_dp*(y(1) - 0.5_dp), 0.0_dp, mod(trial, 3) == 0)
+      call cut(refined(4*(y - 0.5_dp)), [line_through(x, 2*acos(-1.0_dp)*angle, turn)])
+      call check(parts() == 2, 'line '//to_text(trial)//' parts the grid in two, not '//to_text(parts()))
+      call check(hanging_nodes_are_in_place(), 'hanging nodes of line '//to_text(trial)//' are where their masters have them')
+   end subroutine random_line
+
+   !> Two lines that cross part it in four, a third one that ends on one of them in five.
+   subroutine some_lines()
+      type(line_t) :: lines(3)
+      lines(1) = line_through([0.3_dp, 0.1_dp], 0.4_dp, 0.0_dp)
+      lines(2) = line_through([0.4_dp, -0.2_dp], 1.9_dp, 0.0_dp)
+      call cut(refined([0.5_dp, 0.5_dp]), lines(:2))
+      call check(parts() == 4, 'two lines that cross part the grid in four, not '//to_text(parts()))
+      lines(3)%points = reshape([-4.0_dp, 0.1_dp + tan(0.4_dp)*(-4.3_dp), -5.0_dp, far], [ndim, 2])
+      lines(3)%points(:, 1) = lines(3)%points(:, 1) - 1e-4_dp*[0.0_dp, 1.0_dp]
+      call cut(refined([0.5_dp, 0.5_dp]), lines)
+      call check(parts() == 5, 'one more that ends on one of them in five, not '//to_text(parts()))
+   end subroutine some_lines
+
+   !> A line that ends leaves the grid in one part, with copies of nodes behind its end; its tip is moved to where its leaf ends.
+   subroutine an_end()
+      type(line_t) :: line
+      type(forest_t) :: forest
+      forest = forest_t([-8.0_dp, -8.0_dp], 1.0_dp, [17, 17])
+      line%points = reshape([-far, 0.3_dp, 0.4_dp, 0.3_dp], [ndim, 2])
+      line%is_tip = [.false., .true.]
+      call cut(forest, [line])
+      call check(parts() == 1, 'a line that ends leaves the grid in one part')
+      call check(grid%n_nodes == 18**2 + 2*9, 'nodes at both edges of nine cells have copies')
+      call check(size(grid%cut_cells%ends) == 1 .and. grid%cut_cells%ends(1)%leaf > 0, 'the leaf of its end is known')
+      call check(norm2(grid%cut_cells%ends(1)%front - [1.0_dp, 0.3_dp]) < 1e-12_dp, 'and where the line leaves it')
+      call check(grid%element_at([0.2_dp, 0.6_dp]) /= grid%element_at([0.2_dp, 0.1_dp]), 'above and below it are two elements')
+      call check(grid%element_at([1.2_dp, 0.6_dp]) == grid%element_at([1.2_dp, 0.1_dp]), 'ahead of it is one')
+   end subroutine an_end
+
+   !> Into how many parts the grid falls: nodes are together where an element depends on them.
+   integer function parts()
+      integer :: root(grid%n_nodes), master(8), n, e, k, a, b
+      real(dp) :: weight(4, 8)
+      root = [(k, k=1, grid%n_nodes)]
+      do e = 1, grid%n_elements
+         call grid%dofs%masters_of(grid%element_nodes(:, e), n, master, weight)
+         do k = 2, n
+            a = root_of(root, master(1))
+            b = root_of(root, master(k))
+            root(max(a, b)) = min(a, b)
+         end do
+      end do
+      parts = count([(root(k) == k, k=1, grid%n_nodes)])
+   end function parts
+
+   !> What stands for the set of a node.
+   pure integer function root_of(root, k) result(r)
+      integer, intent(in) :: root(:), k
+      r = k
+      do while (root(r) /= r)
+         r = root(r)
+      end do
+   end function root_of
+
+   !> Whether hanging nodes are at the means of their masters.
+   logical function hanging_nodes_are_in_place() result(yes)
+      real(dp) :: x(ndim, grid%n_points)
+      x = grid%node_position
+      call grid%dofs%distribute(grid%dofs%every_node(), ndim, x)
+      yes = maxval(abs(x - grid%node_position)) < 1e-9_dp
+   end function hanging_nodes_are_in_place
+end program test_cut_cells
