@@ -2,7 +2,6 @@
 module hampm_cell_values
    use hampm_kinds, only: dp, corners
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_grid, only: grid_t
    implicit none
    private
@@ -16,16 +15,16 @@ contains
       integer, intent(in) :: leaf
       real(dp), intent(in) :: nodal(:)           !! (n_nodes and more)
       real(dp) :: mean
-      integer :: node(most_nodes_of_leaf), n
+      integer :: node(corners*(grid%leaf_element(leaf + 1) - grid%leaf_element(leaf))), n
       call nodes_of_leaf(grid, leaf, n, node)
       mean = sum(nodal(node(:n)))/n
    end function mean_of_nodes
 
-   !> The nodes of a leaf.
+   !> The nodes of a leaf, of all its pieces where it is cut.
    pure subroutine nodes_of_leaf(grid, leaf, n, node)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf
-      integer, intent(out) :: n, node(most_nodes_of_leaf)
+      integer, intent(out) :: n, node(:)         !! the first n are used
       integer :: e, c
       n = 0
       do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1

@@ -1,4 +1,4 @@
-!> The displacement field of a leaf, from what its particles carry.
+!> The displacement field of a leaf, or of a piece of one that is cut, from what its particles carry.
 !>
 !> Particles have followed the nodes: u and its gradient are those of one field that is bilinear in each element of the leaf. Its
 !> values at the nodes are found again by least squares: exactly where particles have stayed in the leaf, closely elsewhere.
@@ -33,21 +33,19 @@ contains
       real(dp) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim), at_corner(corners, ndim), deviation(ndim)
       integer :: node(most_nodes_of_leaf), in_element(most_nodes_of_leaf), n, n_here, i, k, info
       twist = 0
-      call find_means(grid, p, blocks, grid%element_leaf(e), body, middle, mean_u, mean_gradient, n)
+      call find_means(grid, p, blocks, e, body, middle, mean_u, mean_gradient, n)
       if (n < 2) return
       n = 0
       matrix = 0
       rhs = 0
       deviation = 0
-      associate (leaf => grid%element_leaf(e))
-         do k = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
-            do i = blocks%first_in(k), blocks%last_in(k), blocks%stride_in(k)
-               if (p%body(i) /= body) cycle
-               call add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
-               deviation = max(deviation, maxval(abs(spatial_gradient(p, i) - mean_gradient), dim=2))
-            end do
+      do k = grid%first_of_piece(e), grid%last_of_piece(e)
+         do i = blocks%first_in(k), blocks%last_in(k), blocks%stride_in(k)
+            if (p%body(i) /= body) cycle
+            call add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
+            deviation = max(deviation, maxval(abs(spatial_gradient(p, i) - mean_gradient), dim=2))
          end do
-      end associate
+      end do
       do k = 1, n
          matrix(k, k) = matrix(k, k) + ridge
       end do
@@ -65,12 +63,12 @@ contains
       twist = sign(min(abs(twist), 8*deviation/grid%leaf_size(e)), twist)
    end function twist_of_element
 
-   !> Number and means of the particles of a body in a leaf: place, displacement and gradient.
-   subroutine find_means(grid, p, blocks, leaf, body, middle, mean_u, mean_gradient, n)
+   !> Number and means of the particles of a body in the leaf of an element, or its piece: place, displacement and gradient.
+   subroutine find_means(grid, p, blocks, element, body, middle, mean_u, mean_gradient, n)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: leaf, body
+      integer, intent(in) :: element, body
       real(dp), intent(out) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim)
       integer, intent(out) :: n
       integer :: e, i
@@ -78,7 +76,7 @@ contains
       middle = 0
       mean_u = 0
       mean_gradient = 0
-      do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
+      do e = grid%first_of_piece(element), grid%last_of_piece(element)
          do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             if (p%body(i) /= body) cycle
             n = n + 1

@@ -50,15 +50,15 @@ contains
       integer, intent(in), optional :: material
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
       integer :: n, e, i, k, d
-      integer, allocatable :: leaf(:)
-      call leaves_around(grid, node, leaf, edge)
+      integer, allocatable :: first(:)
+      call pieces_around(grid, node, first, edge)
       n = 0
       mean_x = 0
       spread_x = 0
       mean = 0
       moment = 0
-      do k = 1, size(leaf)
-         do e = grid%leaf_element(leaf(k)), grid%leaf_element(leaf(k) + 1) - 1
+      do k = 1, size(first)
+         do e = first(k), grid%last_of_piece(first(k))
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                if (present(material)) then
                   if (p%material(i) /= material) cycle
@@ -85,18 +85,20 @@ contains
       value = mean - matmul(moment, slope_weights(spread_x, mean_x))
    end subroutine fit
 
-   !> The leaves at a node, and the edge of the smallest [m].
-   pure subroutine leaves_around(grid, node, leaf, edge)
+   !> The leaves at a node, or their pieces, each by its first element, and the edge of the smallest [m].
+   pure subroutine pieces_around(grid, node, first, edge)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: node
-      integer, allocatable, intent(out) :: leaf(:)
+      integer, allocatable, intent(out) :: first(:)
       real(dp), intent(out) :: edge
+      integer, allocatable :: of(:)
       integer :: k
-      associate (of => grid%element_leaf, around => grid%dofs%elements_at(node))
-         allocate (leaf, source=pack(of(around), [(all(of(around(:k - 1)) /= of(around(k))), k=1, size(around))]))
+      associate (around => grid%dofs%elements_at(node))
+         of = [(grid%first_of_piece(around(k)), k=1, size(around))]
       end associate
-      edge = minval([(grid%leaf_size(leaf(k)), k=1, size(leaf))])
-   end subroutine leaves_around
+      allocate (first, source=pack(of, [(all(of(:k - 1) /= of(k)), k=1, size(of))]))
+      edge = minval([(grid%leaf_size(first(k)), k=1, size(first))])
+   end subroutine pieces_around
 
    !> S^-1 x of the matrix S of the spread of the places.
    pure function slope_weights(spread_x, x) result(weights)

@@ -5,7 +5,7 @@ module hampm_path_consistency
    use hampm_mistakes, only: mistakes_t
    use hampm_path_placement, only: path_tips, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, first_end, &
                                    last_end
-   use hampm_placement, only: tolerance, overlap, point_text, length_text
+   use hampm_placement, only: tolerance, upper_corner, overlap, point_text, length_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -130,13 +130,19 @@ contains
       integer, intent(in) :: k
       type(mistakes_t), intent(inout) :: mistakes
       logical :: is_tip(2)
-      integer :: entry, end
+      integer :: entry, end, i
       real(dp) :: near
       entry = settings%find('crack', scene%paths(k)%number)
       associate (path => scene%paths(k))
          is_tip = path_tips(scene, k)
          if (.not. enters(scene, path%points)) then
             call settings%complain(mistakes, entry, 'points', 'the crack must run through material: no part of it does')
+            return
+         end if
+         if (any([(any(path%points(:, i) < 2*scene%grid%lower - upper_corner(scene%grid) .or. &
+                       path%points(:, i) > 2*upper_corner(scene%grid) - scene%grid%lower), i=1, size(path%points, 2))])) then
+            call settings%complain(mistakes, entry, 'points', 'a point is further outside of the grid than that is wide, up to '// &
+                                   point_text(upper_corner(scene%grid))//'; lengths are in m')
             return
          end if
          near = least_way*scene%grid%cell

@@ -53,6 +53,8 @@ module hampm_grid
       procedure :: is_transition
       procedure :: quarters_of
       procedure :: is_piece
+      procedure :: first_of_piece
+      procedure :: last_of_piece
       procedure :: leaf_size
       procedure :: smallest_leaf_at
    end type grid_t
@@ -302,6 +304,22 @@ contains
       integer, intent(in) :: leaf
       quarters_of = (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%cut_cells%pieces_of(leaf)
    end function quarters_of
+
+   !> The first element of the leaf of an element or, where that is cut, of its piece.
+   pure integer function first_of_piece(self, e) result(first)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      associate (of_leaf => self%leaf_element(self%element_leaf(e)), quarters => self%quarters_of(self%element_leaf(e)))
+         first = of_leaf + (e - of_leaf)/quarters*quarters
+      end associate
+   end function first_of_piece
+
+   !> The last one.
+   pure integer function last_of_piece(self, e) result(last)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      last = self%first_of_piece(e) + self%quarters_of(self%element_leaf(e)) - 1
+   end function last_of_piece
 
    !> Whether an element is of a piece of a leaf that is cut.
    pure logical function is_piece(self, e)

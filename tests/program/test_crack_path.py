@@ -148,6 +148,7 @@ def test_faces_that_go_through_each_other_are_told(hampm, tmp_path):
 @pytest.mark.parametrize("points, message", [
     ([(0.1, 0.1), (0.2, 0.1)], "must run through material"),
     ([(0.0, 0.0), (2e-4, 0.0)], "less than a cell"),
+    ([(0.0, 0.0), (3.7, 2.2)], "lengths are in m"),
     ([(0.0, 0.0), (0.0115, 0.001)], "less than a cell"),
     ([(-4e-3, 0.0), (4e-3, 0.0), (4e-3, 3e-3), (0.0, -4e-3)], "crosses itself")])
 def test_what_cannot_be_cut_is_refused(hampm, tmp_path, points, message):
@@ -213,6 +214,20 @@ def test_extremes(hampm, tmp_path, name, method):
     assert np.all(np.isfinite(row["G"])) and row["G"][-1] > 0
     if name.startswith("sliver"):
         assert row["G"][-1] == pytest.approx(run(hampm, tmp_path, text(EXTREMES["edge"]))["G"][-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("indicator, method", [
+    ("'zz'  max_level = 3  tolerance = 0.05", "time = 'static'"),
+    ("'gradient'  field = 'stress_norm'  r_crit = 0.05  max_level = 2  interval = 20", "")])
+def test_refinement_that_finds_the_crack(hampm, tmp_path, indicator, method):
+    """At rest it comes nearer to what two levels around the tips give; in motion it divides cells at the crack and goes on."""
+    crack = [[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]]
+    text = plate(crack, levels=1).replace("time = 'static'", method).replace("end_time = 1.0", "end_time = 1e-5" if not method else "end_time = 1.0")
+    text = text.replace("indicator = 'tip'  max_level = 1  rings = 8", f"indicator = {indicator}")
+    row = run(hampm, tmp_path, text)
+    assert row["cells"][-1] > 26**2
+    if method:
+        assert row["G"][-1] == pytest.approx(run(hampm, tmp_path, plate(crack, levels=3))["G"][-1], rel=0.02)
 
 
 def test_a_hundred_cracks(hampm, tmp_path):
