@@ -263,7 +263,8 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       logical :: opens, known
       integer :: i
-      if (.not. scene%crack%present) call settings%complain(mistakes, entry, 'reference', '''dcb'' needs a group &crack')
+      if (.not. scene%crack%present .and. size(scene%paths) == 0) &
+         call settings%complain(mistakes, entry, 'reference', '''dcb'' needs a group &crack')
       if (size(scene%bodies) > 1) call settings%complain(mistakes, entry, 'reference', '''dcb'' needs exactly one &body, not '// &
                                                          to_text(size(scene%bodies)))
       opens = .false.

@@ -174,6 +174,7 @@ contains
       integer :: k
       scene = scene_of([0.5_dp, bottom], [5.5_dp, top])
       scene%crack%present = .true.
+      scene%crack%kind = 'symmetry'
       scene%crack%tip = tip
       scene%crack%direction = direction
       call build(scene, cracks, grid)
