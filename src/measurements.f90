@@ -13,7 +13,6 @@ module hampm_measurements
    use hampm_energy, only: linear_momentum, angular_momentum
    use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_estimated_errors, only: keep_errors
-   use hampm_face_springs, only: look_at_openings
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_history, only: history_t
@@ -24,6 +23,7 @@ module hampm_measurements
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
+   use hampm_spring_placement, only: look_at_openings
    use hampm_text, only: to_text
    implicit none
    private

@@ -8,6 +8,7 @@ module hampm_motion
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: strain_energy
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
+   use hampm_face_springs, only: face_springs_t, spring_energy
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t, follow_sort
@@ -20,8 +21,8 @@ module hampm_motion
    use hampm_pass, only: pass_t, scheme_t
    use hampm_schemes, only: new_scheme
    use hampm_sorting, only: sorting_t, sort_into_cells
+   use hampm_spring_placement, only: rebuild_springs
    use hampm_tiling, only: tiling_t
-   use hampm_face_springs, only: face_springs_t, rebuild_springs, spring_energy
    use hampm_whereabouts, only: when, origin
    implicit none
    private

@@ -7,8 +7,8 @@ module hampm_largest_step
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, body_t
    use hampm_scene_materials, only: materials_of, material_of
+   use hampm_spring_placement, only: shorter_step
    use hampm_time_step, only: largest_wave_speed
-   use hampm_face_springs, only: shorter_step
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
