@@ -53,8 +53,9 @@ module hampm_cell_blocks
       integer, allocatable :: slot(:, :)                !! where among the contributions of all blocks those of the cells around a
                                                         !! point to its mass stand, in the order of the cells; where there are
                                                         !! fewer, 1, which is zero; (corners, n_points)
-      integer, allocatable :: crowded(:, :)             !! nodes with more cells than that, and where the contributions of the other
-                                                        !! cells to the mass stand, in the order of the cells; (2, cells)
+      integer, allocatable :: crowded(:, :)             !! nodes with more occupied cells than that, and where the contributions of the
+                                                        !! other cells to the mass stand, in the order of the cells; (2, cells)
+      logical, allocatable :: is_crowded(:)             !! whether a node is one of these; not allocated where there are none
       ! With subcycling
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
@@ -278,6 +279,7 @@ contains
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
       integer, allocatable :: first_slot(:)
+      integer, allocatable :: places(:)
       integer :: b, l, node, k
       allocate (first_slot(grid%n_elements), source=0)
       do b = 1, blocks%n
@@ -286,18 +288,35 @@ contains
          end do
       end do
       blocks%crowded = reshape([integer ::], [2, 0])
+      if (allocated(blocks%is_crowded)) deallocate (blocks%is_crowded)
       do node = 1, grid%n_points
          associate (first => grid%dofs%first_slot(node), next => grid%dofs%first_slot(node + 1))
-            do k = first, min(next, first + corners) - 1
+            if (next - first > corners) then
+               places = [(place_of(grid%dofs%slot(k)), k=first, next - 1)]
+               places = pack(places, places > 1)
+               blocks%slot(:, node) = 1
+               blocks%slot(:min(size(places), corners), node) = places(:min(size(places), corners))
+               if (size(places) > corners) call note_crowded(node, places(corners + 1:))
+               cycle
+            end if
+            do k = first, next - 1
                blocks%slot(k - first + 1, node) = place_of(grid%dofs%slot(k))
             end do
             blocks%slot(next - first + 1:, node) = 1
-            do k = first + corners, next - 1
-               blocks%crowded = reshape([blocks%crowded, node, place_of(grid%dofs%slot(k))], [2, size(blocks%crowded, 2) + 1])
-            end do
          end associate
       end do
    contains
+      !> Note that a node has more cells than four, and where the contributions of the others stand.
+      subroutine note_crowded(node, others)
+         integer, intent(in) :: node
+         integer, intent(in) :: others(:)
+         integer :: k
+         if (.not. allocated(blocks%is_crowded)) allocate (blocks%is_crowded(grid%n_points), source=.false.)
+         blocks%is_crowded(node) = .true.
+         blocks%crowded = reshape([blocks%crowded, [(node, others(k), k=1, size(others))]], &
+                                  [2, size(blocks%crowded, 2) + size(others)])
+      end subroutine note_crowded
+
       !> Where the contribution of a cell to the mass at one of its corners stands; where the cell has no particles, a zero.
       pure integer function place_of(slot)
          integer, intent(in) :: slot

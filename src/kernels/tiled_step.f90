@@ -1,13 +1,13 @@
 !> The step of a scene in which nodes need no more than the cells around them, tile by tile (`hampm_tiling`): masses are
 !> lumped, no node hangs, and no faces touch.
 module hampm_tiled_step
-   use hampm_kinds, only: dp
-   use hampm_cell_blocks, only: cell_blocks_t, of_mass, of_momentum, of_force
+   use hampm_kinds, only: dp, ndim
+   use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
    use hampm_element_operators, only: element_operators_t, add_up, pass_or_apply
    use hampm_material, only: material_t
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next, v_mapped
-   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product
+   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product, exchange_crowded
    use hampm_particles, only: particles_t
    use hampm_pass, only: scheme_t
    use hampm_tiling, only: tiling_t
@@ -113,6 +113,8 @@ contains
       real(dp), intent(in) :: free(:, :)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
+      real(dp) :: before(n_sums, size(blocks%crowded, 2)) ! what crowded nodes have in their last slot
+      call exchange(back=.false.)
       associate (n => size(nodes), inverse => f%mass_matrix%inverse_lumped)
          if (task%mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
          if (task%velocity) call find_velocities(n, nodes, blocks%slot, f%contribution(1, 1, of_momentum, 0), free, inverse, &
@@ -121,6 +123,24 @@ contains
             call find_accelerations(n, nodes, blocks%slot, f%contribution(1, 1, of_force, 0), dt, damping_rate, free, inverse, &
                                     f%external, f%velocity(1, 1, v_n), f%acceleration, f%velocity(1, 1, v_next))
       end associate
+      call exchange(back=.true.)
+   contains
+      !> Let crowded nodes have all of their contributions in their slots or, `back`, as these were.
+      subroutine exchange(back)
+         logical, intent(in) :: back
+         if (.not. allocated(blocks%is_crowded)) return
+         if (task%mass) call exchange_sums(of_mass, of_mass, back)
+         if (task%velocity) call exchange_sums(of_momentum, of_momentum + ndim - 1, back)
+         if (task%acceleration) call exchange_sums(of_force, of_force + ndim - 1, back)
+      end subroutine exchange
+
+      !> The same of some sums.
+      subroutine exchange_sums(first, last, back)
+         integer, intent(in) :: first, last
+         logical, intent(in) :: back
+         call exchange_crowded(blocks%crowded, blocks%slot, blocks%is_crowded, nodes, back, f%contribution(1, 1, first, 0), &
+                               before(first:last, :))
+      end subroutine exchange_sums
    end subroutine do_nodes
 
    !> Sum of m v^n . v^(n+1) over the nodes [J], always in the same order.
