@@ -2,7 +2,7 @@
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
-   use hampm_bodies, only: points_along, fill_rectangle
+   use hampm_bodies, only: points_along, fill_rectangle, add_spin
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
                                     domain_radii, face_normal
@@ -18,7 +18,7 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles
-   use hampm_path_placement, only: path_tips, path_reaches, path_radii
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radii
    use hampm_placement, only: tolerance
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
@@ -133,6 +133,7 @@ contains
       do k = 1, size(scene%paths)
          call place_path(scene, k, cracks%crack(k))
       end do
+      if (scene%method%frame /= 'total') cracks%spacing = scene%grid%cell/2
       call cracks%list_tips()
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
@@ -159,7 +160,7 @@ contains
       crack%friction = scene%paths(k)%friction
       crack%is_tip = path_tips(scene, k)
       crack%beyond = path_reaches(scene, k)
-      crack%mouth = crack%points(:, 1)
+      crack%mouth = path_mouth(scene, k)
    end subroutine place_path
 
    !> The crack of a scene, from its other end to its tip. Its mouth is the last root node with material at each face, or the one in
@@ -218,6 +219,7 @@ contains
          r%r_coarsen = spec%r_coarsen
          r%tolerance = spec%tolerance
          r%rings = spec%rings
+         r%tips_move = scene%method%frame /= 'total' .and. size(scene%paths) > 0
          r%at_rest = scene%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor
@@ -249,6 +251,7 @@ contains
          associate (b => scene%bodies(k))
             call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
                                 scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
+            if (abs(b%spin) > 0) call add_spin(m%particles, first, first + product(points(:, k)) - 1, b%spin)
          end associate
          first = first + product(points(:, k))
       end do

@@ -1,10 +1,10 @@
 !> What the history records of a crack: what is measured there, and the list of its columns.
 module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
+   use hampm_crack_closure, only: crack_opening, path_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes, effective_modulus
-   use hampm_cracks, only: cracks_t, first_point
+   use hampm_cracks, only: cracks_t, first_point, last_point
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
@@ -52,16 +52,17 @@ contains
 
    !> Measure, and find the first of the chosen energy release rates, of both modes together [J/m2]; not allocated where none is
    !> chosen. Fails where the nodal equations cannot be solved.
-   subroutine measure_crack(scene, motion, tip, state, extrapolation, values, first_g, failure)
+   subroutine measure_crack(scene, motion, cracks, number, state, extrapolation, values, first_g, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
-      type(crack_tip_t), intent(in) :: tip
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the tip
       type(nodal_state_t), intent(in) :: state   !! where there is a domain integral or a constraint
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure
-      associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release)
+      associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release, tip => cracks%tips(number))
          if (chosen%stress_closure) call refresh_grid(motion)
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
          if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)
@@ -70,10 +71,13 @@ contains
          if (tip%nodes%tip > 0) then
             values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
             values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
+         else
+            values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, grid, p, motion%blocks)
+            values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), grid, p, motion%blocks)
          end if
          values%reaction = state%reaction
+         call follow_values(scene, tip, values)
       end associate
-      call follow_values(scene, tip, values)
    end subroutine measure_crack
 
    !> The chosen energy release rates and stress intensity factors, of some particles that stand where those of the motion do.
@@ -202,13 +206,11 @@ contains
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
          call record_best(scene, v, tip%nodes%in_cell, history)
-         if (tip%nodes%tip > 0) then
-            call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
-            if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
-            call history%record('mouth_opening', 'm', &
-                                'opening at the mouth; with two tips at a root node half way or next to it', v%mouth(1))
-            if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
-         end if
+         call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
+         if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
+         call history%record('mouth_opening', 'm', &
+                             'opening at the mouth; with two tips half way, or of a line at a root node next to there', v%mouth(1))
+         if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
          call history%record('tip_cell', 'm', 'size of the cells at the tip', tip%nodes%spacing)
       end associate
 
@@ -273,15 +275,16 @@ contains
       type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
       real(dp) :: k(modes, size(values%j))
-      domain%tip = tip%place
+      domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell)
+      domain%face_of_line = merge(1.0_dp, -1.0_dp, tip%end == last_point)  ! the left one, as one walks along the crack
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
-      if (is_closed_at(motion%springs, tip%place, 2*tip%nodes%spacing)) k(1, :) = 0  ! what the pressure there leaves of it is an error
+      if (is_closed_at(motion%springs, tip%now, 2*tip%nodes%spacing)) k(1, :) = 0  ! what the pressure there leaves of it is an error
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)

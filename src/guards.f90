@@ -280,7 +280,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(patch_t) :: patch
       real(dp) :: moved(ndim)                    !! of the material at the tip [m]
-      if (motion%particles%total_frame) return
+      if (motion%particles%total_frame .or. tip%nodes%tip == 0) return ! paths go with the material
       call patch_around(motion%grid, motion%particles, motion%blocks, tip%nodes%tip, patch)
       moved = fitted_displacement(patch, motion%particles)
       if (patch%n > 0 .and. norm2(moved) <= tip%nodes%spacing) return

@@ -187,7 +187,7 @@ contains
       if (failure%failed()) return
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
-         call measure_crack(scene, motion, cracks%tips(k), state, m%extrapolation, m%crack(k), first_g, failure)
+         call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), first_g, failure)
          if (cracks%tips(k)%nodes%tip > 0) &
             call m%overlap%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
       end do

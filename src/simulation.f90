@@ -7,6 +7,7 @@ module hampm_simulation
    use hampm_caveats, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
+   use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
    use hampm_cracks, only: cracks_t, keep_cracks
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
@@ -44,6 +45,7 @@ module hampm_simulation
       type(measurements_t) :: measurements
       type(results_t) :: results
       type(refinement_t) :: refinement
+      type(carried_cracks_t) :: carried
       class(integrator_t), allocatable :: integrator
       type(progress_t) :: progress
       type(interruption_t) :: interruption
@@ -73,6 +75,7 @@ contains
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
+      call attach_cracks(s%carried, s%motion)
       call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       call use_threads(threads, s%motion%particles%n)
@@ -93,6 +96,7 @@ contains
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (.not. failure%failed()) then
+         call attach_cracks(s%carried, s%motion)
          call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
          call keep_cracks(s%cracks, checkpoint)
          call keep_motion(checkpoint, s%cracks, s%motion)
@@ -242,6 +246,7 @@ contains
          if (failure%failed()) return
          before = s%motion%steps
          call s%integrator%advance(s%motion, s%dt, failure)
+         if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
          if (.not. failure%failed() .and. s%refinement%is_active()) then
             if (s%integrator%is_static) then
                call adapt_at_rest(s, failure)
@@ -268,6 +273,15 @@ contains
       s%limit = s%longest_step
       call s%integrator%choose_steps(s%motion, time - s%motion%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
+
+   !> After a step: let cracks that the material carries follow it.
+   subroutine carry_cracks(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: moved
+      call follow_cracks(s%carried, s%motion, moved, failure)
+      if (moved .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
+   end subroutine carry_cracks
 
    !> After a step: let particles and, at its interval, mesh follow the motion.
    subroutine adapt(s, steps_before, failure)

@@ -9,6 +9,7 @@ module hampm_state
    use hampm_checkpoint, only: checkpoint_t
    use hampm_contact, only: keep_contact
    use hampm_cracks, only: cracks_t
+   use hampm_cut_cells, only: line_t
    use hampm_element_operators, only: keep_gains
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
@@ -19,6 +20,7 @@ module hampm_state
    use hampm_particles, only: keep_particles
    use hampm_sorting, only: take_order
    use hampm_supports, only: keep_supports
+   use hampm_text, only: to_text
    use hampm_face_springs, only: keep_springs
    implicit none
    private
@@ -72,6 +74,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(grid_t), intent(inout) :: grid
       type(forest_t) :: forest
+      type(line_t), allocatable :: lines(:)
       integer :: leaves
       forest = grid%forest
       leaves = 0
@@ -79,10 +82,24 @@ contains
       call c%section('forest')
       call c%keep('leaves', leaves)
       if (leaves > 0 .and. .not. c%failure%failed()) call keep_leaves(c, leaves, forest)
+      lines = cracks%lines()
+      if (cracks%spacing > 0) call keep_lines(c, grid, lines)
       if (.not. c%is_read .or. c%failure%failed()) return
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), &
-                                                                        cracks%lines())
+      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines)
    end subroutine keep_grid
+
+   !> Keep where lines that the material carries are in a grid; those that are read are the ones in `lines`.
+   subroutine keep_lines(c, grid, lines)
+      type(checkpoint_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      type(line_t), intent(inout) :: lines(:)
+      integer :: k
+      call c%section('lines')
+      do k = 1, size(lines)
+         if (.not. c%is_read) lines(k)%points = grid%cut_cells%lines(k)%points
+         call c%keep_reals('points_'//to_text(k), size(lines(k)%points), lines(k)%points)
+      end do
+   end subroutine keep_lines
 
    !> Keep the leaves of a forest, of which not every root is one.
    subroutine keep_leaves(c, leaves, forest)

@@ -7,17 +7,17 @@ module hampm_matching
    use hampm_basis, only: interpolate_gradient, inside_cell
    use hampm_cut_cells, only: line_t
    use hampm_cuts, only: cut_t
-   use hampm_energy, only: kinetic_energy, strain_energy
+   use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
    use hampm_grid, only: build_grid
    use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid
+   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy
    use hampm_splitting, only: start_families, split, recombine
    implicit none
    private
-   public :: match_particles, adopt_forest
+   public :: match_particles, adopt_forest, adopt_lines
 
 contains
 
@@ -27,24 +27,44 @@ contains
       type(motion_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(failure_t), intent(inout) :: failure
-      type(cut_t), allocatable :: cuts(:)
       type(line_t), allocatable :: lines(:)
       real(dp) :: energy
       call start_families(m%particles)
       energy = total_energy(m)
       call split_marked(m, coarser_than(m, forest), failure)
       if (failure%failed()) return
-      cuts = m%grid%cuts
       if (m%grid%cut_cells%are_there()) lines = m%grid%cut_cells%lines
-      call build_grid(forest, m%grid, failure, cuts, lines)
-      if (failure%failed()) return
-      call sort_particles(m, failure)
-      if (failure%failed()) return
-      call rebuild_on_grid(m, failure)
+      call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
       call match_particles(m, failure)
    end subroutine adopt_forest
+
+   !> Cut the cells of the grid along other lines. Fails as `adopt_forest`.
+   subroutine adopt_lines(m, lines, failure)
+      type(motion_t), intent(inout) :: m
+      type(line_t), allocatable, intent(in) :: lines(:)
+      type(failure_t), intent(inout) :: failure
+      type(forest_t) :: forest
+      real(dp) :: energy
+      energy = total_energy(m)
+      forest = m%grid%forest
+      call change_grid(m, forest, lines, failure)
+      if (.not. failure%failed()) m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+   end subroutine adopt_lines
+
+   !> Build the grid of a forest, cut along lines where there are any, and sort the particles into it.
+   subroutine change_grid(m, forest, lines, failure)
+      type(motion_t), intent(inout) :: m
+      type(forest_t), intent(in) :: forest
+      type(line_t), allocatable, intent(in) :: lines(:)
+      type(failure_t), intent(inout) :: failure
+      type(cut_t), allocatable :: cuts(:)
+      cuts = m%grid%cuts
+      call build_grid(forest, m%grid, failure, cuts, lines)
+      if (.not. failure%failed()) call sort_particles(m, failure)
+      if (.not. failure%failed()) call rebuild_on_grid(m, failure)
+   end subroutine change_grid
 
    !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice.
    subroutine match_particles(m, failure)
@@ -168,10 +188,10 @@ contains
       end do
    end function twists
 
-   !> Kinetic and strain energy of the particles [J], where it is audited.
+   !> Kinetic and strain energy of the particles, and that of springs [J], where it is audited.
    real(dp) function total_energy(m) result(energy)
       type(motion_t), intent(in) :: m
       energy = 0
-      if (m%audit) energy = kinetic_energy(m%particles) + strain_energy(m%particles, m%materials)
+      if (m%audit) energy = kinetic_energy(m%particles) + stored_energy(m)
    end function total_energy
 end module hampm_matching

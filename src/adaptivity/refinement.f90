@@ -27,6 +27,7 @@ module hampm_refinement
       real(dp) :: tolerance = 0                  !! of 'zz': relative error in the energy norm
       logical :: at_rest = .false.               !! whether each mesh takes a solution
       integer :: rings = 0                       !! of 'tip': cells around the tip, of every level
+      logical :: tips_move = .false.             !! whether tips move through the grid
       integer :: max_level = 0
       real(dp) :: energy_floor = 0               !! part of the largest value below which the field is not looked at
       real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box in which cells may be refined [m]
@@ -53,10 +54,10 @@ contains
       is_active = self%indicator /= 'none' .and. self%max_level > 0
    end function is_active
 
-   !> Whether the mesh may change during the run: cells around the tip stay, as the tip does.
+   !> Whether the mesh may change during the run: cells around a tip stay where the tip does.
    pure logical function follows_motion(self)
       class(refinement_t), intent(in) :: self
-      follows_motion = self%is_active() .and. self%indicator /= 'tip'
+      follows_motion = self%is_active() .and. (self%indicator /= 'tip' .or. self%tips_move)
    end function follows_motion
 
    !> Whether after a step, or several at once, it is time to look.
@@ -75,7 +76,7 @@ contains
       real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
-      adapted = r%is_active() .and. .not. r%follows_motion()
+      adapted = r%is_active() .and. r%indicator == 'tip'
       do while (adapted .and. .not. failure%failed())
          call refine(r, m, tips, adapted, failure)
       end do
@@ -148,7 +149,8 @@ contains
       x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
    end function middle_of
 
-   !> Refine the leaves that are within `rings` cells of their own size of a tip.
+   !> Refine the leaves that are within `rings` cells of their own size of a tip. Behind tips that move, recombine those that are further
+   !> away than what is refined around these by a cell of the next size.
    subroutine mark_around_tips(r, m, tips, change)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(in) :: m
@@ -159,6 +161,7 @@ contains
       do leaf = 1, size(change)
          distance = minval([(maxval(abs(middle_of(m%grid%forest, leaf) - tips(:, k))), k=1, size(tips, 2))])
          edge = m%grid%forest%size_of(leaf)
+         if (r%tips_move .and. distance > (r%rings + 1)*2*edge) change(leaf) = -1
          if (distance >= r%rings*edge .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
          if (may_refine(r, m, leaf)) change(leaf) = 1
       end do

@@ -3,9 +3,10 @@
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_crack_tip, only: crack_tip_t, upper, lower
+   use hampm_crack_tip, only: crack_tip_t, frame_along, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_extrapolation, only: extrapolate
+   use hampm_face_jumps, only: faces, faces_at, jump_between
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
@@ -15,7 +16,7 @@ module hampm_crack_closure
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
    implicit none
    private
-   public :: crack_opening, stress_closure, nodal_force_closure
+   public :: crack_opening, path_opening, stress_closure, nodal_force_closure
 
 contains
 
@@ -38,6 +39,25 @@ contains
       end do
       opening = parted(tip, u)
    end function crack_opening
+
+   !> How far the faces of a path have parted at a place on it; 0 where there is no material on both sides [m].
+   pure function path_opening(tip, x, grid, p, blocks) result(opening)
+      type(crack_tip_t), intent(in) :: tip
+      real(dp), intent(in) :: x(ndim)            !! in the grid [m]
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp) :: opening(modes)
+      real(dp) :: normal(ndim), axis(ndim, ndim)
+      integer :: elements(faces)
+      opening = 0
+      normal = grid%cut_cells%normal_at(x)
+      elements = faces_at(grid, blocks, x, normal)
+      if (any(elements == 0)) return
+      axis = frame_along(tip%direction)
+      opening = matmul(jump_between(p, blocks, elements, x), axis(:, [2, 1]))
+      if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
+   end function path_opening
 
    !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.
    pure function parted(tip, u) result(opening)

@@ -6,6 +6,7 @@
 module hampm_crack_tip
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_cut_cells, only: end_leaf_t
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    implicit none
@@ -30,6 +31,8 @@ module hampm_crack_tip
       integer :: crack = 0                       !! number of its crack
       integer :: end = 0                         !! 1 where it is the first point of that, 2 the last
       real(dp) :: place(ndim) = 0                !! in the reference configuration [m]
+      real(dp) :: now(ndim) = 0                  !! in the grid [m]
+      real(dp) :: direction(ndim) = 0            !! unit vector out of the crack there
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
       integer :: material = 0                    !! number of the material in which it is
@@ -75,21 +78,20 @@ contains
       end associate
    end subroutine find_nodes
 
-   !> Find the cells in a grid at a tip of a path: the smallest at it, and whether it is inside one.
-   pure subroutine find_cells(self, grid)
+   !> Find where in a grid the tip of a path is, the cells there, the smallest of them, and whether it is inside one.
+   pure subroutine find_cells(self, end, grid)
       class(crack_tip_t), intent(inout) :: self
+      type(end_leaf_t), intent(in) :: end        !! of the line of this crack in the grid
       type(grid_t), intent(in) :: grid
       integer :: k, leaf
+      self%now = end%tip
+      self%direction = end%direction
       self%nodes = tip_nodes_t(spacing=grid%forest%cell)
       do k = 0, 3
-         leaf = grid%forest%leaf_at(self%place + grid%forest%tolerance()*(2*[mod(k, 2), k/2] - 1))
+         leaf = grid%forest%leaf_at(self%now + grid%forest%tolerance()*(2*[mod(k, 2), k/2] - 1))
          if (leaf /= outside) self%nodes%spacing = min(self%nodes%spacing, grid%forest%size_of(leaf))
       end do
-      do k = 1, size(grid%cut_cells%ends)
-         associate (end => grid%cut_cells%ends(k))
-            if (norm2(end%tip - self%place) <= grid%forest%tolerance()) self%nodes%in_cell = end%leaf > 0
-         end associate
-      end do
+      self%nodes%in_cell = end%leaf > 0
    end subroutine find_cells
 
    !> The nodes of the faces at a place; 0 where there is none.

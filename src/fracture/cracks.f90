@@ -39,6 +39,8 @@ module hampm_cracks
    type :: cracks_t
       type(crack_t), allocatable :: crack(:)
       type(crack_tip_t), allocatable :: tips(:)
+      real(dp) :: spacing = 0                    !! largest distance between points of a line that the material carries; 0 where lines
+                                                 !! stay, as the grid is that of the reference configuration [m]
    contains
       procedure :: list_tips
       procedure :: tip_places
@@ -93,17 +95,19 @@ contains
          outward = crack%points(:, 1) - crack%points(:, 2)
          tip%face([upper, lower]) = crack%face([right, left])
       end if
-      tip%axis = frame_along(outward/norm2(outward))
+      tip%now = tip%place
+      tip%direction = outward/norm2(outward)
+      tip%axis = frame_along(tip%direction)
       allocate (tip%radii(0))
    end subroutine place_tip
 
-   !> The places of the tips [m], (ndim, number).
+   !> The places of the tips in the grid [m], (ndim, number).
    pure function tip_places(self) result(places)
       class(cracks_t), intent(in) :: self
       real(dp) :: places(ndim, size(self%tips))
       integer :: k
       do k = 1, size(self%tips)
-         places(:, k) = self%tips(k)%place
+         places(:, k) = self%tips(k)%now
       end do
    end function tip_places
 
@@ -131,7 +135,7 @@ contains
       end do
    end function cuts
 
-   !> The lines along which cells are cut: paths, whose ends that are no tips go on straight.
+   !> The lines along which cells are cut, as they are at the start: paths, whose ends that are no tips go on straight.
    pure function lines(self)
       class(cracks_t), intent(in) :: self
       type(line_t), allocatable :: lines(:)
@@ -149,8 +153,29 @@ contains
             p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
             p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))
          end associate
+         if (.not. self%spacing > 0) cycle
+         lines(n)%origin = with_points_between(lines(n)%points, self%spacing)
+         lines(n)%points = lines(n)%origin
       end do
    end function lines
+
+   !> A polyline with more points, none further than `spacing` from the next [m].
+   pure function with_points_between(points, spacing) result(more)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), intent(in) :: spacing            !! [m]
+      real(dp), allocatable :: more(:, :)
+      integer :: parts(size(points, 2) - 1), k, i, n
+      parts = [(max(1, ceiling(norm2(points(:, k + 1) - points(:, k))/spacing)), k=1, size(parts))]
+      allocate (more(ndim, sum(parts) + 1))
+      n = 0
+      do k = 1, size(parts)
+         do i = 0, parts(k) - 1
+            n = n + 1
+            more(:, n) = points(:, k) + real(i, dp)/parts(k)*(points(:, k + 1) - points(:, k))
+         end do
+      end do
+      more(:, n + 1) = points(:, size(points, 2))
+   end function with_points_between
 
    !> Find the nodes around the tips in a grid. Fails where there are none.
    subroutine find_nodes(self, grid, failure)
@@ -162,7 +187,7 @@ contains
       do k = 1, size(self%tips)
          associate (tip => self%tips(k))
             if (self%crack(tip%crack)%kind == 'path') then
-               call tip%find_cells(grid)
+               call tip%find_cells(grid%cut_cells%ends(k), grid)
                cycle
             end if
             call tip%find_nodes(grid, self%crack(tip%crack)%mouth, found)

@@ -20,6 +20,7 @@ module hampm_domain_integral
    public :: tip_domain_t, domain_integrals, shares_of_modes
 
    real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
+   real(dp), parameter :: on_line = 1.0e-6_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
 
    !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
@@ -30,15 +31,20 @@ module hampm_domain_integral
    !> The tip of a straight crack, and the discs around it.
    type :: tip_domain_t
       real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
-      real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body
+      real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
+      real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
+      real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
       real(dp) :: thickness = 0                  !! B [m]
       type(material_t) :: material               !! in which the tip is
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
+   contains
+      procedure :: in_axes
+      procedure :: from_tip
    end type tip_domain_t
 
-   !> What a particle brings to the integrals, in the axes of the crack: the first is its direction.
+   !> What a particle brings to the integrals, in the axes of the crack, which turn with the material: the first is its direction.
    type :: sample_t
       real(dp) :: volume                         !! reference volume [m3]
       real(dp) :: size                           !! of its element [m]
@@ -63,9 +69,11 @@ contains
    !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode, [a_2] its opening
    !> F the force with which the faces press on each other, and f that of the tractions on them at a point. J holds for any
    !> elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in the
-   !> integrals, but takes the rotation of the disc out of the errors of the sums.
-   pure subroutine domain_integrals(domain, motion, factors, p, state, j, k)
-      type(tip_domain_t), intent(in) :: domain
+   !> integrals, but takes the rotation of the disc out of the errors of the sums. Where a law is for large rotations, all is turned back
+   !> by R, the rotation in the mean of F over the discs: F becomes R**T F, P becomes R**T P, and K is that of the small strain that
+   !> is left.
+   pure subroutine domain_integrals(unturned, motion, factors, p, state, j, k)
+      type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
       type(motion_t), intent(in) :: motion       !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -75,13 +83,15 @@ contains
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
       real(dp), allocatable :: q(:, :)
       integer, allocatable :: elements(:)
-      real(dp) :: at_corner(size(domain%radius), corners), c(ndim)
+      real(dp) :: at_corner(size(unturned%radius), corners), c(ndim)
       type(sample_t) :: s
+      type(tip_domain_t) :: domain
       integer :: n, i
+      domain = unturned
       associate (grid => motion%grid, blocks => motion%blocks)
          call weight_nodes(domain, grid, q)
          call find_elements(grid, blocks, q, elements)
-         c = mean_slope(domain, grid, p, blocks, q, elements)
+         call find_mean_slope(domain, grid, p, blocks, q, elements, c)
          j = 0
          k = 0
          do n = 1, size(elements)
@@ -95,7 +105,7 @@ contains
             end associate
          end do
          if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
-         call add_faces_on_springs(domain, motion%springs, q, j, k)
+         call add_faces_on_springs(domain, motion%springs, p%total_frame, q, j, k)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass) cycle
             call add_loaded_faces(domain, p, blocks, motion%loads(n), factors(n), q, c, j, k)
@@ -153,32 +163,69 @@ contains
       end associate
    end subroutine find_elements
 
-   !> Mean of u,1 over the discs, in the axes of the crack [-]. On a symmetry plane there is a stress normal to it, so that only the
-   !> component along it may be subtracted.
-   pure function mean_slope(domain, grid, p, blocks, q, elements) result(c)
-      type(tip_domain_t), intent(in) :: domain
+   !> A vector in the present configuration, in the axes of the crack.
+   pure function in_axes(self, vector)
+      class(tip_domain_t), intent(in) :: self
+      real(dp), intent(in) :: vector(ndim)
+      real(dp) :: in_axes(ndim)
+      in_axes = matmul(vector + matmul(vector, self%turn), frame_along(self%direction))
+   end function in_axes
+
+   !> Where a place in the grid is from the tip, in the axes of the crack [m].
+   pure function from_tip(self, x, total_frame)
+      class(tip_domain_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      logical, intent(in) :: total_frame         !! whether the grid is that of the reference configuration
+      real(dp) :: from_tip(ndim)
+      if (total_frame) then
+         from_tip = matmul(x - self%tip, frame_along(self%direction))
+      else
+         from_tip = self%in_axes(x - self%tip)
+      end if
+   end function from_tip
+
+   !> Turn of the material in the discs, and what is left of the mean of u,1 when it is turned back, in the axes of the crack [-]. On a
+   !> symmetry plane there is a stress normal to it, so that only the component along it may be subtracted.
+   pure subroutine find_mean_slope(domain, grid, p, blocks, q, elements, c)
+      type(tip_domain_t), intent(inout) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: q(:, :)
       integer, intent(in) :: elements(:)
-      real(dp) :: c(ndim)
-      real(dp) :: weight, total
+      real(dp), intent(out) :: c(ndim)
+      real(dp) :: weight, total, mean(ndim, ndim), angle
       integer :: n, i
       c = 0
+      mean = 0
       total = 0
       do n = 1, size(elements)
          associate (e => elements(n))
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                weight = p%volume(i)*sum(q(:, grid%element_nodes(:, e)))
-               c = c + weight*matmul(p%gradient(i, :, :), domain%direction)
+               mean = mean + weight*p%gradient_of(i)
                total = total + weight
             end do
          end associate
       end do
-      if (total > 0) c = matmul(c/total, frame_along(domain%direction))
+      if (.not. total > 0) return
+      mean = mean/total
+      if (.not. (domain%material%linear .or. domain%half)) then
+         angle = atan2(mean(2, 1) - mean(1, 2), 2 + mean(1, 1) + mean(2, 2))
+         domain%turn = reshape([-2*sin(angle/2)**2, sin(angle), -sin(angle), -2*sin(angle/2)**2], [ndim, ndim])
+      end if
+      c = matmul(turned_back(domain, matmul(mean, domain%direction), domain%direction), frame_along(domain%direction))
       if (domain%half) c(2) = 0
-   end function mean_slope
+   end subroutine find_mean_slope
+
+   !> The change u,d of the displacement along a direction d without the turn of the material: R**T (d + u,d) - d [-].
+   pure function turned_back(domain, slope, along)
+      type(tip_domain_t), intent(in) :: domain
+      real(dp), intent(in) :: slope(ndim)        !! u,d [-]
+      real(dp), intent(in) :: along(ndim)        !! d, a unit vector
+      real(dp) :: turned_back(ndim)
+      turned_back = slope + matmul(slope + along, domain%turn)
+   end function turned_back
 
    !> Fields of particle `i`.
    pure subroutine take_sample(domain, grid, p, i, material, state, c, s)
@@ -191,24 +238,29 @@ contains
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
       real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), velocity_gradient(ndim, ndim), h(ndim, ndim), v(ndim)
+      integer :: d
       axes = frame_along(domain%direction)
       to_reference = axes
       h = p%gradient_of(i)
       v = p%velocity(i, :)
       associate (e => p%cell(i))
          if (.not. p%total_frame) to_reference = matmul(identity + h, axes)
+         do d = 1, ndim
+            h(:, d) = turned_back(domain, h(:, d), identity(:, d))
+         end do
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          s%shape = shape_functions(xi)
          s%gradient = matmul(shape_gradients(xi, 1/grid%element_size(e)), to_reference)
          velocity_gradient = matmul(state%velocity(:, grid%element_nodes(:, e)), s%gradient)
          s%volume = p%volume(i)
-         s%x = matmul(p%place_in_grid(i) - domain%tip, axes)
+         s%x = domain%from_tip(p%place_in_grid(i), p%total_frame)
+         if (abs(s%x(2)) <= on_line*grid%element_size(e)) s%x(2) = sign(s%x(2), domain%face_of_line)
          s%size = grid%element_size(e)
          s%slope = matmul(matmul(h, domain%direction), axes) - c
          s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h), axes))
          s%energy = material%energy_density(h) + 0.5_dp*material%density*sum(v**2)
          s%energy_slope = material%density*dot_product(v, velocity_gradient(:, 1))
-         s%divergence = material%density*matmul(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape), axes)
+         s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape))
       end associate
    end subroutine take_sample
 
@@ -268,28 +320,31 @@ contains
 
    !> Add what faces that press on each other by springs contribute to both integrals: the force f by which a spring resists the opening,
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
-   pure subroutine add_faces_on_springs(domain, springs, q, j, k)
+   pure subroutine add_faces_on_springs(domain, springs, total_frame, q, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(face_springs_t), intent(in) :: springs
+      logical, intent(in) :: total_frame         !! whether springs are where their faces were in the reference configuration
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), r, axes(ndim, ndim), of_unit
+      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit
       logical :: is_there
       integer :: n, i, mode
-      axes = frame_along(domain%direction)
+      direction = domain%direction
+      if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
       do n = 1, springs%n
          at_point = 0
          do i = 1, count(springs%node(:, n) > 0)
             if (springs%share(i, n) > 0) at_point = at_point + springs%share(i, n)*q(:, springs%node(i, n))
          end do
          if (.not. any(at_point > 0)) cycle
-         call look_at_faces(springs, n, domain%direction, force, slope, is_there)
+         call look_at_faces(springs, n, direction, force, slope, is_there)
          if (.not. is_there) cycle
          j = j + dot_product(force, slope)*at_point
-         force = sign(1.0_dp, dot_product(springs%normal(:, n), axes(:, 2)))*matmul(force, axes)
-         r = dot_product(domain%tip - springs%place(:, n), domain%direction)
+         normal = domain%from_tip(domain%tip + springs%normal(:, n), total_frame)
+         force = sign(1.0_dp, normal(2))*domain%in_axes(force)
+         x = domain%from_tip(springs%place(:, n), total_frame)
          do mode = 1, modes
-            of_unit = 2*mean_slope_of_face(domain, mode, r, springs%length(n)/2)
+            of_unit = 2*mean_slope_of_face(domain, mode, -x(1), springs%length(n)/2)
             k(mode, :) = k(mode, :) + force(3 - mode)*of_unit*at_point
          end do
       end do
@@ -305,18 +360,18 @@ contains
       real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
       real(dp), intent(in) :: c(ndim)
       real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp) :: axes(ndim, ndim), force(ndim), x(ndim), side, at_point(size(j))
+      real(dp) :: force(ndim), x(ndim), slope(ndim), side, at_point(size(j))
       integer :: n, mode
-      axes = frame_along(domain%direction)
       do n = 1, size(load%host)
          associate (host => load%host(n))
             at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
             if (.not. any(abs(at_point) > 0)) cycle
-            force = matmul(load%fraction(n)*factor*load%force, axes)
-            x = matmul(p%place_in_grid(host) - domain%tip, axes)
+            force = domain%in_axes(load%fraction(n)*factor*load%force)
+            x = domain%from_tip(p%place_in_grid(host), p%total_frame)
             side = sign(1.0_dp, x(2))
-            j = j - dot_product(force, matmul(slope_at_face(domain, p, blocks, host, load%offset(:, n)), axes) - c)*at_point
-            x = matmul(p%place_in_grid(host) + load%offset(:, n) - domain%tip, axes)
+            slope = turned_back(domain, slope_at_face(domain, p, blocks, host, load%offset(:, n)), domain%direction)
+            j = j - dot_product(force, matmul(slope, frame_along(domain%direction)) - c)*at_point
+            x = domain%from_tip(p%place_in_grid(host) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
                k(mode, :) = k(mode, :) - force(3 - mode)*side*at_point &
                                          *mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n)))

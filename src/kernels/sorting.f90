@@ -119,8 +119,14 @@ contains
       !> Set the cell of a particle.
       subroutine locate_particle(i)
          integer, intent(in) :: i
+         real(dp) :: origin(ndim)
          integer :: e
-         e = grid%element_at(p%place_in_grid(i))
+         if (grid%cut_cells%are_there()) then
+            origin = p%reference(i, :)
+            e = grid%element_at(p%place_in_grid(i), origin)
+         else
+            e = grid%element_at(p%place_in_grid(i))
+         end if
          if (e == outside) then
             if (lost == 0) lost = i
          else if (present(left) .and. e /= p%cell(i)) then

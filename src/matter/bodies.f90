@@ -4,7 +4,7 @@ module hampm_bodies
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: points_along, fill_rectangle
+   public :: points_along, fill_rectangle, add_spin
 
 contains
 
@@ -48,6 +48,22 @@ contains
          p%id(i) = i
       end do
    end subroutine fill_rectangle
+
+   !> Let some points turn around their centre of mass, beside what velocity they have.
+   pure subroutine add_spin(p, first, last, spin)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: first, last         !! numbers of the first and the last of them
+      real(dp), intent(in) :: spin               !! anticlockwise [rad/s]
+      real(dp) :: centre(ndim), arm(ndim)
+      integer :: i
+      associate (mass => p%mass(first:last))
+         centre = matmul(mass, p%reference(first:last, :))/sum(mass)
+      end associate
+      do i = first, last
+         arm = p%reference(i, :) - centre
+         p%velocity(i, :) = p%velocity(i, :) + spin*[-arm(2), arm(1)]
+      end do
+   end subroutine add_spin
 
    !> Note how far apart the points of a body are.
    pure subroutine note_spacing(p, body, spacing)

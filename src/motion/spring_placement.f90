@@ -8,6 +8,7 @@ module hampm_spring_placement
    use hampm_basis, only: shape_functions
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_face_jumps, only: faces, faces_at, jump_between
    use hampm_face_springs, only: face_springs_t, bond, contact, along
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
@@ -137,19 +138,15 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       type(layer_t), intent(in) :: layer
-      real(dp), parameter :: beside = 1e-4_dp    ! root cells
       real(dp) :: x(ndim), normal(ndim), weight(corners, most_nodes_of_leaf)
-      integer :: i, side, e(2), master(most_nodes_of_leaf), n, j
+      integer :: i, side, e(faces), master(most_nodes_of_leaf), n, j
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
          normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
          do i = 1, points
             x = (from + to)/2 + place(i)*(to - from)/2
-            do side = 1, 2
-               e(side) = grid%element_at(x + (3 - 2*side)*beside*grid%forest%cell*normal)
-            end do
-            if (any(e == 0) .or. e(1) == e(2)) cycle
-            if (any(blocks%count_in(e) == 0)) cycle
+            e = faces_at(grid, blocks, x, normal)
+            if (any(e == 0)) cycle
             if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
             springs%n = springs%n + 1
             if (layer%kind == contact) springs%n_contact = springs%n_contact + 1
@@ -157,20 +154,19 @@ contains
                springs%kind(s) = layer%kind
                springs%node(:, s) = 0
                springs%share(:, s) = 0
-               springs%opening(:, s) = 0
+               springs%opening(:, s) = jump_between(p, blocks, e, x)
                springs%place(:, s) = x
                springs%length(s) = part(i)*norm2(to - from)
                springs%normal(:, s) = normal
                springs%friction(s) = layer%friction
                n = 0
-               do side = 1, 2
+               do side = 1, faces
                   associate (element => e(side))
                      call grid%dofs%masters_of(grid%element_nodes(:, element), j, master, weight)
                      springs%node(n + 1:n + j, s) = master(:j)
                      springs%share(n + 1:n + j, s) = (3 - 2*side) &
                                                      *matmul(shape_functions(grid%local_coordinate(element, x)), weight(:, :j))
                      n = n + j
-                     springs%opening(:, s) = springs%opening(:, s) + (3 - 2*side)*displacement_at(p, blocks, element, x)
                   end associate
                end do
                springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
@@ -301,7 +297,7 @@ contains
          do k = 1, size(elements)
             associate (e => elements(k))
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  x = p%reference(i, :)
+                  x = p%place_in_grid(i)
                   shape = shape_functions(grid%local_coordinate(e, x))
                   mass = mass + p%mass(i)*shape(corner(k))
                end do
@@ -310,17 +306,4 @@ contains
       end associate
    end function mass_at
 
-   !> Displacement at a place by the particles of an element: the mean of what each tells [m].
-   pure function displacement_at(p, blocks, e, x) result(u)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: e
-      real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
-      real(dp) :: u(ndim)
-      integer :: i
-      u = 0
-      do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-         u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/blocks%count_in(e)
-      end do
-   end function displacement_at
 end module hampm_spring_placement

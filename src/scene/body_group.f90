@@ -23,7 +23,9 @@ module hampm_body_group
       key_t('body', 'points_per_cell', type_integer, 1, 1, may, '2', '', '', &
             '[1, 16]', 'material points per root cell in each direction; even where cells may refine'), &
       key_t('body', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
-            any_number, 'initial velocity of all of it')]
+            any_number, 'initial velocity of its middle'), &
+      key_t('body', 'spin', type_real, 1, 1, may, '0.0', '', 'rad/s', &
+            any_number, 'initial angular velocity around its middle, anticlockwise')]
 
    !> &body: a piece of material.
    type :: body_t
@@ -33,7 +35,8 @@ module hampm_body_group
       real(dp) :: lower(ndim) = 0                !! [m]
       real(dp) :: upper(ndim) = 0                !! [m]
       integer :: points_per_cell = 0             !! material points per cell and direction
-      real(dp) :: velocity(ndim) = 0             !! initial velocity [m/s]
+      real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
+      real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
    end type body_t
 
 contains
@@ -60,5 +63,6 @@ contains
       body%upper = settings%vector(entry, 'upper')
       body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
       body%velocity = settings%vector(entry, 'velocity')
+      body%spin = settings%number(entry, 'spin')
    end subroutine fill_body
 end module hampm_body_group

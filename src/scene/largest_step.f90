@@ -142,7 +142,8 @@ contains
       crosses = .false.
       if (scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
       crosses = scene%materials(body%material_index)%law /= 'linear_elastic' &
-                .or. maxval(abs(body%velocity)) > small_move*scene%grid%cell/scene%run%end_time
+                .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
+                > small_move*scene%grid%cell/scene%run%end_time
    end function crosses_cells
 
    !> Where in its cell the lower corner of a body is [cells].

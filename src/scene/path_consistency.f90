@@ -47,8 +47,6 @@ contains
                call settings%complain(mistakes, settings%find('crack', k), 'kind', 'must be ''path'' beside other cracks')
          end do
       end if
-      if (settings%good(method, 'frame') .and. scene%method%frame /= 'total') call settings%complain(mistakes, method, 'frame', &
-         'must be ''total'' with a &crack of kind = ''path'': particles keep the side on which they begin')
       if (settings%good(method, 'time_steps') .and. scene%method%time_steps /= 'global') call settings%complain(mistakes, method, &
          'time_steps', 'must be ''global'' with a &crack of kind = ''path''')
       if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, release, &
@@ -61,6 +59,9 @@ contains
             if (scene%paths(k)%contact .and. scene%method%time == 'implicit') &
                call settings%complain(mistakes, entry, 'contact', 'must be ''none'' with &method time = ''implicit'': whether '// &
                                       'faces touch would have to be found in each step. time = ''explicit'' does that')
+            if (scene%paths(k)%contact .and. scene%method%frame /= 'total') &
+               call settings%complain(mistakes, entry, 'contact', 'must be ''none'' with &method frame = ''updated'': '// &
+                                      'cells are cut anew as the faces move, and forget how these hold each other')
             if (.not. settings%good(entry, 'friction')) cycle
             if ((settings%text(entry, 'contact') == 'friction') .neqv. settings%number(entry, 'friction') > 0) &
                call settings%complain(mistakes, entry, 'friction', 'must be above 0 with contact = ''friction'' and 0 without')

@@ -7,7 +7,7 @@ module hampm_path_placement
    use hampm_scene, only: scene_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, &
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, &
              first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
@@ -65,6 +65,40 @@ contains
          end do
       end associate
    end function path_reaches
+
+   !> Where the opening at the mouth of the k-th path is measured: where it enters the material or, with two tips, half way along it [m].
+   pure function path_mouth(scene, k) result(x)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      real(dp) :: x(ndim)
+      integer, parameter :: looks = 1000
+      integer :: i
+      associate (is_tip => path_tips(scene, k))
+         x = place_along(scene%paths(k)%points, 0.5_dp)
+         if (all(is_tip)) return
+         do i = 0, looks
+            x = place_along(scene%paths(k)%points, merge(i, looks - i, is_tip(last_end))/real(looks, dp))
+            if (is_inside(scene, x)) return
+         end do
+      end associate
+   end function path_mouth
+
+   !> The place on a polyline at a part of its length [m].
+   pure function place_along(points, part) result(x)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), intent(in) :: part               !! 0 to 1
+      real(dp) :: x(ndim)
+      real(dp) :: way, length
+      integer :: i
+      way = part*sum([(norm2(points(:, i) - points(:, i - 1)), i=2, size(points, 2))])
+      x = points(:, 1)
+      do i = 2, size(points, 2)
+         length = norm2(points(:, i) - points(:, i - 1))
+         x = points(:, i - 1) + min(way/length, 1.0_dp)*(points(:, i) - points(:, i - 1))
+         if (way <= length) return
+         way = way - length
+      end do
+   end function place_along
 
    !> Distance of a point from the segment between two others [m].
    pure real(dp) function distance_to_segment(x, a, b) result(distance)

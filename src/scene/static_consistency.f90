@@ -29,6 +29,8 @@ contains
          entry = settings%find('body', k)
          if (settings%good(entry, 'velocity') .and. any(abs(scene%bodies(k)%velocity) > 0)) &
             call settings%complain(mistakes, entry, 'velocity', 'must be 0 '//intro//': what rests has none')
+         if (settings%good(entry, 'spin') .and. abs(scene%bodies(k)%spin) > 0) &
+            call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro//': what rests has none')
          if (settings%good(entry, 'points_per_cell') .and. scene%bodies(k)%points_per_cell == 1) &
             call settings%complain(mistakes, entry, 'points_per_cell', 'must be at least 2 '//intro//': one particle in a cell '// &
                                    'does not feel how that is bent, and nothing else holds its nodes')

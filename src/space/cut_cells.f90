@@ -18,6 +18,7 @@ module hampm_cut_cells
    public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy
 
    integer, parameter :: samples = 16            !! of a leaf in each direction
+   integer, parameter :: near = 2                !! samples from a point within which one tells its piece
    integer, parameter :: around = 4              !! leaves at a place, at most
    real(dp), parameter :: on_line = 1e-9_dp      !! distance within which a point is on a line, in cells of the lattice of roots
    real(dp), parameter :: nearly_none = 1e-6_dp  !! part of the way through a leaf that counts as none
@@ -25,6 +26,7 @@ module hampm_cut_cells
    !> A polyline that cuts.
    type :: line_t
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
+      real(dp), allocatable :: origin(:, :)      !! the same in the reference configuration, where the material carries the line [m]
       logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
@@ -36,6 +38,7 @@ module hampm_cut_cells
       integer :: end = 0                         !! 1 its first, 2 its last point
       integer :: leaf = 0                        !! 0 where the tip is where leaves meet: nothing is cut beyond it
       real(dp) :: tip(ndim) = 0                  !! [m]
+      real(dp) :: direction(ndim) = 0            !! unit vector out of the line
       real(dp) :: front(ndim) = 0                !! where the line, going on, leaves the leaf [m]
    end type end_leaf_t
 
@@ -53,6 +56,9 @@ module hampm_cut_cells
       procedure :: are_there
       procedure :: pieces_of
       procedure :: piece_at
+      procedure :: follow
+      procedure :: normal_at
+      procedure :: divide
       procedure, private :: certain_piece_at
       procedure, private :: is_near
       procedure :: copy_at
@@ -129,6 +135,7 @@ contains
       end%tip = tip
       end%front = tip
       direction = (tip - from)/norm2(tip - from)
+      end%direction = direction
       leaf = forest%leaf_at(tip + nearly_none*forest%cell*direction)
       if (leaf == outside) return
       lower = forest%position(forest%place_of(leaf))
@@ -287,13 +294,20 @@ contains
       if (cut%entry(leaf) == 0) return
       do k = cut%first_near(cut%entry(leaf)), cut%first_near(cut%entry(leaf) + 1) - 1
          associate (a => cut%segment(:, 1, cut%near(k)), b => cut%segment(:, 2, cut%near(k)))
-            if (any(min(a, b) - cut%slack > max(p, q)) .or. any(max(a, b) + cut%slack < min(p, q))) cycle
-            is_between = (is_left(a, b, p, cut%slack) .neqv. is_left(a, b, q, cut%slack)) .and. &
-                         (is_left(p, q, a, 0.0_dp) .neqv. is_left(p, q, b, 0.0_dp))
+            is_between = runs_between(a, b, p, q, cut%slack)
             if (is_between) return
          end associate
       end do
    end function is_between
+
+   !> Whether the segment from a to b runs between two points.
+   pure logical function runs_between(a, b, p, q, slack) result(runs)
+      real(dp), intent(in) :: a(ndim), b(ndim), p(ndim), q(ndim) !! [m]
+      real(dp), intent(in) :: slack              !! [m]
+      runs = all(min(a, b) - slack <= max(p, q)) .and. all(max(a, b) + slack >= min(p, q))
+      if (runs) runs = (is_left(a, b, p, slack) .neqv. is_left(a, b, q, slack)) .and. &
+                       (is_left(p, q, a, 0.0_dp) .neqv. is_left(p, q, b, 0.0_dp))
+   end function runs_between
 
    !> Whether a point is to the left of the line from a to b, or within `slack` of it.
    pure logical function is_left(a, b, p, slack)
@@ -312,18 +326,98 @@ contains
    end function pieces_of
 
    !> The piece of a leaf in which a point is: that of the nearest sample from which no line divides it or, where there is none near, of
-   !> the nearest.
+   !> the nearest. Of a point outside of the leaf it is the piece on its side.
    pure integer function piece_at(self, forest, leaf, x) result(piece)
       class(cut_cells_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: at(ndim)
-      piece = self%certain_piece_at(forest, leaf, x)
+      piece = self%certain_piece_at(forest, leaf, x, near)
+      if (piece == 0) piece = self%certain_piece_at(forest, leaf, x, samples)
       if (piece > 0) return
       at = sample_at(forest, leaf, x)
       piece = self%piece(at(1), at(2), self%entry(leaf))
    end function piece_at
+
+   !> The place where the material that began at `origin` would be if it had kept its distance from the line next to it, and so its side,
+   !> however far the faces have parted or gone through each other [m]. Where lines stay, that is `origin`.
+   pure function follow(self, origin) result(x)
+      class(cut_cells_t), intent(in) :: self
+      real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]
+      real(dp) :: x(ndim)
+      real(dp) :: nearest, distance, along, across
+      integer :: line, k
+      x = origin
+      nearest = huge(nearest)
+      do line = 1, size(self%lines)
+         if (.not. allocated(self%lines(line)%origin)) cycle
+         do k = 2, size(self%lines(line)%origin, 2)
+            associate (a => self%lines(line)%origin(:, k - 1), b => self%lines(line)%origin(:, k), &
+                       from => self%lines(line)%points(:, k - 1), to => self%lines(line)%points(:, k))
+               along = dot_product(origin - a, b - a)/sum((b - a)**2)
+               distance = norm2(origin - a - min(max(along, 0.0_dp), 1.0_dp)*(b - a))
+               if (distance >= nearest) cycle
+               nearest = distance
+               across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm2(b - a)
+               x = from + along*(to - from) + across*[from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+            end associate
+         end do
+      end do
+   end function follow
+
+   !> Unit vector to the left of the line that is nearest to a place.
+   pure function normal_at(self, x) result(normal)
+      class(cut_cells_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: normal(ndim)
+      real(dp) :: nearest, distance, along
+      integer :: line, k
+      normal = 0
+      nearest = huge(nearest)
+      do line = 1, size(self%lines)
+         associate (points => self%lines(line)%points)
+            do k = 2, size(points, 2)
+               associate (a => points(:, k - 1), b => points(:, k))
+                  along = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
+                  distance = norm2(x - a - along*(b - a))
+                  if (distance >= nearest) cycle
+                  nearest = distance
+                  normal = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
+               end associate
+            end do
+         end associate
+      end do
+   end function normal_at
+
+   !> Whether a line runs between two places in the reference configuration.
+   pure logical function divide(self, p, q)
+      class(cut_cells_t), intent(in) :: self
+      real(dp), intent(in) :: p(ndim), q(ndim)   !! [m]
+      integer :: line
+      divide = .false.
+      do line = 1, size(self%lines)
+         if (allocated(self%lines(line)%origin)) then
+            divide = divides(self%lines(line)%origin, p, q, self%slack)
+         else
+            divide = divides(self%lines(line)%points, p, q, self%slack)
+         end if
+         if (divide) return
+      end do
+   end function divide
+
+   !> Whether a polyline runs between two points.
+   pure logical function divides(points, p, q, slack)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), intent(in) :: p(ndim), q(ndim)   !! [m]
+      real(dp), intent(in) :: slack              !! [m]
+      integer :: k
+      divides = .false.
+      do k = 2, size(points, 2)
+         divides = runs_between(points(:, k - 1), points(:, k), p, q, slack)
+         if (divides) return
+      end do
+   end function divides
 
    !> The sample in whose part of a leaf a point is.
    pure function sample_at(forest, leaf, x) result(at)
@@ -335,13 +429,13 @@ contains
       at = min(max(at, 1), samples)
    end function sample_at
 
-   !> The piece of a leaf in which a point is: that of the nearest sample from which no line divides it; 0 where there is none near.
-   pure integer function certain_piece_at(self, forest, leaf, x) result(piece)
+   !> The piece of a leaf in which a point is: that of the nearest sample within `reach` from which no line divides it; 0 for none.
+   pure integer function certain_piece_at(self, forest, leaf, x, reach) result(piece)
       class(cut_cells_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       real(dp), intent(in) :: x(ndim)            !! [m]
-      integer, parameter :: reach = 2            ! samples
+      integer, intent(in) :: reach               !! samples
       real(dp) :: distance, nearest
       integer :: middle(ndim), i, j
       piece = 1
@@ -433,7 +527,7 @@ contains
          q(normal) = q(normal) + 0.5_dp/samples*width(2)
          if (is_between(cut, leaf(1), p, q)) cycle
          if (is_between(cut, leaf(2), p, q)) cycle
-         piece = [cut%certain_piece_at(forest, leaf(1), p), cut%certain_piece_at(forest, leaf(2), q)]
+         piece = [cut%certain_piece_at(forest, leaf(1), p, near), cut%certain_piece_at(forest, leaf(2), q, near)]
          if (all(piece > 0)) call join(root, first(1) + piece(1) - 1, first(2) + piece(2) - 1)
       end do
    end subroutine connect

@@ -378,10 +378,13 @@ contains
       is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0
    end function is_toward
 
-   !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a number.
-   pure integer function element_at(self, x) result(e)
+   !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a
+   !> number. Where lines move, the piece is that of the material that began at `origin`.
+   pure integer function element_at(self, x, origin) result(e)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in), optional :: origin(ndim) !! in the reference configuration [m]
+      real(dp) :: beside(ndim)
       integer(long) :: place(ndim)
       integer :: leaf, d
       e = outside
@@ -390,7 +393,11 @@ contains
       leaf = self%forest%leaf_of(place)
       e = self%leaf_element(leaf)
       if (self%leaf_element(leaf + 1) == e + 1) return
-      e = e + (self%cut_cells%piece_at(self%forest, leaf, x) - 1)*self%quarters_of(leaf)
+      if (self%cut_cells%pieces_of(leaf) > 1) then
+         beside = x
+         if (present(origin)) beside = self%cut_cells%follow(origin)
+         e = e + (self%cut_cells%piece_at(self%forest, leaf, beside) - 1)*self%quarters_of(leaf)
+      end if
       if (.not. self%is_transition(leaf)) return
       place = (place - self%forest%place_of(leaf))/(level_width(self%forest%level_of(leaf))/2)
       do d = 1, ndim

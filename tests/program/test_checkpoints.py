@@ -62,6 +62,17 @@ TWO_TIPS = """\
 &energy_release estimators = 'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance' /
 &output history_interval = 1e-6 snapshot_interval = 1e-5 /
 """
+# A block that turns, with a crack from its edge that it carries through the cells
+CARRIED = """\
+&run end_time = 3e-5 thickness = 1e-3 /
+&grid lower = -5e-3, -5e-3 cell = 5e-4 cells = 20, 20 /
+&material name = 'a' law = 'neo_hookean' young = 3e9 poisson = 0.3 density = 1200 /
+&body material = 'a' lower = -3e-3, -3e-3 upper = 3e-3, 3e-3 velocity = 10, 5 spin = 1e4 /
+&crack kind = 'path' points = -4e-3, 1e-4, -1e-4, 1e-4, 1e-3, 1.1e-3 /
+&energy_release estimators = 'domain_integral', 'energy_balance' radii = 1.1e-3 /
+&method frame = 'updated' /
+&output history_interval = 2e-6 snapshot_interval = 1e-5 /
+"""
 MANY_CELLS = """\
 &run end_time = 2e-6 /
 &grid cell = 1.0e-3 cells = 60, 50 /
@@ -102,6 +113,8 @@ SCENES = {
     "static refined": (CLOSED, "method.time=static", "method.load_steps=30", "load.history=ramp", "load.rise_time=1e-5",
                        "material.law=neo_hookean", "refine.indicator=zz", "refine.max_level=2", "refine.tolerance=0.1"),
     "moved": (CLOSED, "constraint.velocity=2,1", "energy_release.estimators=nodal_force"),
+    "carried crack": (CARRIED,),
+    "carried crack refined": (CARRIED, "refine.indicator=tip", "refine.max_level=1", "refine.rings=3", "method.mass=blend"),
     "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
 }
 

@@ -136,8 +136,8 @@ contains
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
       real(dp) :: found(1 + modes, size(radius))
-      call domain_integrals(tip_domain_t(tip, direction, half, thickness, m%materials(1), radius), m, [real(dp) ::], m%particles, &
-                            state, found(1, :), found(2:, :))
+      call domain_integrals(tip_domain_t(tip, direction, half=half, thickness=thickness, material=m%materials(1), radius=radius), &
+                            m, [real(dp) ::], m%particles, state, found(1, :), found(2:, :))
    end function integrals
 
    !> Given fields of known factors: they are found, the better the more cells there are in a disc.

@@ -1,0 +1,165 @@
+!> Cracks that the material carries with it, where particles move through the grid (the updated frame): the lines along which cells are
+!> cut follow the faces, and cells are cut anew when these have moved by a small part of a cell.
+!>
+!> Each point of a line hangs on two particles, the nearest on either side in the reference configuration, by their displacement and
+!> its gradient: its place on a face is x + F (X - X_p), and on the line the mean of both faces. So lines turn and bend with the
+!> material without drift, and parted faces part them. Particles keep their sides (`cut_cells_t%follow`).
+module hampm_crack_carrying
+   use hampm_kinds, only: dp, ndim
+   use hampm_cut_cells, only: line_t
+   use hampm_failure, only: failure_t
+   use hampm_matching, only: adopt_lines
+   use hampm_motion, only: motion_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: carried_cracks_t, attach_cracks, follow_cracks
+
+   integer, parameter :: faces = 2               !! the left and the right one
+   real(dp), parameter :: lag = 0.05_dp          !! finest cells by which a line may be behind the material
+
+   !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these.
+   type :: carried_cracks_t
+      integer, allocatable, private :: host(:, :) !! number of the particle, (faces, points of all lines)
+      integer, allocatable, private :: first(:)  !! the first face that hangs on the particle of a number, 0 for none
+      integer, allocatable, private :: next(:)   !! the next one on the same particle, 0 behind the last; (faces*points)
+   contains
+      procedure :: are_there
+   end type carried_cracks_t
+
+contains
+
+   !> Whether any cracks are carried.
+   pure logical function are_there(self)
+      class(carried_cracks_t), intent(in) :: self
+      are_there = allocated(self%host)
+   end function are_there
+
+   !> Find the particles on which lines hang, at the start of a run, where lines are carried at all.
+   pure subroutine attach_cracks(carried, m)
+      type(carried_cracks_t), intent(inout) :: carried
+      type(motion_t), intent(in) :: m
+      real(dp), allocatable :: origin(:, :), normal(:, :), nearest(:, :)
+      real(dp) :: away(ndim), distance
+      integer :: i, n, face
+      if (.not. m%grid%cut_cells%are_there()) return
+      if (.not. allocated(m%grid%cut_cells%lines(1)%origin)) return
+      call list_points(m%grid%cut_cells%lines, origin, normal)
+      allocate (carried%host(faces, size(origin, 2)), source=0)
+      allocate (nearest(faces, size(origin, 2)), source=huge(1.0_dp))
+      do n = 1, size(origin, 2)
+         do i = 1, m%particles%n
+            away = m%particles%reference(i, :) - origin(:, n)
+            face = face_toward(normal(:, n), away)
+            distance = norm2(away)
+            if (distance >= nearest(face, n)) cycle
+            nearest(face, n) = distance
+            carried%host(face, n) = m%particles%id(i)
+         end do
+         if (carried%host(1, n) == 0) carried%host(1, n) = carried%host(2, n)
+         if (carried%host(2, n) == 0) carried%host(2, n) = carried%host(1, n)
+      end do
+      allocate (carried%first(maxval(m%particles%id(:m%particles%n))), carried%next(size(carried%host)), source=0)
+      do n = 1, size(origin, 2)
+         do face = 1, faces
+            associate (id => carried%host(face, n), entry => faces*(n - 1) + face)
+               carried%next(entry) = carried%first(id)
+               carried%first(id) = entry
+            end associate
+         end do
+      end do
+   end subroutine attach_cracks
+
+   !> Let lines follow the material after a step. Where one is behind it by more than a small part of a cell, cells are cut along the
+   !> present lines, which `moved` tells.
+   subroutine follow_cracks(carried, m, moved, failure)
+      type(carried_cracks_t), intent(in) :: carried
+      type(motion_t), intent(inout) :: m
+      logical, intent(out) :: moved
+      type(failure_t), intent(inout) :: failure
+      type(line_t), allocatable :: lines(:)
+      real(dp), allocatable :: origin(:, :), normal(:, :), place(:, :)
+      real(dp) :: behind
+      integer :: k, n
+      moved = .false.
+      if (.not. carried%are_there()) return
+      call list_points(m%grid%cut_cells%lines, origin, normal)
+      call find_places(carried, m%particles, origin, normal, place)
+      behind = 0
+      n = 0
+      do k = 1, size(m%grid%cut_cells%lines)
+         associate (points => m%grid%cut_cells%lines(k)%points)
+            behind = max(behind, maxval(norm2(place(:, n + 1:n + size(points, 2)) - points, dim=1)))
+            n = n + size(points, 2)
+         end associate
+      end do
+      moved = behind > lag*m%grid%finest_cell
+      if (.not. moved) return
+      lines = m%grid%cut_cells%lines
+      n = 0
+      do k = 1, size(lines)
+         lines(k)%points = place(:, n + 1:n + size(lines(k)%points, 2))
+         n = n + size(lines(k)%points, 2)
+      end do
+      call adopt_lines(m, lines, failure)
+   end subroutine follow_cracks
+
+   !> The points of all lines in the reference configuration, and the normals there, to the left.
+   pure subroutine list_points(lines, origin, normal)
+      type(line_t), intent(in) :: lines(:)
+      real(dp), allocatable, intent(out) :: origin(:, :) !! [m], (ndim, points)
+      real(dp), allocatable, intent(out) :: normal(:, :) !! (ndim, points)
+      real(dp) :: along(ndim)
+      integer :: line, k, n
+      n = sum([(size(lines(line)%origin, 2), line=1, size(lines))])
+      allocate (origin(ndim, n), normal(ndim, n))
+      n = 0
+      do line = 1, size(lines)
+         associate (points => lines(line)%origin, last => size(lines(line)%origin, 2))
+            do k = 1, last
+               n = n + 1
+               origin(:, n) = points(:, k)
+               along = 0
+               if (k > 1) along = along + (points(:, k) - points(:, k - 1))/norm2(points(:, k) - points(:, k - 1))
+               if (k < last) along = along + (points(:, k + 1) - points(:, k))/norm2(points(:, k + 1) - points(:, k))
+               normal(:, n) = [-along(2), along(1)]
+            end do
+         end associate
+      end do
+   end subroutine list_points
+
+   !> Where the points are now: in the middle between the faces.
+   pure subroutine find_places(carried, p, origin, normal, place)
+      type(carried_cracks_t), intent(in) :: carried
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: origin(:, :), normal(:, :) !! see `list_points`
+      real(dp), allocatable, intent(out) :: place(:, :)  !! [m], (ndim, points)
+      real(dp) :: of_face(ndim, faces, size(origin, 2)), nearest(faces, size(origin, 2)), away(ndim), distance
+      integer :: i, n, face, entry
+      nearest = huge(nearest)
+      of_face = 0
+      do i = 1, p%n
+         entry = carried%first(p%id(i))
+         do while (entry > 0)
+            n = 1 + (entry - 1)/faces
+            face = entry - faces*(n - 1)
+            away = origin(:, n) - p%reference(i, :)
+            distance = norm2(away)
+            if (face_toward(normal(:, n), -away) /= face) distance = sqrt(huge(distance)) ! only where there is no other
+            if (distance < nearest(face, n)) then
+               nearest(face, n) = distance
+               of_face(:, face, n) = p%position(i) + away + matmul(p%gradient_of(i), away)
+            end if
+            entry = carried%next(entry)
+         end do
+      end do
+      place = sum(of_face, dim=2)/faces
+   end subroutine find_places
+
+   !> The face on whose side a point is.
+   pure integer function face_toward(normal, away) result(face)
+      real(dp), intent(in) :: normal(ndim)       !! of the line, to the left
+      real(dp), intent(in) :: away(ndim)         !! from it to the point [m]
+      face = merge(1, 2, dot_product(normal, away) >= 0)
+   end function face_toward
+end module hampm_crack_carrying

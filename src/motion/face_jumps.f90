@@ -1,0 +1,78 @@
+!> The jump of the displacement across a crack that cuts cells, by the particles on both of its sides.
+module hampm_face_jumps
+   use hampm_kinds, only: dp, ndim
+   use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_grid, only: grid_t
+   use hampm_particles, only: particles_t
+   use hampm_tensors, only: identity, inverse_transpose
+   implicit none
+   private
+   public :: faces, faces_at, jump_between
+
+   integer, parameter :: faces = 2               !! the left one first
+
+contains
+
+   !> The elements on both sides of a line; 0 where there is no line or no material on one of the sides.
+   pure function faces_at(grid, blocks, x, normal) result(elements)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: x(ndim)            !! on the line [m]
+      real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      integer :: elements(faces)
+      real(dp), parameter :: beside = 1e-4_dp    ! root cells
+      integer :: face
+      elements = [(grid%element_at(x + (3 - 2*face)*beside*grid%forest%cell*normal), face=1, faces)]
+      if (any(elements == 0) .or. elements(1) == elements(2)) then
+         elements = 0
+      else if (any(blocks%count_in(elements) == 0)) then
+         elements = 0
+      end if
+   end function faces_at
+
+   !> Displacement of the left face less that of the right one [m].
+   pure function jump_between(p, blocks, elements, x) result(jump)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: elements(faces)     !! see `faces_at`
+      real(dp), intent(in) :: x(ndim)            !! in the grid [m]
+      real(dp) :: jump(ndim)
+      real(dp) :: origin(ndim)
+      origin = x
+      if (.not. p%total_frame) origin = origin_of(p, blocks, elements, x)
+      jump = displacement_at(p, blocks, elements(1), origin) - displacement_at(p, blocks, elements(2), origin)
+   end function jump_between
+
+   !> Where what is at a place was in the reference configuration, by the particles of some elements: the mean of what each tells [m].
+   pure function origin_of(p, blocks, elements, x) result(origin)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: elements(:)
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: origin(ndim)
+      integer :: k, i
+      origin = 0
+      do k = 1, size(elements)
+         associate (e => elements(k))
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               origin = origin + (p%reference(i, :) + matmul(x - p%position(i), inverse_transpose(identity + p%gradient_of(i)))) &
+                        /sum(blocks%count_in(elements))
+            end do
+         end associate
+      end do
+   end function origin_of
+
+   !> Displacement at a place by the particles of an element: the mean of what each tells [m].
+   pure function displacement_at(p, blocks, e, x) result(u)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: e
+      real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
+      real(dp) :: u(ndim)
+      integer :: i
+      u = 0
+      do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+         u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/blocks%count_in(e)
+      end do
+   end function displacement_at
+end module hampm_face_jumps
