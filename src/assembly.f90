@@ -5,7 +5,7 @@ module hampm_assembly
    use hampm_bodies, only: points_along, fill_rectangle, add_spin
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
-                                    domain_radii, face_normal
+                                    largest_radius, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
    use hampm_explicit, only: explicit_t
@@ -18,7 +18,7 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles
-   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radii
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius
    use hampm_placement, only: tolerance
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
@@ -141,9 +141,9 @@ contains
             if (body > 0) tip%material = scene%bodies(body)%material_index
             if (.not. scene%energy_release%domain_integral) cycle
             if (scene%crack%present) then
-               tip%radii = domain_radii(scene, tip%place)
+               tip%radii = domain_radii(scene, largest_radius(scene, tip%place))
             else
-               tip%radii = path_radii(scene, tip%crack, tip%end)
+               tip%radii = domain_radii(scene, path_radius(scene, tip%crack, tip%end))
             end if
          end associate
       end do

@@ -210,8 +210,8 @@ contains
                      settings%good(crack, 'length')])) return
       if (.not. surroundings_good(scene, settings)) return
       if (body_at(scene, scene%crack%tip) == 0) return
-      allocate (radii, source=domain_radii(scene, scene%crack%tip))
       most = largest_radius(scene, scene%crack%tip)
+      allocate (radii, source=domain_radii(scene, most))
       least = least_radius(scene)
       if (most < least - tolerance(scene%grid)) then
          call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius: around the tip there are only '// &

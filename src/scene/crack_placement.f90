@@ -220,23 +220,21 @@ contains
       least_radius = least_cells*finest_cell(scene)
    end function least_radius
 
-   !> The radii of the domain integral: those of the scene or, where it names none, up to three that fit around a tip [m].
-   pure function domain_radii(scene, tip) result(radii)
+   !> The radii of the domain integral: those of the scene or, where it names none, up to three that fit below the largest [m].
+   pure function domain_radii(scene, most) result(radii)
       type(scene_t), intent(in) :: scene
-      real(dp), intent(in) :: tip(ndim)
+      real(dp), intent(in) :: most               !! the largest that there may be around a tip [m]
       real(dp), allocatable :: radii(:)
       real(dp) :: first, last
       radii = scene%energy_release%radii
       if (size(radii) > 0) return
-      associate (most => largest_radius(scene, tip))
-         first = max(0.4_dp*most, least_radius(scene))
-         last = 0.8_dp*most
-         if (first < last) then
-            radii = [first, (first + last)/2, last]
-         else
-            radii = [most]
-         end if
-      end associate
+      first = max(0.4_dp*most, least_radius(scene))
+      last = 0.8_dp*most
+      if (first < last) then
+         radii = [first, (first + last)/2, last]
+      else
+         radii = [most]
+      end if
    end function domain_radii
 
    !> Size of the finest cells that there may be [m].

@@ -1,10 +1,9 @@
 !> Whether the cracks of kind 'path' of a scene can be cut: each by itself, against each other, and against what they do not go with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: least_radius, body_at
+   use hampm_crack_placement, only: least_radius, domain_radii, body_at
    use hampm_mistakes, only: mistakes_t
-   use hampm_path_placement, only: path_tips, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, first_end, &
-                                   last_end
+   use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, is_inside, first_end, last_end
    use hampm_placement, only: tolerance, upper_corner, overlap, point_text, length_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -186,14 +185,15 @@ contains
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry               !! position of the group &energy_release
       type(mistakes_t), intent(inout) :: mistakes
+      real(dp) :: most
       logical :: is_tip(2)
       integer :: k, end, i
       do k = 1, size(scene%paths)
          is_tip = path_tips(scene, k)
          do end = last_end, first_end, -1
             if (.not. is_tip(end)) cycle
-            associate (tip => path_tip(scene%paths(k), end), most => path_radius(scene, k, end), &
-                       radii => path_radii(scene, k, end), least => least_radius(scene))
+            most = path_radius(scene, k, end)
+            associate (tip => path_tip(scene%paths(k), end), radii => domain_radii(scene, most), least => least_radius(scene))
                if (most < least - tolerance(scene%grid)) then
                   call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius around the tip '// &
                      point_text(tip)//': only material and the straight end of this crack are within '//length_text(most)// &

@@ -2,13 +2,12 @@
 !> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: is_covered, covered_radius, least_radius, distance_to_box
+   use hampm_crack_placement, only: is_covered, covered_radius, distance_to_box
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, path_radii, distance_to_cracks, is_inside, &
-             first_end, last_end
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, distance_to_cracks, is_inside, first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -148,23 +147,4 @@ contains
          radius = covered_radius(scene, tip, radius)
       end associate
    end function path_radius
-
-   !> The radii of the domain integral around a tip of the k-th path: those of the scene or, where it names none, up to three [m].
-   pure function path_radii(scene, k, end) result(radii)
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: k, end
-      real(dp), allocatable :: radii(:)
-      real(dp) :: first, last
-      radii = scene%energy_release%radii
-      if (size(radii) > 0) return
-      associate (most => path_radius(scene, k, end))
-         first = max(0.4_dp*most, least_radius(scene))
-         last = 0.8_dp*most
-         if (first < last) then
-            radii = [first, (first + last)/2, last]
-         else
-            radii = [most]
-         end if
-      end associate
-   end function path_radii
 end module hampm_path_placement
