@@ -38,12 +38,9 @@ contains
       integer, intent(in) :: entry                 !! position of the group &method
       type(mistakes_t), intent(inout) :: mistakes
       associate (method => scene%method)
-         if (settings%good(entry, 'frame') .and. method%frame /= 'total') &
-            call settings%complain(mistakes, entry, 'frame', 'must be ''total'' '//intro//': the nodes keep their motion from '// &
-                                   'step to step, and so their material')
-         if (settings%good(entry, 'time_steps') .and. method%time_steps /= 'global') &
-            call settings%complain(mistakes, entry, 'time_steps', 'must be ''global'' '//intro//': all nodes are solved for at '// &
-                                   'once')
+         call settings%demand(mistakes, entry, 'frame', 'total', intro//': the nodes keep their motion from step to step, and '// &
+                              'so their material')
+         call settings%demand(mistakes, entry, 'time_steps', 'global', intro//': all nodes are solved for at once')
          if (settings%good(entry, 'mass') .and. method%mass == 'fmpm') &
             call settings%complain(mistakes, entry, 'mass', 'must not be ''fmpm'' '//intro//': a series for the inverse, '// &
                                    'and these steps use the matrix. Use ''full'', which it comes to')
@@ -58,12 +55,10 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: k, entry
+      integer :: k
       do k = 1, size(scene%materials)
-         entry = settings%find('material', k)
-         if (settings%good(entry, 'law') .and. scene%materials(k)%law /= 'linear_elastic') &
-            call settings%complain(mistakes, entry, 'law', 'must be ''linear_elastic'' '//intro//': its steps solve linear '// &
-                                   'equations. time = ''explicit'' follows other laws')
+         call settings%demand(mistakes, settings%find('material', k), 'law', 'linear_elastic', intro//': its steps solve '// &
+                              'linear equations. time = ''explicit'' follows other laws')
       end do
       if (scene%crack%contact) call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '// &
          intro//': whether faces touch would have to be found in each step. time = ''explicit'' does that')

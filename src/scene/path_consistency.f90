@@ -12,6 +12,8 @@ module hampm_path_consistency
    private
    public :: check_paths, check_path_radii
 
+   character(*), parameter :: intro = 'with a &crack of kind = ''path'''
+
    real(dp), parameter :: least_way = 1          !! root cells from one point of a path to the next, and from a tip to what is near
 
 contains
@@ -46,11 +48,10 @@ contains
                call settings%complain(mistakes, settings%find('crack', k), 'kind', 'must be ''path'' beside other cracks')
          end do
       end if
-      if (settings%good(method, 'time_steps') .and. scene%method%time_steps /= 'global') call settings%complain(mistakes, method, &
-         'time_steps', 'must be ''global'' with a &crack of kind = ''path''')
+      call settings%demand(mistakes, method, 'time_steps', 'global', intro)
       if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, release, &
-         'estimators', 'must be ''domain_integral'' with a &crack of kind = ''path'': its tips are not at nodes, by which '// &
-         '''nodal_force'' and ''stress_closure'' close the crack')
+         'estimators', 'must be ''domain_integral'' '//intro//': its tips are not at nodes, by which ''nodal_force'' and '// &
+         '''stress_closure'' close the crack')
       if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
          '''dcb'' needs a &crack of kind = ''symmetry'' or ''line''')
       do k = 1, size(scene%paths)

@@ -20,11 +20,8 @@ contains
       integer :: method, entry, k
       if (scene%method%time /= 'static') return
       method = settings%find('method', 1)
-      if (settings%good(method, 'frame') .and. scene%method%frame /= 'total') &
-         call settings%complain(mistakes, method, 'frame', 'must be ''total'' '//intro//': equilibrium is found from where the '// &
-                                'material was at first')
-      if (settings%good(method, 'time_steps') .and. scene%method%time_steps /= 'global') &
-         call settings%complain(mistakes, method, 'time_steps', 'must be ''global'' '//intro//': all cells rest at once')
+      call settings%demand(mistakes, method, 'frame', 'total', intro//': equilibrium is found from where the material was at first')
+      call settings%demand(mistakes, method, 'time_steps', 'global', intro//': all cells rest at once')
       do k = 1, size(scene%bodies)
          entry = settings%find('body', k)
          if (settings%good(entry, 'velocity') .and. any(abs(scene%bodies(k)%velocity) > 0)) &
