@@ -180,9 +180,12 @@ $(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(O)/forced_step: LINK := 
 $(O)/hampm $(O)/forced_step $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(O)/fuzz_driver $(UNIT_PROGRAMS): $(LIBRARY)
 	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
+# All integrators are given what one of them needs
+$(patsubst src/integrators/%.f90,$(O)/%.o,$(wildcard src/integrators/*.f90)): private quiet := -Wno-unused-dummy-argument
+
 # A changed flag, here or on the command line, builds everything anew.
 $(O)/%.o: %.f90 $(O)/flags
-	$(FC) $(FLAGS) $($(build)_$*) -c -o $@ $<
+	$(FC) $(FLAGS) $($(build)_$*) $(quiet) -c -o $@ $<
 
 $(O)/flags: FORCE
 	@mkdir -p $(O)

@@ -3,7 +3,7 @@ module hampm_implicit
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t
-   use hampm_integrator, only: integrator_t, steps_for
+   use hampm_integrator, only: integrator_t, steps_for, book_step
    use hampm_motion, only: motion_t, map_to_grid
    use hampm_newmark, only: newmark_t
    implicit none
@@ -33,7 +33,6 @@ contains
       real(dp), intent(in) :: limit              !! longest time step that is wanted [s]
       integer(long), intent(out) :: steps
       real(dp), intent(out) :: dt                !! [s]
-      self%largest = min(0, m%blocks%groups%largest)
       steps = steps_for(time, limit)
       dt = time/steps
       if (abs(dt - self%newmark%dt) <= same*dt) dt = self%newmark%dt
@@ -49,9 +48,7 @@ contains
       call self%newmark%step(m, dt, failure)
       if (failure%failed()) return
       m%time = m%time + dt
-      m%steps = m%steps + 1
-      m%last_dt = dt
-      m%sorted = .false.
+      call book_step(m, dt)
    end subroutine advance
 
    !> Find velocity and acceleration of the nodes, with which the run begins.
@@ -69,7 +66,6 @@ contains
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call self%newmark%keep(m, archive)
-      self%largest = min(0, m%blocks%groups%largest)
    end subroutine keep
 
    !> Give back the memory of the matrix.

@@ -6,7 +6,7 @@ module hampm_integrator
    use hampm_motion, only: motion_t
    implicit none
    private
-   public :: integrator_t, steps_for
+   public :: integrator_t, steps_for, book_step
 
    !> A way to integrate the equations of motion.
    type, abstract :: integrator_t
@@ -15,7 +15,7 @@ module hampm_integrator
       real(dp) :: distance_from_rest = -1        !! of the last such step, see `equilibrium_t` [-]
       integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
    contains
-      procedure(choose_steps), deferred :: choose_steps
+      procedure :: choose_steps
       procedure(advance), deferred :: advance
       procedure :: has_to_choose
       procedure :: settle
@@ -24,17 +24,6 @@ module hampm_integrator
    end type integrator_t
 
    abstract interface
-      !> Choose into how many steps, of which length, a time is divided.
-      subroutine choose_steps(self, m, time, limit, steps, dt)
-         import :: integrator_t, motion_t, dp, long
-         class(integrator_t), intent(inout) :: self
-         type(motion_t), intent(in) :: m
-         real(dp), intent(in) :: time            !! [s]
-         real(dp), intent(in) :: limit           !! longest time step that is stable for the smallest cells [s]
-         integer(long), intent(out) :: steps
-         real(dp), intent(out) :: dt             !! time step of the smallest cells, not above the limit [s]
-      end subroutine choose_steps
-
       !> Advance by a step; particles may stay behind until `update_particles`. Fails where a particle leaves the grid or jumps, or
       !> where equations cannot be solved.
       subroutine advance(self, m, dt, failure)
@@ -48,6 +37,18 @@ module hampm_integrator
 
 contains
 
+   !> Choose into how many steps, of which length, a time is divided: equal ones.
+   subroutine choose_steps(self, m, time, limit, steps, dt)
+      class(integrator_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: limit              !! longest time step that is stable for the smallest cells [s]
+      integer(long), intent(out) :: steps
+      real(dp), intent(out) :: dt                !! time step of the smallest cells, not above the limit [s]
+      steps = steps_for(time, limit)
+      dt = time/steps
+   end subroutine choose_steps
+
    !> Whether the steps that were chosen no longer fit the cells.
    pure logical function has_to_choose(self, m)
       class(integrator_t), intent(in) :: self
@@ -56,20 +57,17 @@ contains
    end function has_to_choose
 
    !> Find what steps begin with at the present time, at the start or on another mesh, where it does not follow from the particles:
-   !> equilibrium, or the motion of the nodes.
+   !> equilibrium, or the motion of the nodes. Here nothing.
    subroutine settle(self, m, dt, failure)
       class(integrator_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
-      if (failure%failed()) return
-      self%largest = min(self%largest, m%blocks%groups%largest)
    end subroutine settle
 
-   !> Give back what is not needed after the last step.
+   !> Give back what is not needed after the last step. Here nothing.
    subroutine finish(self)
       class(integrator_t), intent(inout) :: self
-      self%largest = 0
    end subroutine finish
 
    !> Keep in an archive what the steps need of those before.
@@ -81,6 +79,15 @@ contains
       if (self%largest < 0 .or. self%largest > m%blocks%groups%largest) &
          call archive%refuse('its time steps are not those of its cells')
    end subroutine keep
+
+   !> Book a step at the end of which all particles stay in the cells in which they are.
+   pure subroutine book_step(m, dt)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      m%steps = m%steps + 1
+      m%last_dt = dt
+      m%sorted = .false.
+   end subroutine book_step
 
    !> How many steps, none longer than `limit`, fill a time.
    pure integer(long) function steps_for(time, limit)

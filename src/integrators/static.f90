@@ -4,7 +4,7 @@ module hampm_static
    use hampm_archive, only: archive_t
    use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
-   use hampm_integrator, only: integrator_t
+   use hampm_integrator, only: integrator_t, book_step
    use hampm_motion, only: motion_t, map_to_grid, stored_energy
    implicit none
    private
@@ -31,7 +31,6 @@ contains
       real(dp), intent(in) :: limit              !! not asked [s]
       integer(long), intent(out) :: steps
       real(dp), intent(out) :: dt                !! [s]
-      self%largest = min(0, m%blocks%groups%largest)
       steps = 1
       dt = time
    end subroutine choose_steps
@@ -46,9 +45,7 @@ contains
       call self%equilibrium%find(m, m%time + dt, failure)
       self%distance_from_rest = self%equilibrium%distance(m)
       if (failure%failed()) return
-      m%steps = m%steps + 1
-      m%last_dt = dt
-      m%sorted = .false.
+      call book_step(m, dt)
       call book_loss(m)
    end subroutine advance
 
@@ -81,7 +78,6 @@ contains
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call archive%keep('have_begun', self%equilibrium%begun)
-      self%largest = min(0, m%blocks%groups%largest)
    end subroutine keep
 
    !> Give back the memory of the last solution.
