@@ -3,6 +3,7 @@
 !> where they do not, nothing can come to rest.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
@@ -178,45 +179,23 @@ contains
       integer, allocatable, intent(out) :: piece(:)
       integer :: masters(most_nodes_of_leaf), n, k, j
       real(dp) :: weight(corners, most_nodes_of_leaf)
-      allocate (piece(m%grid%n_nodes))
-      piece = [(k, k=1, m%grid%n_nodes)]
+      type(disjoint_sets_t) :: sets
+      call singletons(m%grid%n_nodes, sets)
       do k = 1, m%blocks%n_occupied
          call m%grid%dofs%masters_of(m%grid%element_nodes(:, m%blocks%occupied(k)), n, masters, weight)
          do j = 2, n
-            call join(masters(1), masters(j))
+            call sets%join(masters(1), masters(j))
          end do
       end do
       do k = 1, m%contact%n
-         call join(m%contact%node(1, k), m%contact%node(2, k))
+         call sets%join(m%contact%node(1, k), m%contact%node(2, k))
       end do
       do k = 1, m%springs%n
          do j = 2, count(m%springs%node(:, k) > 0)
-            call join(m%springs%node(1, k), m%springs%node(j, k))
+            call sets%join(m%springs%node(1, k), m%springs%node(j, k))
          end do
       end do
-      do k = 1, m%grid%n_nodes
-         piece(k) = root_of(k)
-      end do
-   contains
-      !> The node that stands for the piece of a node; the way to it becomes short.
-      integer function root_of(node) result(root)
-         integer, intent(in) :: node
-         root = node
-         do while (piece(root) < root)
-            root = piece(root)
-         end do
-      end function root_of
-
-      !> Make one piece of those of two nodes.
-      subroutine join(a, b)
-         integer, intent(in) :: a, b
-         integer :: ra, rb
-         ra = root_of(a)
-         rb = root_of(b)
-         piece(max(ra, rb)) = min(ra, rb)
-         piece(a) = min(ra, rb)
-         piece(b) = min(ra, rb)
-      end subroutine join
+      piece = [(sets%least_of(k), k=1, m%grid%n_nodes)]
    end subroutine find_pieces
 
    !> Sum, over what is held of each piece, of the squares by which its motions as a whole would move that.

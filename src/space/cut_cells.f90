@@ -12,6 +12,7 @@
 !> (`hampm_face_springs`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
+   use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: forest_t, outside, level_width
    implicit none
    private
@@ -220,61 +221,42 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       type(cut_cells_t), intent(inout) :: cut
-      integer :: root(samples*samples), number(samples*samples)
+      type(disjoint_sets_t) :: sets
+      integer :: number(samples*samples)
       integer :: i, j, k
-      root = [(k, k=1, size(root))]
+      call singletons(size(number), sets)
       do j = 1, samples
          do i = 1, samples
-            if (i < samples) call link(cut, forest, leaf, [i, j], [i + 1, j], root)
-            if (j < samples) call link(cut, forest, leaf, [i, j], [i, j + 1], root)
+            if (i < samples) call link(cut, forest, leaf, [i, j], [i + 1, j], sets)
+            if (j < samples) call link(cut, forest, leaf, [i, j], [i, j + 1], sets)
          end do
       end do
       number = 0
       associate (entry => cut%entry(leaf))
          cut%n_pieces(entry) = 0
-         do k = 1, size(root)
-            associate (stands => root_of(root, k))
-               if (number(stands) == 0) then
+         do k = 1, size(number)
+            associate (least => sets%least_of(k))
+               if (number(least) == 0) then
                   cut%n_pieces(entry) = cut%n_pieces(entry) + 1
-                  number(stands) = cut%n_pieces(entry)
+                  number(least) = cut%n_pieces(entry)
                end if
                j = 1 + (k - 1)/samples
-               cut%piece(k - samples*(j - 1), j, entry) = number(stands)
+               cut%piece(k - samples*(j - 1), j, entry) = number(least)
             end associate
          end do
       end associate
    end subroutine find_pieces
 
    !> Connect two samples, unless a line runs between them.
-   pure subroutine link(cut, forest, leaf, a, b, root)
+   pure subroutine link(cut, forest, leaf, a, b, sets)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       integer, intent(in) :: a(ndim), b(ndim)
-      integer, intent(inout) :: root(:)
+      type(disjoint_sets_t), intent(inout) :: sets
       if (.not. is_between(cut, leaf, sample(forest, leaf, a(1), a(2)), sample(forest, leaf, b(1), b(2)))) &
-         call join(root, a(1) + samples*(a(2) - 1), b(1) + samples*(b(2) - 1))
+         call sets%join(a(1) + samples*(a(2) - 1), b(1) + samples*(b(2) - 1))
    end subroutine link
-
-   !> Make one set of those in which two members are.
-   pure subroutine join(root, a, b)
-      integer, intent(inout) :: root(:)
-      integer, intent(in) :: a, b
-      integer :: one, two
-      one = root_of(root, a)
-      two = root_of(root, b)
-      root(max(one, two)) = min(one, two)
-   end subroutine join
-
-   !> What stands for the set in which `k` is.
-   pure integer function root_of(root, k) result(r)
-      integer, intent(in) :: root(:)
-      integer, intent(in) :: k
-      r = k
-      do while (root(r) /= r)
-         r = root(r)
-      end do
-   end function root_of
 
    !> Place of a sample [m].
    pure function sample(forest, leaf, i, j) result(x)
@@ -464,8 +446,8 @@ contains
       integer, intent(in), optional :: joined
       integer :: leaves(around)                  ! below left, below right, above left, above right; 0 where there is none
       integer :: first(around)                   ! member of the set: the first piece of each
-      integer, allocatable :: root(:)
-      integer :: k, i, n, mine
+      type(disjoint_sets_t) :: sets
+      integer :: k, i, n
       copy = 0
       leaves = [leaf_beside(forest, place - [1, 1]), leaf_beside(forest, place - [0, 1]), &
                 leaf_beside(forest, place - [1, 0]), leaf_beside(forest, place)]
@@ -481,25 +463,24 @@ contains
          first(k) = n + 1
          n = n + self%pieces_of(leaves(k))
       end do
-      allocate (root, source=[(k, k=1, n)])
-      call connect(self, forest, place, leaves([1, 2]), first([1, 2]), 1, -1, root)
-      call connect(self, forest, place, leaves([3, 4]), first([3, 4]), 1, 1, root)
-      call connect(self, forest, place, leaves([1, 3]), first([1, 3]), 2, -1, root)
-      call connect(self, forest, place, leaves([2, 4]), first([2, 4]), 2, 1, root)
+      call singletons(n, sets)
+      call connect(self, forest, place, leaves([1, 2]), first([1, 2]), 1, -1, sets)
+      call connect(self, forest, place, leaves([3, 4]), first([3, 4]), 1, 1, sets)
+      call connect(self, forest, place, leaves([1, 3]), first([1, 3]), 2, -1, sets)
+      call connect(self, forest, place, leaves([2, 4]), first([2, 4]), 2, 1, sets)
       if (present(joined)) then
          do k = 1, around
             if (leaves(k) /= joined) cycle
             do i = 1, self%pieces_of(joined) - 1
-               call join(root, first(k), first(k) + i)
+               call sets%join(first(k), first(k) + i)
             end do
          end do
       end if
-      mine = root_of(root, first(findloc(leaves, leaf, dim=1)) + piece - 1)
-      copy = count([(root(k) == k .and. k < mine, k=1, n)])
+      copy = sets%how_many(below=sets%least_of(first(findloc(leaves, leaf, dim=1)) + piece - 1))
    end function copy_at
 
    !> Connect the pieces of two leaves across their common edge, which begins at a place.
-   pure subroutine connect(cut, forest, place, leaf, first, normal, sense, root)
+   pure subroutine connect(cut, forest, place, leaf, first, normal, sense, sets)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)
@@ -507,7 +488,7 @@ contains
       integer, intent(in) :: first(2)            !! member for the first piece of each
       integer, intent(in) :: normal              !! direction normal to the edge
       integer, intent(in) :: sense               !! in which the edge goes from the place, 1 or -1
-      integer, intent(inout) :: root(:)
+      type(disjoint_sets_t), intent(inout) :: sets
       real(dp) :: x(ndim), lower(ndim), p(ndim), q(ndim), width(2), length
       integer :: i, along, piece(2)
       if (any(leaf == 0) .or. leaf(1) == leaf(2)) return
@@ -528,7 +509,7 @@ contains
          if (is_between(cut, leaf(1), p, q)) cycle
          if (is_between(cut, leaf(2), p, q)) cycle
          piece = [cut%certain_piece_at(forest, leaf(1), p, near), cut%certain_piece_at(forest, leaf(2), q, near)]
-         if (all(piece > 0)) call join(root, first(1) + piece(1) - 1, first(2) + piece(2) - 1)
+         if (all(piece > 0)) call sets%join(first(1) + piece(1) - 1, first(2) + piece(2) - 1)
       end do
    end subroutine connect
 

@@ -1,8 +1,10 @@
 !> Grids that lines in any direction cut: lines that run through part them into as many parts as there are, lines that end do not, and
 !> hanging nodes stay where they are; with cells of four sizes, and lines along grid lines, through nodes, and with kinks.
 program test_cut_cells
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_cut_cells, only: line_t
+   use hampm_disjoint_sets, only: disjoint_sets_t, singletons
+   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
@@ -111,28 +113,18 @@ contains
 
    !> Into how many parts the grid falls: nodes are together where an element depends on them.
    integer function parts()
-      integer :: root(grid%n_nodes), master(8), n, e, k, a, b
-      real(dp) :: weight(4, 8)
-      root = [(k, k=1, grid%n_nodes)]
+      type(disjoint_sets_t) :: sets
+      integer :: master(most_nodes_of_leaf), n, e, k
+      real(dp) :: weight(corners, most_nodes_of_leaf)
+      call singletons(grid%n_nodes, sets)
       do e = 1, grid%n_elements
          call grid%dofs%masters_of(grid%element_nodes(:, e), n, master, weight)
          do k = 2, n
-            a = root_of(root, master(1))
-            b = root_of(root, master(k))
-            root(max(a, b)) = min(a, b)
+            call sets%join(master(1), master(k))
          end do
       end do
-      parts = count([(root(k) == k, k=1, grid%n_nodes)])
+      parts = sets%how_many()
    end function parts
-
-   !> What stands for the set of a node.
-   pure integer function root_of(root, k) result(r)
-      integer, intent(in) :: root(:), k
-      r = k
-      do while (root(r) /= r)
-         r = root(r)
-      end do
-   end function root_of
 
    !> Whether hanging nodes are at the means of their masters.
    logical function hanging_nodes_are_in_place() result(yes)
