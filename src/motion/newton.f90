@@ -10,6 +10,7 @@ module hampm_newton
    use hampm_cell_blocks, only: of_force
    use hampm_contact, only: pressed_pairs
    use hampm_energy, only: determinant_of, most_crushed_particle
+   use hampm_face_springs, only: stretch_springs, spring_states
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_next
@@ -17,10 +18,9 @@ module hampm_newton
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_rigid_motions, only: pin_t, check_pins
-   use hampm_supports, only: follow_supports
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
+   use hampm_supports, only: follow_supports
    use hampm_text, only: to_text, three_digits
-   use hampm_face_springs, only: stretch_springs, spring_states
    implicit none
    private
    public :: newton_t, out_of_balance, largest_force, displace, work_of
