@@ -73,6 +73,15 @@ contains
       end associate
    end subroutine weigh_sides
 
+   !> Find which way from their supports the material is, once for a grid: in the total frame it stays there.
+   subroutine find_sides(m)
+      type(motion_t), intent(inout) :: m
+      real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
+      if (allocated(m%constraints%up)) return
+      call weigh_sides(m, above, below)
+      m%constraints%up = merge(1.0_dp, -1.0_dp, above > below)
+   end subroutine find_sides
+
    !> The supports move.
    pure subroutine move_supports(c, way)
       type(constraints_t), intent(inout) :: c
@@ -103,25 +112,18 @@ contains
    subroutine lift_by(m, u)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
-      real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
       integer :: k, d
       m%constraints%lift = u(:, :m%grid%n_nodes) - m%constraints%way(m%time)
-      call weigh_sides(m, above, below)
+      call find_sides(m)
       do k = 1, size(m%constraints%node)
          associate (node => m%constraints%node(k))
             do d = 1, ndim
                if (.not. m%constraints%supported(d, node)) cycle
-               call m%constraints%set_fixed(d, node, m%constraints%lift(d, node)*way_up(above(d, node), below(d, node)) <= 0)
+               call m%constraints%set_fixed(d, node, m%constraints%lift(d, node)*m%constraints%up(d, node) <= 0)
             end do
          end associate
       end do
    end subroutine lift_by
-
-   !> 1 where the material is above, -1 where it is below.
-   elemental real(dp) function way_up(above, below)
-      real(dp), intent(in) :: above, below       !! masses [kg]
-      way_up = merge(1, -1, above > below)
-   end function way_up
 
    !> Let go the components that are pulled by their supports, and hold those that are in them. Where that would let go too much, as
    !> a body that is not held any more, only the one that is pulled most.
@@ -131,12 +133,11 @@ contains
       real(dp), intent(in) :: rounding           !! of that [N]
       logical, intent(in) :: one_only            !! whether to let go the one that is pulled most only
       logical, intent(out) :: changed
-      real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
       real(dp) :: pull, most, deepest
       integer :: k, d, worst(2)
       changed = .false.
       if (.not. m%constraints%only_push()) return
-      call weigh_sides(m, above, below)
+      call find_sides(m)
       most = rounding
       worst = 0
       deepest = through*largest_lift(m%constraints)
@@ -145,12 +146,12 @@ contains
             do d = 1, ndim
                if (.not. m%constraints%supported(d, node)) cycle
                if (.not. m%constraints%fixed(d, node)) then
-                  if (m%constraints%lift(d, node)*way_up(above(d, node), below(d, node)) >= -deepest) cycle
+                  if (m%constraints%lift(d, node)*m%constraints%up(d, node) >= -deepest) cycle
                   call m%constraints%set_fixed(d, node, .true.)
                   changed = .true.
                   cycle
                end if
-               pull = r(d, node)*way_up(above(d, node), below(d, node))
+               pull = r(d, node)*m%constraints%up(d, node)
                if (pull <= rounding) cycle
                if (pull > most) worst = [d, node]
                most = max(most, pull)

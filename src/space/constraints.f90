@@ -34,6 +34,8 @@ module hampm_constraints
       integer, allocatable :: box(:, :)          !! the last box that holds a component, 0 for none, (ndim, n_nodes)
       logical, allocatable :: supported(:, :)    !! whether that only pushes, (ndim, n_nodes)
       real(dp), allocatable :: lift(:, :)        !! how far a component is from the place where its support has it [m], (ndim, n_nodes)
+      real(dp), allocatable :: up(:, :)          !! 1 or -1: which way from its support the material is, (ndim, n_nodes); not
+                                                 !! allocated until that is asked
    contains
       procedure :: holds
       procedure :: number
@@ -74,6 +76,7 @@ contains
       type(grid_t), intent(in) :: grid
       integer :: k
       if (allocated(c%fixed)) deallocate (c%fixed, c%free, c%box, c%supported, c%lift)
+      if (allocated(c%up)) deallocate (c%up)
       allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
       allocate (c%box(ndim, grid%n_nodes), source=0)
       allocate (c%free(ndim, grid%n_points), source=1.0_dp)
