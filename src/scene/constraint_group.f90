@@ -2,9 +2,9 @@
 module hampm_constraint_group
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t
-   use hampm_history_values, only: fill_history
+   use hampm_history_values, only: history_keys, fill_history
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, type_logical, must, may, repeats, is_optional, &
-                             any_number, not_negative, max_values
+                             any_number
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -12,6 +12,8 @@ module hampm_constraint_group
 
    type(group_t), parameter :: constraint_group = group_t('constraint', repeats, is_optional, &
       'displacement components of all grid nodes in a box that are held, or moved in a given way')
+
+   integer :: i                                  !! counts in the following table only
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
@@ -26,19 +28,9 @@ module hampm_constraint_group
             any_number, 'by which they are moved where its factor is 1'), &
       key_t('constraint', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
             any_number, 'with which they are moved where its factor is 1'), &
-      key_t('constraint', 'history', type_name, 1, 1, may, 'step', '', '', &
-            'step|ramp|sine|table', &
-            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
-      key_t('constraint', 'start', type_real, 1, 1, may, '0.0', '', 's', &
-            any_number, 'time at which the history begins; before it the factor is 0'), &
-      key_t('constraint', 'rise_time', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
-      key_t('constraint', 'frequency', type_real, 1, 1, may, '0.0', '', 'Hz', &
-            not_negative, 'of a sine: its frequency; needed there'), &
-      key_t('constraint', 'times', type_real, 0, max_values, may, '', '', 's', &
-            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
-      key_t('constraint', 'factors', type_real, 0, max_values, may, '', '', '', &
-            any_number, 'of a table: factors at its times, as many as these'), &
+      (key_t('constraint', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
+             history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
+             history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys)), &
       key_t('constraint', 'name', type_text, 1, 1, may, '', 'grip', '', &
             '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y'), &
       key_t('constraint', 'push_only', type_logical, 1, 1, may, '.false.', '', '', &

@@ -1,9 +1,8 @@
 !> The group &load: its row in the table of groups, its keys, and their values in a scene.
 module hampm_load_group
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_history_values, only: fill_history
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_optional, any_number, not_negative, &
-                             max_values
+   use hampm_history_values, only: history_keys, fill_history
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_optional, any_number
    use hampm_settings, only: settings_t
    use hampm_time_history, only: time_history_t
    implicit none
@@ -12,6 +11,8 @@ module hampm_load_group
 
    type(group_t), parameter :: load_group = group_t('load', repeats, is_optional, &
       'a force on the material, with its history in time')
+
+   integer :: i                                  !! counts in the following table only
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
@@ -26,19 +27,9 @@ module hampm_load_group
             any_number, 'resultant of the whole load where its factor is 1'), &
       key_t('load', 'face', type_name, 1, 1, may, 'none', '', '', &
             'none|left|right', 'of a point or traction on a crack of kind line: its face, as one looks towards the tip'), &
-      key_t('load', 'history', type_name, 1, 1, may, 'step', '', '', &
-            'step|ramp|sine|table', &
-            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
-      key_t('load', 'start', type_real, 1, 1, may, '0.0', '', 's', &
-            any_number, 'time at which the history begins; before it the factor is 0'), &
-      key_t('load', 'rise_time', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
-      key_t('load', 'frequency', type_real, 1, 1, may, '0.0', '', 'Hz', &
-            not_negative, 'of a sine: its frequency; needed there'), &
-      key_t('load', 'times', type_real, 0, max_values, may, '', '', 's', &
-            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
-      key_t('load', 'factors', type_real, 0, max_values, may, '', '', '', &
-            any_number, 'of a table: factors at its times, as many as these')]
+      (key_t('load', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
+             history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
+             history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys))]
 
    !> &load: a force and its history.
    type :: load_spec_t
