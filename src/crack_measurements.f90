@@ -36,7 +36,6 @@ module hampm_crack_measurements
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
       type(estimated_errors_t) :: errors         !! of all these
-      real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies [N]
    end type crack_values_t
 
 contains
@@ -57,7 +56,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
-      type(nodal_state_t), intent(in) :: state   !! where there is a domain integral or a constraint
+      type(nodal_state_t), intent(in) :: state   !! where there is a domain integral
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
@@ -75,7 +74,6 @@ contains
             values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, grid, p, motion%blocks)
             values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), grid, p, motion%blocks)
          end if
-         values%reaction = state%reaction
          call follow_values(scene, tip, values)
       end associate
    end subroutine measure_crack

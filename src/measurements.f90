@@ -46,6 +46,7 @@ module hampm_measurements
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
       type(face_overlap_t) :: overlap            !! of the faces of the crack
+      real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
       type(history_t) :: history                 !! the columns and the latest row
    end type measurements_t
@@ -185,6 +186,7 @@ contains
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
       if (needs_nodal_state(scene)) call find_nodal_state(motion, state, failure)
       if (failure%failed()) return
+      m%reaction = state%reaction
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), first_g, failure)
@@ -239,8 +241,8 @@ contains
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(scene%constraints) > 0) then
-            call history%record('reaction_x', 'N', 'force of the constraints on the bodies', m%crack(1)%reaction(1))
-            call history%record('reaction_y', 'N', 'force of the constraints on the bodies', m%crack(1)%reaction(2))
+            call history%record('reaction_x', 'N', 'force of the constraints on the bodies', m%reaction(1))
+            call history%record('reaction_y', 'N', 'force of the constraints on the bodies', m%reaction(2))
          end if
          call record_reactions(scene, m)
          if (scene%refine%indicator == 'zz') &
