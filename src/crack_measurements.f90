@@ -232,21 +232,31 @@ contains
       logical, intent(in) :: by_k                !! whether K is less off than J, as at a tip inside a cell
       type(history_t), intent(inout) :: history
       character(*), parameter :: meaning = 'energy release rate, both modes, by the best of the chosen estimators: '
+      character(:), allocatable :: estimator
+      real(dp) :: best, error                    ! [J/m2]
       associate (chosen => scene%energy_release)
          if (chosen%domain_integral .and. by_k) then
-            call history%record('G', 'J/m2', meaning//'domain_integral, (K_I**2 + K_II**2)/E''', v%g_of_k)
-            call history%record('G_error', 'J/m2', 'estimated error of G', v%errors%j%now)
+            estimator = 'domain_integral, (K_I**2 + K_II**2)/E'''
+            best = v%g_of_k
+            error = v%errors%j%now
          else if (chosen%domain_integral) then
-            call history%record('G', 'J/m2', meaning//'domain_integral', sum(v%j)/size(v%j))
-            call history%record('G_error', 'J/m2', 'estimated error of G', v%errors%j%now)
+            estimator = 'domain_integral'
+            best = sum(v%j)/size(v%j)
+            error = v%errors%j%now
          else if (chosen%nodal_force) then
-            call history%record('G', 'J/m2', meaning//'nodal_force', total(v%nodal_force))
-            call history%record('G_error', 'J/m2', 'estimated error of G', sum(v%errors%nodal_force%now))
+            estimator = 'nodal_force'
+            best = total(v%nodal_force)
+            error = sum(v%errors%nodal_force%now)
          else if (chosen%stress_closure) then
-            call history%record('G', 'J/m2', meaning//'stress_closure', total(v%stress_closure))
-            call history%record('G_error', 'J/m2', 'estimated error of G', sum(v%errors%stress_closure%now))
+            estimator = 'stress_closure'
+            best = total(v%stress_closure)
+            error = sum(v%errors%stress_closure%now)
+         else
+            return
          end if
       end associate
+      call history%record('G', 'J/m2', meaning//estimator, best)
+      call history%record('G_error', 'J/m2', 'estimated error of G', error)
    end subroutine record_best
 
    !> Energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
