@@ -9,6 +9,7 @@ program test_cut_cells
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, finish, repeat_random_numbers
+   use hampm_refined, only: refine_box
    use hampm_text, only: to_text
    implicit none
 
@@ -31,20 +32,12 @@ contains
    function refined(centre) result(forest)
       real(dp), intent(in) :: centre(ndim)
       type(forest_t) :: forest
-      integer, allocatable :: change(:)
-      integer :: leaf, level
+      real(dp) :: reach
+      integer :: level
       forest = forest_t([-8.0_dp, -8.0_dp], 1.0_dp, [17, 17])
       do level = 1, levels
-         allocate (change(forest%leaf_count()), source=0)
-         do leaf = 1, size(change)
-            associate (middle => forest%position(forest%place_of(leaf)) + forest%size_of(leaf)/2)
-               if (forest%level_of(leaf) < level - 1) cycle
-               if (maxval(abs(middle - centre)) < 3.3_dp*forest%size_of(leaf)) change(leaf) = 1
-            end associate
-         end do
-         call forest%adapt(change)
-         call forest%balance()
-         deallocate (change)
+         reach = scale(3.3_dp, 1 - level)        ! of the cells that are refined
+         call refine_box(forest, centre - reach, centre + reach, level)
       end do
    end function refined
 
