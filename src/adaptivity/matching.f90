@@ -14,7 +14,7 @@ module hampm_matching
    use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy
-   use hampm_splitting, only: start_families, split, recombine
+   use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
    public :: match_particles, adopt_forest, adopt_lines
@@ -102,15 +102,20 @@ contains
       end do
    end function coarser_than
 
-   !> Which particles are finer than their cell.
+   !> Which particles are finer than their cell, and not parted by a crack from the middle of what they came from: siblings on both sides of
+   !> a crack stay apart.
    pure function finer_than_cell(m) result(finer)
       type(motion_t), intent(in) :: m
       logical, allocatable :: finer(:)
+      real(dp) :: x(ndim)
       integer :: i
       allocate (finer(m%particles%n))
       associate (grid => m%grid, p => m%particles)
          do i = 1, p%n
             finer(i) = p%level(i) > grid%forest%level_of(grid%element_leaf(p%cell(i)))
+            if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
+            x = p%reference(i, :)
+            finer(i) = .not. grid%cut_cells%divide(x, middle_of_parent(p, i))
          end do
       end associate
    end function finer_than_cell

@@ -19,7 +19,7 @@ module hampm_splitting
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: start_families, split, recombine, child_offset, spacing_of
+   public :: start_families, split, recombine, child_offset, middle_of_parent, spacing_of
 
    real(dp), parameter :: reach = 2              !! siblings further from their mean, in edges of the parent, stay apart
 
@@ -48,6 +48,14 @@ contains
       real(dp) :: offset(ndim)
       offset = (2*corner_offset(c) - 1)*spacing_of(p, i)/4
    end function child_offset
+
+   !> Reference position of the particle of which a particle is a child [m].
+   pure function middle_of_parent(p, i) result(x)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i                   !! a child
+      real(dp) :: x(ndim)
+      x = p%reference(i, :) - (2*corner_offset(int(mod(p%path(i), int(corners, long))) + 1) - 1)*spacing_of(p, i)/2
+   end function middle_of_parent
 
    !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
    !> afterwards. Fails where the memory does not suffice.
