@@ -28,7 +28,7 @@ module hampm_simulation
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
-   use hampm_views, only: particle_view, mesh_view
+   use hampm_views, only: particle_view, mesh_view, crack_view
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -363,14 +363,16 @@ contains
       end if
    end subroutine record
 
-   !> Write a snapshot of particles and mesh.
+   !> Write a snapshot of particles and mesh, and of cracks that cut cells.
    subroutine write_snapshot(s, after_failure, failure)
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: after_failure
       type(failure_t), intent(inout) :: failure
-      type(piece_t) :: pieces(2)                 ! an array of what functions return would leak in gfortran 12
+      type(piece_t), allocatable :: pieces(:)    ! an array of what functions return would leak in gfortran 12
+      allocate (pieces(merge(3, 2, s%motion%grid%cut_cells%are_there())))
       call particle_view(s%motion, pieces(1))
       call mesh_view(s%motion, s%refinement, after_failure, pieces(2))
+      if (size(pieces) == 3) call crack_view(s%cracks, pieces(3))
       call s%results%write_snapshot(s%motion%time, pieces, failure)
    end subroutine write_snapshot
 

@@ -1,19 +1,21 @@
-!> What a snapshot shows: the particles as points and the mesh as cells, with their fields.
+!> What a snapshot shows: the particles as points, the mesh as cells and cracks in any direction as lines, with their fields.
 module hampm_views
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_cracks, only: cracks_t, first_point, last_point
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_n
    use hampm_refinement, only: refinement_t
-   use hampm_snapshots, only: piece_t, vtk_quad
+   use hampm_snapshots, only: piece_t, vtk_line, vtk_quad
    implicit none
    private
-   public :: particle_view, mesh_view
+   public :: particle_view, mesh_view, crack_view
 
 contains
 
-   !> The particles at their present position.
+   !> The particles at their present position. Where cells are cut, each has the piece of its cell to which it belongs, and the side
+   !> of the crack on which it began.
    subroutine particle_view(motion, view)
       type(motion_t), intent(in) :: motion
       type(piece_t), intent(out) :: view
@@ -40,10 +42,24 @@ contains
          call view%add_point_field('stress_xy', components(3:3, :))
          call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
       end associate
+      if (motion%grid%cut_cells%are_there()) call add_sides(motion, view)
    end subroutine particle_view
 
-   !> The grid, transition cells by their quarters, with the mass and velocity that its nodes had in the last step and, where the
-   !> mesh follows a gradient, the refinement parameter: not a number after a failure, when it can't be had from the particles.
+   !> Add to the particles their pieces and sides.
+   subroutine add_sides(motion, view)
+      type(motion_t), intent(in) :: motion
+      type(piece_t), intent(inout) :: view
+      integer :: i
+      associate (grid => motion%grid, p => motion%particles)
+         call view%add_point_field('piece', reshape([(real(grid%piece_of(p%cell(i)), dp), i=1, p%n)], [1, p%n]))
+         call view%add_point_field('side', reshape([(real(grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), &
+                                                                                 p%place_in_grid(i)), dp), i=1, p%n)], [1, p%n]))
+      end associate
+   end subroutine add_sides
+
+   !> The grid, transition cells by their quarters and cut cells by their pieces, each over the whole cell. With the mass and velocity
+   !> that its nodes had in the last step and, where the mesh follows a gradient, the refinement parameter: not a number after a
+   !> failure, when it can't be had from the particles.
    subroutine mesh_view(motion, refinement, after_failure, view)
       type(motion_t), intent(inout) :: motion
       type(refinement_t), intent(in) :: refinement
@@ -72,6 +88,42 @@ contains
          call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
          call view%add_cell_field('particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
+         if (grid%cut_cells%are_there()) call view%add_cell_field('piece', reshape([(real(grid%piece_of(e), dp), &
+                                                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
       end associate
    end subroutine mesh_view
+
+   !> The cracks of kind 'path' in the reference configuration, a line for each straight part. With the number of the crack and, at
+   !> its points, that of the tip there, or 0.
+   subroutine crack_view(cracks, view)
+      type(cracks_t), intent(in) :: cracks
+      type(piece_t), intent(out) :: view
+      real(dp), allocatable :: tip(:, :), number(:, :)
+      integer :: first(size(cracks%crack) + 1)   ! point of each crack
+      integer :: c, k
+      first(1) = 1
+      do c = 1, size(cracks%crack)
+         first(c + 1) = first(c) + size(cracks%crack(c)%points, 2)
+      end do
+      associate (n_points => first(size(first)) - 1, n_lines => first(size(first)) - size(first))
+         allocate (view%points(ndim, n_points), view%connectivity(0), number(1, n_lines))
+         allocate (tip(1, n_points), source=0.0_dp)
+         view%name = 'cracks'
+         view%offsets = [(2*k, k=0, n_lines)]
+         view%cell_types = spread(vtk_line, 1, n_lines)
+      end associate
+      do c = 1, size(cracks%crack)
+         view%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%points
+         view%connectivity = [view%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
+         number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
+      end do
+      do k = 1, size(cracks%tips)
+         associate (c => cracks%tips(k)%crack)
+            if (cracks%tips(k)%end == first_point) tip(1, first(c)) = k
+            if (cracks%tips(k)%end == last_point) tip(1, first(c + 1) - 1) = k
+         end associate
+      end do
+      call view%add_point_field('tip', tip)
+      call view%add_cell_field('crack', number)
+   end subroutine crack_view
 end module hampm_views

@@ -14,15 +14,14 @@ def reader_of(path):
 
 
 def read_steps(path):
-    """Times and, for every time, the two blocks, particles and mesh."""
+    """Times and, for every time, the blocks: particles, mesh and, with cracks in any direction, these."""
     reader = reader_of(path)
     times = list(reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()))
     steps = []
     for time in times:
         reader.UpdateTimeStep(time)
         data = reader.GetOutputDataObject(0)
-        assert data.GetNumberOfBlocks() == 2
-        copies = [data.GetBlock(block).NewInstance() for block in range(2)]
+        copies = [data.GetBlock(block).NewInstance() for block in range(data.GetNumberOfBlocks())]
         for block, copy in enumerate(copies):
             copy.DeepCopy(data.GetBlock(block))
         steps.append(copies)

@@ -60,6 +60,7 @@ module hampm_cut_cells
       procedure :: follow
       procedure :: normal_at
       procedure :: divide
+      procedure :: side_at
       procedure, private :: certain_piece_at
       procedure, private :: is_near
       procedure :: copy_at
@@ -400,6 +401,33 @@ contains
          if (divides) return
       end do
    end function divides
+   !> On which side of the nearest line a point of a leaf is: 1 to the left as one walks along the points of the line, -1 to the
+   !> right; 0 in a leaf that is not divided. Where a kink is nearest, that of its two segments tells from which, as a straight
+   !> line, the point is farther.
+   pure integer function side_at(self, leaf, x) result(side)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: along(ndim), place, distance, nearest, height, farthest
+      integer :: k
+      side = 0
+      if (self%pieces_of(leaf) < 2) return
+      nearest = huge(nearest)
+      farthest = 0
+      do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
+         associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
+            along = (b - a)/norm2(b - a)
+            place = min(max(dot_product(x - a, along), 0.0_dp), norm2(b - a))
+            distance = norm2(x - a - place*along)
+            height = abs(along(1)*(x(2) - a(2)) - along(2)*(x(1) - a(1)))
+            if (distance > nearest + self%slack) cycle
+            if (distance > nearest - self%slack .and. height <= farthest) cycle
+            nearest = distance
+            farthest = height
+            side = merge(1, -1, is_left(a, b, x, self%slack))
+         end associate
+      end do
+   end function side_at
 
    !> The sample in whose part of a leaf a point is.
    pure function sample_at(forest, leaf, x) result(at)

@@ -53,6 +53,7 @@ module hampm_grid
       procedure :: is_transition
       procedure :: quarters_of
       procedure :: is_piece
+      procedure :: piece_of
       procedure :: first_of_piece
       procedure :: last_of_piece
       procedure :: leaf_size
@@ -327,6 +328,17 @@ contains
       integer, intent(in) :: e
       is_piece = self%cut_cells%pieces_of(self%element_leaf(e)) > 1
    end function is_piece
+
+   !> Which piece of its leaf an element is of, from 1 on; 0 where that is not cut.
+   pure integer function piece_of(self, e) result(piece)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      piece = 0
+      if (.not. self%is_piece(e)) return
+      associate (leaf => self%element_leaf(e))
+         piece = 1 + (e - self%leaf_element(leaf))/self%quarters_of(leaf)
+      end associate
+   end function piece_of
 
    !> Size of the leaf of an element [m].
    pure real(dp) function leaf_size(self, e)

@@ -73,7 +73,36 @@ contains
       call cut(refined(4*(y - 0.5_dp)), [line_through(x, 2*acos(-1.0_dp)*angle, turn)])
       call check(parts() == 2, 'line '//to_text(trial)//' parts the grid in two, not '//to_text(parts()))
       call check(hanging_nodes_are_in_place(), 'hanging nodes of line '//to_text(trial)//' are where their masters have them')
+      call check(sides_are_right(grid%cut_cells%lines(1)%points, turn > 0), 'sides of line '//to_text(trial)//' are left and right')
    end subroutine random_line
+
+   !> Whether places in leaves that are cut have their side of a line with a kink, and others none. To the left of a line that turns to the
+   !> left is what is to the left of both of its parts, of one that turns to the right what is to the left of one of them.
+   logical function sides_are_right(points, turns_left) result(yes)
+      real(dp), intent(in) :: points(:, :)
+      logical, intent(in) :: turns_left
+      real(dp) :: x(ndim), height(2)
+      integer :: k, leaf, side
+      yes = .true.
+      do k = 1, 300
+         call random_number(x)
+         x = points(:, 2) + 6*x - 3
+         leaf = grid%forest%leaf_at(x)
+         side = grid%cut_cells%side_at(leaf, x)
+         if (grid%cut_cells%pieces_of(leaf) == 1) then
+            yes = yes .and. side == 0
+            cycle
+         end if
+         height = [left_of(points(:, 1), points(:, 2), x), left_of(points(:, 2), points(:, 3), x)]
+         yes = yes .and. side == merge(1, -1, merge(minval(height), maxval(height), turns_left) > 0)
+      end do
+   end function sides_are_right
+
+   !> Above 0 to the left of the line from a to b.
+   pure real(dp) function left_of(a, b, x)
+      real(dp), intent(in) :: a(ndim), b(ndim), x(ndim)
+      left_of = (b(1) - a(1))*(x(2) - a(2)) - (b(2) - a(2))*(x(1) - a(1))
+   end function left_of
 
    !> Two lines that cross part it in four, a third one that ends on one of them in five.
    subroutine some_lines()
