@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Animation of a hampm result: particles and mesh in all snapshots, as a GIF.
+"""Animation of a hampm result: particles, mesh and cracks in all snapshots, as a GIF.
 
 Particles stand where they are with their displacement enlarged, each as a square of its share of its cell, coloured by
-a field. The mesh stands still: material moves through it. Where a crack lies on a plane of symmetry, both are mirrored about it.
+a field. The mesh stands still: material moves through it. The faces of cracks move with the particles beside them. Where a crack
+lies on a plane of symmetry, all is mirrored about it.
 The title says by how much displacements are enlarged. On a terminal the snapshots that are done are counted.
 """
 

@@ -1,6 +1,6 @@
 """The snapshots of a run, as its result file holds them: particles and mesh at every time, and the scene of the run.
 
-`Frames` reads `/VTKHDF` and the namelist; `Leaves` puts the cells of a mesh together again, of which those beside finer
+`Frames` reads `/VTKHDF` and the namelist, and has the cracks; `Leaves` puts the cells of a mesh together again, of which those beside finer
 ones are stored as four quarters; `CrackPlane` turns positions into distances ahead of the crack tip and from its plane.
 """
 
@@ -15,6 +15,8 @@ import h5py
 import numpy as np
 
 Block = namedtuple("Block", "points cells point_fields cell_fields")
+Crack = namedtuple("Crack", "points tips")
+Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2), and the number of the tip at each; 0 where none is."
 Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 4 or 1), and fields by name."
 
 
@@ -82,13 +84,30 @@ class Frames:
         return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower")),
                       self.scene.numbers("grid", "cell")[0])
 
-    def crack_plane(self):
-        """The plane of the crack; None where the scene has no crack."""
+    def cracks(self, number=0):
+        """The cracks of a snapshot; those along grid lines as the scene has them."""
         scene = self.scene
         if not scene.count("crack"):
+            return []
+        if not scene.has_paths():
+            tip, along = (np.array(scene.numbers("crack", key)) for key in ("tip", "direction"))
+            along = along / np.hypot(*along)
+            length = (scene.numbers("crack", "length") or [0.0])[0]
+            return [Crack(np.array([tip - (length or scene.way_to_edge(tip, -along)) * along, tip]), [2 if length else 0, 1])]
+        block = self.block("cracks", number)
+        parts = [np.unique(block.cells[block.cell_fields["crack"] == of]) for of in np.unique(block.cell_fields["crack"])]
+        return [Crack(block.points[part], block.point_fields["tip"][part].astype(int)) for part in parts]
+
+    def crack_plane(self, tip=1):
+        """The plane of the crack at a tip, by its number; None where the scene has no tip."""
+        for crack in self.cracks():
+            for place, before in ((0, 1), (-1, -2)):
+                if crack.tips[place] == tip:
+                    return CrackPlane(crack.points[place], crack.points[place] - crack.points[before],
+                                      self.scene.text("crack", "kind") == "symmetry")
+        if tip == 1:
             return None
-        return CrackPlane(np.array(scene.numbers("crack", "tip")), np.array(scene.numbers("crack", "direction")),
-                          scene.text("crack", "kind") == "symmetry", (scene.numbers("crack", "length") or [0.0])[0])
+        raise ResultError(f"{self.path}: the scene has no crack tip {tip}")
 
 
 class Scene:
@@ -122,6 +141,28 @@ class Scene:
         except ValueError as error:
             raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist is not a number ({error})",
                               UNREADABLE) from error
+
+
+    def bodies(self):
+        """Lower and upper corners of the bodies [m], shape (n, 2)."""
+        numbers = range(1, self.count("body") + 1)
+        return tuple(np.array([self.numbers("body", key, n) for n in numbers]).reshape(-1, 2) for key in ("lower", "upper"))
+
+    def has_paths(self):
+        """Whether its cracks run in any direction."""
+        return self.text("crack", "kind") == "path"
+
+    def way_to_edge(self, start, direction):
+        """How far one gets from a place in the direction of an axis through bodies that touch [m]."""
+        along, way = int(np.argmax(np.abs(direction))), 0.0
+        reach = 1e-6 * self.numbers("grid", "cell")[0]
+        lower, upper = self.bodies()
+        ahead = np.all((lower <= start + reach) & (upper >= start - reach) | (np.arange(2) == along), axis=1)
+        ends = (np.array([lower, upper])[:, ahead, along] - start[along]) * direction[along]
+        for entry, leave in sorted(np.sort(ends, axis=0).T.tolist()):
+            if entry <= way + reach:
+                way = max(way, leave)
+        return way
 
 
 class Leaves:
@@ -176,12 +217,11 @@ class Leaves:
 
 
 class CrackPlane:
-    """The plane of a crack along a grid line, and coordinates: along it from its tip and normal to it, or with `of_scene` those of
-    the scene. `direction` is that of growth; `is_symmetry` tells that the model is one half; behind the tip by `length` [m] is the
-    other tip, or the edge of the material where it is 0."""
+    """The plane of a crack at its tip, and coordinates: along it from the tip and normal to it, or with `of_scene` those of the scene.
+    `direction` is that of growth; `is_symmetry` tells that the model is one half."""
 
-    def __init__(self, tip, direction, is_symmetry=False, length=0.0, of_scene=False):
-        self.is_symmetry, self.length, self.of_scene = is_symmetry, length, of_scene
+    def __init__(self, tip, direction, is_symmetry=False, of_scene=False):
+        self.is_symmetry, self.of_scene = is_symmetry, of_scene
         along = np.asarray(direction) / np.hypot(*direction)
         self._origin, self._axes = (np.zeros(2), np.eye(2)) if of_scene else (tip, np.array([along, [-along[1], along[0]]]))
         self.tip, self.along = self.local(tip), self.turned(along)  # in these coordinates
@@ -189,7 +229,7 @@ class CrackPlane:
     def in_scene(self):
         """The same plane in the coordinates of the scene."""
         tip, along = self._origin + self.tip @ self._axes, self.along @ self._axes
-        return CrackPlane(tip, along, self.is_symmetry, self.length, of_scene=True)
+        return CrackPlane(tip, along, self.is_symmetry, of_scene=True)
 
     def local(self, points):
         """Coordinates of points (..., 2)."""

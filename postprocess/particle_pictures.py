@@ -1,22 +1,25 @@
 """Particles coloured by a field, on the mesh: what still and moving pictures of snapshots share.
 
 Particles stand where they are with their displacement enlarged, each as a square of its share of its cell, coloured by
-a field. The mesh stands still: material moves through it. Where a crack lies on a plane of symmetry, both are mirrored about it;
-lengths are in mm, from the tip of the crack where there is one, or with --axes scene as in the scene. Components of stress are
+a field, of which the part on the other side of a crack is left out. The mesh stands still: material moves through it. The faces of
+cracks move with the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it; lengths are in mm,
+from the tip of a crack along a grid line, else or with --axes scene as in the scene. Components of stress are
 those along the axes of the scene.
 """
 
 from collections import namedtuple
 
 import numpy as np
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 
+from crack_faces import beside, ends_of, faces, near, seen_from, segments_of
 from frames import CrackPlane, squares
 from history import ResultError
 from pictures import MM, positive, prefixed, round_off
 
 OVERLAP = 1.12  # of the squares of neighbours: strain and rotation, enlarged too, would open gaps between them
+WIDE = 3.0      # the same of what is drawn below particles at a crack
 SHARE = 0.12    # of the picture's width that the largest displacement takes where no scale is given
 DECADES = 4     # that a logarithmic scale of colours reaches down at most
 
@@ -41,9 +44,11 @@ def add_field_options(parser):
 
 def add_axes_option(parser):
     """The coordinates of a picture."""
-    parser.add_argument("--axes", choices=["crack", "scene"], default="crack",
+    parser.add_argument("--axes", choices=["crack", "scene"],
                         help="coordinates of the picture: along the crack from its tip and normal to it, as if it came from "
-                             "the left, or those of the scene (default: %(default)s)")
+                             "the left, or those of the scene (default: crack, or scene with cracks of kind 'path')")
+    parser.add_argument("--tip", type=int, default=1, metavar="N",
+                        help="number of the crack tip that is meant, of several (default: %(default)s)")
 
 
 def survey(result, field, numbers, options):
@@ -68,19 +73,17 @@ def joined(surveys):
 
 
 def plane_of(result, options):
-    """The plane of the crack in the coordinates asked for; the scene's where it has none, and then no window around a tip."""
-    plane = result.crack_plane()
+    """The plane of the crack in the coordinates asked for; the scene's where it has no tip, and then no window around one."""
+    plane = result.crack_plane(options.tip)
     if plane is None and options.window:
-        raise ResultError(f"{result.path}: --window stands around a crack tip, and the scene has no crack")
+        raise ResultError(f"{result.path}: --window stands around a crack tip, and the scene has no crack tip")
     plane = plane or CrackPlane(np.zeros(2), np.array([1.0, 0.0]), of_scene=True)
-    return plane.in_scene() if options.axes == "scene" else plane
+    return plane.in_scene() if is_in_scene(result, options) else plane
 
 
-def crack_ends(plane, lower, upper):
-    """The tip of the crack, and its other tip or where it meets the edge of the material, whose corners are given [mm]."""
-    tip, edges = plane.tip * MM, np.where(plane.along > 0, lower, upper)
-    to_edge = min((tip[k] - edges[k]) / plane.along[k] for k in range(2) if plane.along[k])
-    return np.array([tip, tip - (plane.length * MM or to_edge) * plane.along])
+def is_in_scene(result, options):
+    """Whether a picture has the coordinates of the scene."""
+    return options.axes == "scene" or options.axes is None and result.scene.has_paths()
 
 
 def axis_labels(plane):
@@ -141,7 +144,7 @@ def colours(field, values, log=False):
 
 
 class Canvas:
-    """Axes with the particles and the mesh of one result, which `show` draws."""
+    """Axes with the particles, the mesh and the cracks of one result, which `show` draws."""
 
     def __init__(self, axes, result, field, scale, shades, options):
         self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.size
@@ -149,6 +152,8 @@ class Canvas:
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
         self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
+        self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt"))
+        self.tips, = axes.plot([], [], "o", color="black", markersize=3)
         across, up = axis_labels(self.plane)
         axes.set(xlabel=across, ylabel=up)
         axes.set_aspect("equal")
@@ -156,28 +161,80 @@ class Canvas:
 
     def show(self, number):
         """Draw a snapshot. Returns what it shows, in words."""
-        leaves, particles = self.result.leaves(number), self.result.block("particles", number)
-        positions, width = self._positions(particles), self.size * self._width(leaves, particles)
+        leaves, particles, cracks = self.result.leaves(number), self.result.block("particles", number), self.result.cracks(number)
         values = self.shades.factor * self.field.values(particles, leaves)
-        self.mesh.set_verts(self.plane.whole(self.plane.local(squares(leaves.lower, leaves.width)) * MM, MM))
-        self.squares.set_verts(self.plane.whole(squares(positions - width[:, None] / 2, width), MM))
-        images = [-values if self.field.is_odd else values] if self.plane.is_symmetry else []
-        self.squares.set_array(np.concatenate([values, *images]))
+        squares_of = Squares(particles, self._width(leaves, particles), cracks, self.scale, self.result.scene)
+        self.mesh.set_verts(self._seen(squares(leaves.lower, leaves.width)))
+        self._draw_particles(squares_of, values)
+        self._draw_cracks(squares_of, cracks)
         words = f"$t$ = {self.result.times[number] * 1e3:.3f} ms, {len(values)} particles"
         factor = f"{self.scale:,g}".replace(",", " ")
         return words if self.scale == 1 else f"{words}, displacements × {factor}"
 
-    def _positions(self, particles):
-        """Positions with enlarged displacement, in the coordinates of the picture [mm]."""
-        enlarged = particles.points + (self.scale - 1) * particles.point_fields["displacement"][:, :2]
-        return self.plane.local(enlarged) * MM
+    def _seen(self, points):
+        """Points of the scene in the coordinates of the picture, with their images [mm]."""
+        return self.plane.whole(self.plane.local(points) * MM, MM)
+
+    def _draw_particles(self, squares_of, values):
+        """The squares. At a crack with two faces that part of each is drawn that is on its side and, below them all, what of larger
+        squares is: the edges of squares may be short of the crack."""
+        divided = squares_of.divided & (not self.plane.is_symmetry)
+        groups = [(squares_of.whole(self.size, ~divided), ~divided)]
+        if divided.any():
+            groups.append((squares_of.parts(self.size, divided), divided))
+            if self.size >= 1:
+                groups.insert(0, (squares_of.parts(WIDE, divided), divided))
+        self.squares.set_verts([outline for outlines, _ in groups for outline in self._seen(outlines)])
+        shown = np.concatenate([values[chosen] for _, chosen in groups])
+        images = [-shown if self.field.is_odd else shown] if self.plane.is_symmetry else []
+        self.squares.set_array(np.concatenate([shown, *images]))
+
+    def _draw_cracks(self, squares_of, cracks):
+        """Faces, which begin as one line, and tips. On a plane of symmetry a tip stays on it."""
+        moved = [squares_of.faces(crack) for crack in cracks]
+        self.faces.set_segments([line for lines in moved for line in self._seen(lines)])
+        tips = [self._seen(lines[:1, place]).mean(axis=0) for lines, crack in zip(moved, cracks)
+                for place in (0, -1) if crack.tips[place]]
+        self.tips.set_data(*np.array(tips).reshape(-1, 2).T)
 
     def _width(self, leaves, particles):
-        """Size of the square of each particle: the particles of a cell share its area [mm]."""
+        """Size of the square of each particle: the particles of a cell share its area [m]."""
         cell = leaves.at(particles.points)
         number = np.bincount(cell[cell >= 0], minlength=leaves.width.size)
-        width = leaves.width / np.sqrt(np.maximum(number, 4)) * MM  # a cell at the edge is not full
+        width = leaves.width / np.sqrt(np.maximum(number, 4))  # a cell at the edge is not full
         return np.where(cell >= 0, width[cell], 0.0)
+
+
+class Squares:
+    """The squares of particles of a snapshot in the coordinates of the scene [m], with enlarged displacement.
+
+    divided   of which a crack may be in the square or beside it
+    """
+
+    def __init__(self, particles, width, cracks, scale, scene):
+        displacement, segments = particles.point_fields["displacement"][:, :2], segments_of(cracks)
+        self._width, self._segments, self._ends = width, segments, ends_of(cracks)
+        self._shift = scale * displacement
+        places = particles.points - displacement
+        self.divided = near(places, WIDE * width, segments)
+        self._places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
+        self._body, (self._lower, self._upper) = particles.point_fields["body"].astype(int) - 1, scene.bodies()
+
+    def whole(self, size, chosen):
+        """Corners, as if there were no cracks, with sides of so many shares."""
+        width = size * self._width[chosen]
+        return squares(self._places[chosen] - width[:, None] / 2, width) + self._shift[chosen, None]
+
+    def parts(self, size, chosen):
+        """Outlines of what particles see of their squares past cracks; squares larger than their shares end with the body."""
+        places, body, half = self._places[chosen], self._body[chosen], size * self._width[chosen, None] / 2
+        lower, upper = np.maximum(places - half, self._lower[body]), np.minimum(places + half, self._upper[body])
+        outlines = seen_from(places, lower, upper, self._segments, self._ends, self._width[chosen])
+        return outlines + self._shift[chosen, None]
+
+    def faces(self, crack):
+        """The faces of a crack."""
+        return faces(crack, *(item[self.divided] for item in (self._places, self._width, self._shift)), self._segments)
 
 
 def add_colour_bar(figure, axes, canvas):

@@ -2,8 +2,8 @@
 """Picture of the particles of snapshots coloured by a field, with the mesh and the crack: a panel for each file and time.
 
 Fields are those of the file (stress_xx, stress_yy, stress_xy, energy_density, ...) and speed, displacement, level (of the
-particle's cell), mean_stress (a third of the trace) and von_mises. All panels share one scale of colours. Where a crack lies on a
-plane of symmetry, both halves are shown.
+particle's cell), mean_stress (a third of the trace) and von_mises. All panels share one scale of colours. Each face of a crack moves
+with the particles beside it: with --scale cracks open. Where a crack lies on a plane of symmetry, both halves are shown.
 """
 
 import argparse
@@ -11,7 +11,7 @@ import argparse
 from frames import Frames
 from history import run
 from particle_fields import ParticleField
-from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, crack_ends, extent, joined, survey
+from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined, survey
 from pictures import add_picture_options, names, plt, positive, write
 
 TALLEST = 6.5  # height of a panel [inch]
@@ -47,7 +47,8 @@ def draw(results, options):
     surveys = [survey(result, fields[result], [number], options) for result, number in views]
     seen = joined(surveys)
     shades = colours(fields[results[0]], seen.values, options.log)
-    is_shared = not (options.window and options.axes == "scene")  # in the scene tips are at different places
+    of_scene = {is_in_scene(result, options) for result in results}
+    is_shared = len(of_scene) == 1 and not (options.window and True in of_scene)  # in the scene tips are at different places
     lower, upper = extent(seen, options.window, options.scale)
     figure, axes = panels(len(views), upper - lower, is_shared)
     stems = dict(zip(results, names(results)))
@@ -55,8 +56,6 @@ def draw(results, options):
         canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
-        if result.crack_plane():
-            draw_crack(panel, canvas.plane, seen, options.scale)
         lower, upper = extent(seen if is_shared else own, options.window, options.scale)
         panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
@@ -86,15 +85,6 @@ def panels(count, size, is_shared):
     for axis in axes.flat[count:]:
         axis.set_visible(False)
     return figure, axes.flat[:count]
-
-
-def draw_crack(axes, plane, seen, scale):
-    """The crack as a line up to its tip from its other tip, or from the edge of the material; with displacements enlarged, which
-    open it, its tips alone."""
-    ends = crack_ends(plane, seen.lower, seen.upper)
-    if scale == 1:
-        axes.plot(*ends.T, color="black", linewidth=1.2, solid_capstyle="butt")
-    axes.plot(*ends[:2 if plane.length > 0 else 1].T, "o", color="black", markersize=3)
 
 
 if __name__ == "__main__":

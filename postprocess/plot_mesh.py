@@ -10,7 +10,7 @@ import argparse
 
 from frames import Frames, squares
 from history import ResultError, run
-from particle_pictures import add_axes_option, axis_labels, crack_ends, plane_of
+from particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of
 from pictures import COLOURS, MM, add_picture_options, plt, positive, write
 
 import numpy as np
@@ -41,7 +41,7 @@ def draw(results, options):
     """The figure: a column for each result, R above the mesh where any has it."""
     views = [View(result, options) for result in results]
     has_parameter = any(view.has_parameter for view in views)
-    is_shared = options.axes == "crack"  # in the scene tips are at different places
+    is_shared = not any(is_in_scene(result, options) for result in results)  # in the scene tips are at different places
     figure, axes = plt.subplots(1 + has_parameter, len(views), figsize=(0.8 + 3.6 * len(views), 4.2 + 2 * has_parameter),
                                 squeeze=False, sharex=is_shared, sharey="row" if is_shared else False,
                                 height_ratios=(0.6, 1)[-1 - has_parameter:], layout="compressed")
@@ -54,7 +54,8 @@ def draw(results, options):
     for panel, title, view in zip(lower, upper, views):
         draw_mesh(panel, view, options.window)
         title.set_title(view.heading(options.window))
-    lower[0].set_ylabel(axis_labels(views[0].plane)[1])
+        if view is views[0] or view.plane.of_scene != views[0].plane.of_scene:
+            panel.set_ylabel(axis_labels(view.plane)[1])
     if options.title:
         figure.suptitle(options.title)
     return figure
@@ -64,12 +65,12 @@ class View:
     """What is shown of a result: cells of a snapshot, their corners along the crack and in the coordinates of the picture [mm]."""
 
     def __init__(self, result, options):
-        crack = result.crack_plane()
+        crack = result.crack_plane(options.tip)
         if crack is None:
-            raise ResultError(f"{result.path}: the scene has no crack, so there is no tip to look at")
+            raise ResultError(f"{result.path}: the scene has no crack tip to look at")
         self.result, self.plane = result, plane_of(result, options)
         number = result.number(options.snapshot, options.time)
-        self.time, self.leaves = result.times[number], result.leaves(number)
+        self.time, self.leaves, self.cracks = result.times[number], result.leaves(number), result.cracks(number)
         self.holds_material = self.leaves.particles > 0
         corners = squares(self.leaves.lower, self.leaves.width)
         self.along, self.corners = crack.local(corners) * MM, self.plane.local(corners) * MM
@@ -80,27 +81,28 @@ class View:
         return self.result.scene.numbers("refine", "r_crit")[0]
 
     def parameter(self):
-        """Corners of the cells along the plane [mm] and the mean R of each."""
-        corners, size = self.along, self.leaves.width * MM
-        is_one_side = self.plane.is_symmetry | (corners[..., 1].mean(axis=1) > 0)
-        chosen = self.holds_material & is_one_side & (np.abs(corners[..., 1]).min(axis=1) < 1e-3 * size)
-        return corners[chosen, :, 0], self.leaves.mean_of_nodes("R")[chosen]
+        """Where the plane enters and leaves each cell along it [mm], and the mean R of each."""
+        height, size = self.along[..., 1], self.leaves.width * MM
+        is_one_side = self.plane.is_symmetry | (height.mean(axis=1) > -1e-3 * size)
+        chosen = self.holds_material & is_one_side & (height.min(axis=1) < 1e-3 * size) & (height.max(axis=1) > 1e-3 * size)
+        return chords(self.along[chosen]), self.leaves.mean_of_nodes("R")[chosen]
 
     def heading(self, window):
         """Name or critical value, time, and how many cells of each level are shown."""
         name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else self.result.stem
-        shown = within(self.along, window) & self.holds_material
+        shown = within(self.corners - self.plane.tip * MM, window) & self.holds_material
         return f"{name}, $t$ = {self.time * 1e3:.4g} ms\n{levels(self.leaves.level[shown])}"
 
 
 def draw_mesh(axes, view, window):
-    """Cells, the crack as a thick line up to its tip, and the box."""
+    """Cells, the cracks as thick lines up to their tips, and the box."""
     plane, tip = view.plane, view.plane.tip * MM
     cells = plane.whole(view.corners[view.holds_material], MM)
     axes.add_collection(PolyCollection(cells, facecolors="white", edgecolors="0.25", linewidths=0.5))
-    ends = crack_ends(plane, cells.min(axis=(0, 1)), cells.max(axis=(0, 1)))
-    axes.plot(*ends.T, color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
-    axes.plot(*tip, "o", color=COLOURS[1], markersize=3.5)
+    for crack in view.cracks:
+        points = plane.local(crack.points) * MM
+        axes.plot(*points.T, color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
+        axes.plot(*points[np.asarray(crack.tips) > 0].T, "o", color=COLOURS[1], markersize=3.5)
     axes.set(xlim=(tip[0] - window, tip[0] + window), ylim=(tip[1] - window, tip[1] + window), box_aspect=1)
     axes.set_xlabel(axis_labels(plane)[0])
     axes.grid(False)
@@ -108,14 +110,30 @@ def draw_mesh(axes, view, window):
 
 
 def draw_box(axes, scene, plane):
-    """Where cells may refine, dashed."""
-    lower, upper = scene.numbers("refine", "region_lower"), scene.numbers("refine", "region_upper")
-    if not (lower and upper):
+    """Where cells may refine, dashed, with its image as one box."""
+    lower, upper = (np.array(scene.numbers("refine", key)) for key in ("region_lower", "region_upper"))
+    if not lower.size:
         return
-    ends = plane.whole(plane.local(np.array([lower, upper]))) * MM
-    (left, bottom), (right, top) = ends.min(axis=0), ends.max(axis=0)
-    axes.plot([left, right, right, left, left], [bottom, bottom, top, top, bottom], color=COLOURS[0],
-              linestyle=(0, (4, 3)), linewidth=1.1)
+    corners = plane.local(box(lower, upper))
+    if plane.is_symmetry:
+        corners = plane.whole(corners)
+        corners = box(corners.min(axis=0), corners.max(axis=0))
+    axes.plot(*corners[[0, 1, 2, 3, 0]].T * MM, color=COLOURS[0], linestyle=(0, (4, 3)), linewidth=1.1)
+
+
+def box(lower, upper):
+    """The corners of a rectangle."""
+    return lower + (upper - lower) * [[0, 0], [1, 0], [1, 1], [0, 1]]
+
+
+def chords(corners):
+    """From where to where the line of height 0 runs through squares that it meets, given by their corners (n, 4, 2); shape (n, 2)."""
+    start, end = corners, np.roll(corners, -1, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = start[..., 1] / (start[..., 1] - end[..., 1])
+        place = start[..., 0] + part * (end[..., 0] - start[..., 0])
+    place = np.where(np.isfinite(part) & (part > -1e-2) & (part < 1 + 1e-2), place, np.nan)
+    return np.column_stack([np.nanmin(place, axis=1), np.nanmax(place, axis=1)])
 
 
 def draw_parameter(axes, view, window):

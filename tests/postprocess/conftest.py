@@ -71,6 +71,70 @@ def vertical_crack(run_hampm, tmp_path_factory):
     return folder / "vertical.h5"
 
 
+SLANTED = """&run
+   plane = 'strain'
+   end_time = 1.0
+/
+&grid
+   lower = -13e-3, -13e-3
+   cell = 1e-3
+   cells = 26, 26
+/
+&material
+   name = 'a'
+   young = 200e9
+   poisson = 0.3
+   density = 7800
+/
+&body
+   material = 'a'
+   lower = -12e-3, -12e-3
+   upper = 12e-3, 12e-3
+/
+&load
+   kind = 'traction'
+   lower = -12e-3, 12e-3
+   upper = 12e-3, 12e-3
+   force = 0.0, 24e3
+/
+&load
+   kind = 'traction'
+   lower = -12e-3, -12e-3
+   upper = 12e-3, -12e-3
+   force = 0.0, -24e3
+/
+&method
+   time = 'static'
+/
+&refine
+   indicator = 'tip'
+   max_level = 1
+   rings = 3
+/
+&crack
+   kind = 'path'
+   points = -4.1e-3, -1.3e-3, 3.7e-3, 2.2e-3
+/
+&crack
+   kind = 'path'
+   points = -12e-3, 6.3e-3, -8.2e-3, 7.1e-3, -6.3e-3, 8.7e-3
+/
+&output
+   snapshot_interval = 1.0
+/
+"""
+
+
+@pytest.fixture(scope="session")
+def slanted_crack(run_hampm, tmp_path_factory):
+    """The result file of a plate under tension with a slanted crack, tips 1 and 2, and a kinked one from its left edge, tip 3."""
+    folder = tmp_path_factory.mktemp("slanted")
+    (folder / "slanted.nml").write_text(SLANTED)
+    result = run_hampm("slanted.nml", cwd=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "slanted.h5"
+
+
 @pytest.fixture
 def script(monkeypatch, capsys):
     """Call a script's main() as its process would: exit code, standard output, standard error."""

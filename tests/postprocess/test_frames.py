@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from frames import Block, CrackPlane, Frames, Leaves, Scene
+from history import ResultError
 
 # A root cell divided into four beside one that is not, and is stored as its quarters: points are numbered along rows.
 POINTS = np.array([(x, y) for y in (0, 0.5, 1) for x in (0, 0.5, 1, 1.5, 2)], dtype=float)
@@ -78,9 +79,41 @@ def test_only_half_a_model_has_images_beyond_its_crack_plane():
 
 def test_a_crack_plane_in_the_coordinates_of_the_scene():
     """A vertical plane of symmetry at x = 4: places stay, images are beyond it, also in another unit."""
-    plane = CrackPlane(np.array([4.0, 2.0]), np.array([0.0, 3.0]), is_symmetry=True, length=1.0).in_scene()
+    plane = CrackPlane(np.array([4.0, 2.0]), np.array([0.0, 3.0]), is_symmetry=True).in_scene()
     points = np.array([[5.0, 1.0], [3.5, 7.0]])
     np.testing.assert_allclose(plane.local(points), points)
     np.testing.assert_allclose(plane.whole(points), [*points, [3.0, 1.0], [4.5, 7.0]])
     np.testing.assert_allclose(plane.whole(1e3 * points, 1e3), 1e3 * plane.whole(points))
     np.testing.assert_allclose([plane.tip, plane.along], [[4.0, 2.0], [0.0, 1.0]])
+
+
+def test_cracks_along_grid_lines_are_those_of_the_scene(vertical_crack, refined_result):
+    crack, = Frames(vertical_crack).cracks()
+    np.testing.assert_allclose(crack.points, [[10e-3, 0], [10e-3, 5e-3]], atol=1e-15)
+    assert crack.tips == [0, 1]
+    crack, = Frames(refined_result).cracks()
+    np.testing.assert_allclose(crack.points, [[0, 0], [0.05, 0]], atol=1e-15)
+
+
+BODY = "&body\n   lower = {}, 0.0\n   upper = {}, 1.0\n/\n"
+
+
+def test_a_crack_reaches_through_bodies_that_touch_alone():
+    scene = Scene("&grid\n   cell = 0.5\n/\n" + "".join(BODY.format(*ends) for ends in [(4, 6), (0, 2), (2, 3)]), "a.h5")
+    tip, left = np.array([2.5, 0.5]), np.array([-1.0, 0.0])
+    assert scene.way_to_edge(tip, left) == pytest.approx(2.5)
+    assert scene.way_to_edge(tip, -left) == pytest.approx(0.5)
+
+
+def test_cracks_in_any_direction_are_those_of_the_file(slanted_crack):
+    frames = Frames(slanted_crack)
+    first, second = frames.cracks(0)
+    np.testing.assert_allclose(first.points, [[-4.1e-3, -1.3e-3], [3.7e-3, 2.2e-3]])
+    np.testing.assert_allclose(second.points, [[-12e-3, 6.3e-3], [-8.2e-3, 7.1e-3], [-6.3e-3, 8.7e-3]])
+    assert (list(first.tips), list(second.tips)) == ([2, 1], [0, 0, 3])
+    for tip, place, before in ((1, first.points[1], first.points[0]), (2, first.points[0], first.points[1]),
+                               (3, second.points[2], second.points[1])):
+        plane = frames.crack_plane(tip)
+        np.testing.assert_allclose(plane.local(np.array([place, before])), [[0, 0], [-np.linalg.norm(place - before), 0]], atol=1e-15)
+    with pytest.raises(ResultError, match="has no crack tip 4"):
+        frames.crack_plane(4)

@@ -76,10 +76,33 @@ def test_the_mesh_in_the_coordinates_of_the_scene(refined_result):
     assert (lower.get_xlim(), lower.get_ylim(), upper.get_xlim()) == ((42, 58), (-8, 8), (-8, 8))
     assert (lower.get_xlabel(), upper.get_xlabel()) == ("$x$ [mm]", "distance ahead of the crack tip [mm]")
     np.testing.assert_allclose(lower.lines[1].get_xydata(), [[50, 0]])
-    np.testing.assert_allclose(lower.lines[0].get_xydata(), [[50, 0], [0, 0]])  # the crack, up to the edge
+    np.testing.assert_allclose(lower.lines[0].get_xydata(), [[0, 0], [50, 0]])  # the crack, from the edge
     there, here = (np.array([path.vertices[:4] for path in axes.collections[0].get_paths()])
                    for axes in (lower, figure_of(refined_result).axes[1]))
     np.testing.assert_allclose(there, here + [50, 0], atol=1e-9)
+
+
+def test_cracks_in_any_direction_are_lines_with_their_tips(slanted_crack):
+    axes, = figure_of(slanted_crack, "--tip", "2", "--window", "5").axes
+    assert axes.get_xlabel() == "$x$ [mm]"
+    np.testing.assert_allclose([axes.get_xlim(), axes.get_ylim()], [(-9.1, 0.9), (-6.3, 3.7)])
+    first, its_tips, second, its_tip = [curve.get_xydata() for curve in axes.lines]
+    np.testing.assert_allclose(first, [[-4.1, -1.3], [3.7, 2.2]])
+    np.testing.assert_allclose(its_tips, first)
+    np.testing.assert_allclose(second, [[-12, 6.3], [-8.2, 7.1], [-6.3, 8.7]])
+    np.testing.assert_allclose(its_tip, second[2:])
+    cells = [path.vertices[:4] for path in axes.collections[0].get_paths()]
+    assert sum(np.prod(np.ptp(cell, axis=0)) for cell in cells) == pytest.approx(24**2)  # those that are cut once
+    axes, = figure_of(slanted_crack, "--axes", "crack", "--tip", "3").axes
+    np.testing.assert_allclose(axes.lines[3].get_xydata(), [[0, 0]], atol=1e-12)
+    np.testing.assert_allclose(axes.lines[2].get_xydata()[1], [-np.hypot(1.9, 1.6), 0], atol=1e-12)
+
+
+def test_where_a_line_runs_through_squares():
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+    turned = np.array([[0, -1], [1, 0], [0, 1], [-1, 0.0]])
+    np.testing.assert_allclose(plot_mesh.chords(np.array([square, square - [2, 0.25], turned, turned + [0, 0.5]])),
+                               [[0, 1], [-2, -1], [-1, 1], [-0.5, 0.5]])
 
 
 def test_each_tip_is_in_the_middle_in_the_coordinates_of_the_scene(refined_result, vertical_crack):
@@ -189,6 +212,20 @@ def test_displacements_are_enlarged_never_made_smaller():
     seen = particle_pictures.Survey(moved=50.0, values=None, lower=np.zeros(2), upper=np.full(2, 100.0), tip=np.zeros(2))
     assert particle_pictures.default_scale(seen, None) == 1
     assert particle_pictures.default_scale(seen._replace(moved=1e-3), None) == 10_000
+
+
+def test_an_animation_of_a_crack_that_opens(script, slanted_crack, tmp_path):
+    assert script("animate.py", slanted_crack, "--dpi", 40, "--field", "stress_yy", "-o", tmp_path / "a.gif").returncode == 0
+    closed, opened = (face_gap(slanted_crack, scale) for scale in ("1", "5000"))
+    assert closed < 2e-4 and opened == pytest.approx(5000 * closed)
+
+
+def face_gap(file, scale):
+    """Largest distance of the faces of the first crack in the last snapshot [mm]."""
+    film = animate.Film(Frames(file), animate.parse([str(file), "--scale", scale]))
+    film.show(1)
+    left, right = film.canvas.faces.get_segments()[:2]
+    return np.linalg.norm(left - right, axis=1).max()
 
 
 def test_the_picture_says_the_scale(refined_result):

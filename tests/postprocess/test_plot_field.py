@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import plot_field
-from frames import Block, CrackPlane, Frames, Scene
+from frames import Block, Frames, Scene
 from history import ResultError
 from particle_fields import ParticleField
 from particle_pictures import DECADES, colours
@@ -77,31 +77,91 @@ def test_a_model_of_both_halves_is_not_mirrored(refined_result, tmp_path):
         del result["input/namelist"]
         result["input/namelist"] = text
     half, whole = (middles(figure_of([name]).axes[0]) for name in (file, refined_result))
-    assert len(whole) == 2 * len(half) and np.all(half[:, 1] > 0)
+    n = len(whole) // 2
+    assert n == len(Frames(file).block("particles", -1).points) and np.all(whole[:n, 1] > 0) and np.all(half[:, 1] > 0)
 
 
-@pytest.mark.parametrize("length, scale, line, tips", [
-    (0.0, 1, [0, -50], [0]), (8e-3, 1, [0, -8], [0, -8]), (8e-3, 100, None, [0, -8])])
-def test_crack_from_its_other_tip_or_the_edge(length, scale, line, tips):
-    axes = plot_field.plt.figure().add_subplot()
-    seen = SimpleNamespace(lower=np.array([-50.0, -10.0]), upper=np.array([50.0, 10.0]))
-    plot_field.draw_crack(axes, CrackPlane(np.zeros(2), np.array([1.0, 0.0]), length=length), seen, scale)
-    drawn = [list(curve.get_xdata()) for curve in axes.lines]
-    assert drawn == ([line] if line else []) + [tips]
+def distance_to(start, end, points):
+    """Of points from a line with two ends."""
+    along = np.subtract(end, start)
+    part = np.clip((points - start) @ along / (along @ along), 0, 1)
+    return np.linalg.norm(points - start - part[:, None] * along, axis=1)
+
+
+def whole_squares(axes):
+    """Middles of the squares with four corners."""
+    return np.array([path.vertices[:4].mean(axis=0) for path in axes.collections[0].get_paths() if len(path.vertices) == 5])
 
 
 def test_a_picture_in_the_coordinates_of_the_scene(vertical_crack):
     axes = figure_of([vertical_crack], "--axes", "scene", "--window", "4").axes[0]
-    particles = Frames(vertical_crack).block("particles", -1)
-    np.testing.assert_allclose(middles(axes), particles.points * 1e3, atol=1e-9)
+    points = Frames(vertical_crack).block("particles", -1).points * 1e3
+    far = points[distance_to([10, 0], [10, 5], points) > 1.2]  # the squares of others are cut at the crack
+    found = whole_squares(axes)
+    np.testing.assert_allclose(found[distance_to([10, 0], [10, 5], found) > 1.2], far, atol=1e-9)
     assert (axes.get_xlim(), axes.get_ylim()) == ((6, 14), (1, 9))
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [mm]", "$y$ [mm]")
-    line, tip = axes.lines
-    np.testing.assert_allclose(tip.get_xydata(), [[10, 5]])
-    np.testing.assert_allclose(line.get_xydata(), [[10, 5], [10, 0.25]], atol=1e-3)  # to the lowest particles
-    axes = figure_of([vertical_crack]).axes[0]
-    turned = np.column_stack([particles.points[:, 1] - 5e-3, 10e-3 - particles.points[:, 0]]) * 1e3
-    np.testing.assert_allclose(middles(axes), turned, atol=1e-9)
+    np.testing.assert_allclose(axes.lines[0].get_xydata(), [[10, 5]], atol=1e-3)
+    for face in axes.collections[2].get_segments():
+        np.testing.assert_allclose([face[0], face[-1]], [[10, 0], [10, 5]], atol=1e-3)
+    found = whole_squares(figure_of([vertical_crack]).axes[0])
+    turned = np.column_stack([far[:, 1] - 5, 10 - far[:, 0]])
+    np.testing.assert_allclose(found[distance_to([-5, 0], [0, 0], found) > 1.2], turned, atol=1e-9)
+
+
+def colour_at(axes, place):
+    """The value of the uppermost outline over a place; NaN where there is none."""
+    values = axes.collections[0].get_array()
+    over = [k for k, path in enumerate(axes.collections[0].get_paths()) if path.contains_point(place)]
+    return values[over[-1]] if over else np.nan
+
+
+def test_colours_end_at_the_faces_and_the_crack_opens(slanted_crack, tmp_path):
+    """Beside the closed crack stands the colour of a particle of that side, and beside the open one; in it nothing is drawn."""
+    start, end = np.array([-4.1, -1.3]), np.array([3.7, 2.2])
+    along = (end - start) / np.linalg.norm(end - start)
+    left = np.array([-along[1], along[0]])
+    file = shutil.copy(slanted_crack, tmp_path / "numbered.h5")
+    with h5py.File(file, "a") as result:  # what refinement has divided shares a number
+        result["VTKHDF/particles/PointData/id"][:] = np.arange(result["VTKHDF/particles/PointData/id"].size)
+    particles = Frames(file).block("particles", -1)
+    began = (particles.points - particles.point_fields["displacement"][:, :2]) * 1e3
+    height = dict(zip(particles.point_fields["id"].astype(int), (began - start) @ left))
+    axes = figure_of([file], "--field", "id").axes[0]
+    for way in np.linspace(0.05, 0.95, 25):
+        for side in (1, -1):
+            assert height[int(colour_at(axes, start + way * (end - start) + 0.02 * side * left))] * side > 0
+    axes = figure_of([file], "--field", "id", "--scale", "5000").axes[0]
+    faces = axes.collections[2].get_segments()
+    gap = np.linalg.norm(faces[0] - faces[1], axis=1)
+    n = len(gap)
+    assert gap[0] == gap[-1] == 0 and gap[n // 2] > 0.2 and gap[n // 2] > 1.5 * max(gap[1], gap[-2])
+    for k in range(n // 4, 3 * n // 4):
+        assert np.isnan(colour_at(axes, (faces[0][k] + faces[1][k]) / 2))
+        for face, sign in ((faces[0], 1), (faces[1], -1)):
+            assert height[int(colour_at(axes, face[k] + 0.05 * sign * left))] * sign > 0
+    tips = axes.lines[0].get_xydata()
+    np.testing.assert_allclose(tips[:2], [faces[0][0], faces[0][-1]])
+    assert len(tips) == 3
+
+
+def test_the_squares_around_a_slanted_crack_are_turned_with_it(slanted_crack):
+    """By --axes crack the crack lies along the axis; the picture has the same area."""
+    there, here = (figure_of([slanted_crack], *words).axes[0] for words in ([], ["--axes", "crack", "--tip", "2"]))
+    np.testing.assert_allclose(here.collections[2].get_segments()[0][:, 1], 0, atol=1e-3)
+    assert here.get_xlabel() == "distance ahead of the crack tip [mm]" and there.get_xlabel() == "$x$ [mm]"
+    for one, other in zip(there.collections[0].get_paths(), here.collections[0].get_paths()):
+        assert area(one.vertices) == pytest.approx(area(other.vertices))
+
+
+def area(outline):
+    x, y = outline.T
+    return abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) / 2
+
+
+def test_a_tip_that_is_not_there(script, slanted_crack):
+    result = script("plot_field.py", slanted_crack, "--tip", 4)
+    assert result.returncode == 2 and "has no crack tip 4" in result.stderr
 
 
 def test_each_window_is_around_its_tip(vertical_crack, refined_result):
