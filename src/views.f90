@@ -49,11 +49,15 @@ contains
    subroutine add_sides(motion, view)
       type(motion_t), intent(in) :: motion
       type(piece_t), intent(inout) :: view
+      real(dp) :: side(1, motion%particles%n), origin(ndim)
       integer :: i
       associate (grid => motion%grid, p => motion%particles)
+         do i = 1, p%n
+            origin = p%reference(i, :)
+            side(1, i) = grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), grid%cut_cells%follow(origin))
+         end do
          call view%add_point_field('piece', reshape([(real(grid%piece_of(p%cell(i)), dp), i=1, p%n)], [1, p%n]))
-         call view%add_point_field('side', reshape([(real(grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), &
-                                                                                 p%place_in_grid(i)), dp), i=1, p%n)], [1, p%n]))
+         call view%add_point_field('side', side)
       end associate
    end subroutine add_sides
 

@@ -7,16 +7,19 @@
 module hampm_crack_carrying
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: line_t
-   use hampm_failure, only: failure_t
+   use hampm_failure, only: failure_t, exit_computation
    use hampm_matching, only: adopt_lines
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
+   use hampm_text, only: to_text
+   use hampm_whereabouts, only: when
    implicit none
    private
    public :: carried_cracks_t, attach_cracks, follow_cracks
 
    integer, parameter :: faces = 2               !! the left and the right one
    real(dp), parameter :: lag = 0.05_dp          !! finest cells by which a line may be behind the material
+   real(dp), parameter :: most_overlap = 0.5_dp  !! finest cells by which faces may overlap
 
    !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these.
    type :: carried_cracks_t
@@ -79,12 +82,19 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
       real(dp), allocatable :: origin(:, :), normal(:, :), place(:, :)
-      real(dp) :: behind
+      real(dp) :: behind, overlap
       integer :: k, n
       moved = .false.
       if (.not. carried%are_there()) return
       call list_points(m%grid%cut_cells%lines, origin, normal)
-      call find_places(carried, m%particles, origin, normal, place)
+      call find_places(carried, m%particles, origin, normal, place, overlap)
+      if (overlap > most_overlap*m%grid%finest_cell) then
+         call failure%report(exit_computation, when(m%steps, m%time)//'the faces of a crack have gone through each other by '// &
+                             to_text(overlap)//' m, more than half of a cell: in the updated frame both would be one body in '// &
+                             'the cells beyond. Use &method frame = ''total'', with &crack contact = ''frictionless'' or '// &
+                             '''friction'' where faces are to press on each other')
+         return
+      end if
       behind = 0
       n = 0
       do k = 1, size(m%grid%cut_cells%lines)
@@ -128,12 +138,13 @@ contains
       end do
    end subroutine list_points
 
-   !> Where the points are now: in the middle between the faces.
-   pure subroutine find_places(carried, p, origin, normal, place)
+   !> Where the points are now: in the middle between the faces. And by how much these have gone through each other at most.
+   pure subroutine find_places(carried, p, origin, normal, place, overlap)
       type(carried_cracks_t), intent(in) :: carried
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: origin(:, :), normal(:, :) !! see `list_points`
       real(dp), allocatable, intent(out) :: place(:, :)  !! [m], (ndim, points)
+      real(dp), intent(out) :: overlap           !! [m]
       real(dp) :: of_face(ndim, faces, size(origin, 2)), nearest(faces, size(origin, 2)), away(ndim), distance
       integer :: i, n, face, entry
       nearest = huge(nearest)
@@ -154,6 +165,12 @@ contains
          end do
       end do
       place = sum(of_face, dim=2)/faces
+      overlap = 0
+      do n = 2, size(origin, 2) - 1              ! the normal is that between two neighbours
+         associate (along => place(:, n + 1) - place(:, n - 1), jump => of_face(:, 1, n) - of_face(:, 2, n))
+            if (dot_product(along, along) > 0) overlap = max(overlap, (along(2)*jump(1) - along(1)*jump(2))/norm2(along))
+         end associate
+      end do
    end subroutine find_places
 
    !> The face on whose side a point is.

@@ -40,22 +40,22 @@ contains
       opening = parted(tip, u)
    end function crack_opening
 
-   !> How far the faces of a path have parted at a place on it; 0 where there is no material on both sides [m].
+   !> How far the faces of a path have parted at the point of it next to a place; 0 where there is no material on both sides [m].
    pure function path_opening(tip, x, grid, p, blocks) result(opening)
       type(crack_tip_t), intent(in) :: tip
-      real(dp), intent(in) :: x(ndim)            !! in the grid [m]
+      real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       real(dp) :: opening(modes)
-      real(dp) :: normal(ndim), axis(ndim, ndim)
+      real(dp) :: point(ndim), normal(ndim), axis(ndim, ndim)
       integer :: elements(faces)
       opening = 0
-      normal = grid%cut_cells%normal_at(x)
-      elements = faces_at(grid, blocks, x, normal)
+      call grid%cut_cells%find_nearest(x, point, normal)
+      elements = faces_at(grid, blocks, point, normal)
       if (any(elements == 0)) return
       axis = frame_along(tip%direction)
-      opening = matmul(jump_between(p, blocks, elements, x), axis(:, [2, 1]))
+      opening = matmul(jump_between(p, blocks, elements, point), axis(:, [2, 1]))
       if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
    end function path_opening
 

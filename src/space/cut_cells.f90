@@ -58,7 +58,7 @@ module hampm_cut_cells
       procedure :: pieces_of
       procedure :: piece_at
       procedure :: follow
-      procedure :: normal_at
+      procedure :: find_nearest
       procedure :: divide
       procedure :: side_at
       procedure, private :: certain_piece_at
@@ -349,13 +349,15 @@ contains
       end do
    end function follow
 
-   !> Unit vector to the left of the line that is nearest to a place.
-   pure function normal_at(self, x) result(normal)
+   !> The nearest point of all lines to a place, and the unit vector to the left of its line.
+   pure subroutine find_nearest(self, x, point, normal)
       class(cut_cells_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp) :: normal(ndim)
+      real(dp), intent(out) :: point(ndim)       !! [m]
+      real(dp), intent(out) :: normal(ndim)
       real(dp) :: nearest, distance, along
       integer :: line, k
+      point = x
       normal = 0
       nearest = huge(nearest)
       do line = 1, size(self%lines)
@@ -366,12 +368,13 @@ contains
                   distance = norm2(x - a - along*(b - a))
                   if (distance >= nearest) cycle
                   nearest = distance
+                  point = a + along*(b - a)
                   normal = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
                end associate
             end do
          end associate
       end do
-   end function normal_at
+   end subroutine find_nearest
 
    !> Whether a line runs between two places in the reference configuration.
    pure logical function divide(self, p, q)

@@ -156,7 +156,6 @@ def test_what_cannot_be_cut_is_refused(hampm, tmp_path, points, message):
 
 
 @pytest.mark.parametrize("change, message", [
-    (("time = 'static'", "frame = 'updated'"), "must be 'total' with a &crack of kind = 'path'"),
     (("time = 'static'", "time_steps = 'local'"), "must be 'global' with a &crack of kind = 'path'"),
     (("'domain_integral'", "'nodal_force'"), "must be 'domain_integral'"),
     (("points =", "tip = 0.0, 0.0  points ="), "has no meaning for kind = 'path'"),
