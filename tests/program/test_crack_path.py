@@ -12,7 +12,7 @@ from paths import BENCH
 
 sys.path.insert(0, str(BENCH))
 
-from cracks import MODULUS, SIGMA, cases, direction, errors, scene  # noqa: E402
+from cracks import MODULUS, SIGMA, cases, cut_out, direction, errors, infinite_plate, scene  # noqa: E402
 
 
 def run(hampm, tmp_path, text, code=0, name="crack", words=()):
@@ -77,15 +77,33 @@ def test_a_crack_that_is_turned_with_its_grid(hampm, tmp_path):
 
 
 def test_random_places(hampm, tmp_path):
-    """A few of those of bench/cracks.py: 32 finest cells to the half-length, plate of 60 half-lengths."""
-    random, a, found = np.random.default_rng(7), 4e-3, []
+    """A few of those of bench/cracks.py, at any angle and in any mode: two levels of refinement, 32 finest cells to the half-length."""
+    random, a, cell, found = np.random.default_rng(7), 4e-3, 0.5e-3, []
     for _ in range(6):
-        beta, middle = random.uniform(-60, 60), random.uniform(-0.5, 0.5, 2) * 1e-3
-        row = run(hampm, tmp_path, scene([[middle - a * direction(beta), middle + a * direction(beta)]], 1e-3, (30 * a, 30 * a), 3))
-        found += list(tips(row)[:, 2] / (SIGMA**2 * math.pi * a * math.cos(math.radians(beta))**2) - 1)
+        beta, mixity, middle = random.uniform(0, 360), random.uniform(-75, 75), random.uniform(-0.5, 0.5, 2) * cell
+        loads = cut_out(10 * a, 20, a, middle, beta, *(SIGMA * direction(mixity)))
+        text = scene([[middle - a * direction(beta), middle + a * direction(beta)]], cell, (10 * a, 10 * a), 2, loads=loads)
+        found += list(tips(run(hampm, tmp_path, text))[:, 2] / (SIGMA**2 * math.pi * a) - 1)
     print(found)
-    assert np.max(np.abs(found)) < 0.02
+    assert np.max(np.abs(found)) < 0.04
     assert np.std(found) < 0.01
+
+
+@pytest.mark.parametrize("taken", [2.0 - 0.7j, -0.3j])
+def test_the_loads_of_an_infinite_plate(taken):
+    """The field that they are of: its faces pass on what is not taken, it is in equilibrium, and uniform far away."""
+    stress, shear, a = 2.0, -0.7, 1.5
+
+    def at(z):
+        return infinite_plate(np.array(z), a, stress, shear, taken)
+    for y in (1e-12, -1e-12):
+        across, along = at([0.3 + 1j * y])[1:, 0]
+        assert [across, along] == pytest.approx([stress - taken.real, shear - taken.imag], abs=1e-9)
+    assert at([1e6 + 2e6j])[:, 0] == pytest.approx([0, stress, shear], abs=1e-9)
+    assert at([a + 1e-8])[1:, 0] * math.sqrt(2e-8) == pytest.approx([taken.real * math.sqrt(a), taken.imag * math.sqrt(a)], rel=1e-3, abs=1e-3)
+    z, h = 1.2 + 0.8j, 1e-5
+    by_x, by_y = ((at([z + d])[:, 0] - at([z - d])[:, 0]) / (2 * h) for d in (h, 1j * h))
+    assert [by_x[0] + by_y[2], by_x[2] + by_y[1]] == pytest.approx([0, 0], abs=1e-8)
 
 
 DYNAMIC = """&output history_interval = 4e-7 /\n"""
