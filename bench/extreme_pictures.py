@@ -79,7 +79,7 @@ def errors(results, path):
     axes.axhline(1, color="0.2", lw=1)
     axes.set(yscale="log", ylabel="error over its bound", xticks=range(len(parts)), ylim=(5e-13, 2e3))
     axes.set_xticklabels(parts, rotation=30, fontsize=8)
-    for outcome in ("stable", "warned"):
+    for outcome in ("stable", "warned", "defect"):
         axes.plot([], [], ".", color=COLOURS[outcome], label=outcome)
-    axes.legend(fontsize=7, loc="lower right")
+    axes.legend(fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1), ncol=3)
     save(figure, path)

@@ -461,7 +461,7 @@ DIMENSIONS = {  # powers of length, time and mass
     "young": (-1, -2, 1), "density": (-3, 0, 1), "velocity": (1, -1, 0), "force": (1, -2, 1), "start": (0, 1, 0),
     "rise_time": (0, 1, 0), "rate": (0, -1, 0), "region_lower": (1, 0, 0), "region_upper": (1, 0, 0), "tip": (1, 0, 0),
     "radii": (1, 0, 0), "history_interval": (0, 1, 0), "snapshot_interval": (0, 1, 0), "length": (1, 0, 0),
-    "full_lower": (1, 0, 0), "full_upper": (1, 0, 0), "times": (0, 1, 0)}
+    "full_lower": (1, 0, 0), "full_upper": (1, 0, 0), "times": (0, 1, 0), "points": (1, 0, 0)}
 COLUMNS = {"1": (0, 0, 0), "rad": (0, 0, 0), "s": (0, 1, 0), "m": (1, 0, 0), "N": (1, -2, 1), "J": (2, -2, 1),
            "J/m2": (0, -2, 1), "Pa m^0.5": (-0.5, -2, 1)}  # by the unit that the result file names
 UNITS = [(length, time, mass) for length in (1e-9, 1.0, 1e3) for time in (1e-6, 1.0, 3.15576e7)
@@ -485,6 +485,8 @@ LINE = TIP | {"run": {"thickness": 1.0, "end_time": 50.0, "plane": "'strain'"}, 
               "crack": {"kind": "'line'", "tip": (10.0, 0.0), "contact": "'frictionless'"},
               "refine": {"indicator": "'tip'", "max_level": 1},
               "method": {"courant": 0.1, "mass": "'full'", "scheme": "'usavg'"}}
+PATH = LINE | {"crack": {"kind": "'path'", "points": (0.0, 0.3, 7.4, -0.6, 10.2, 1.3), "contact": "'frictionless'"},
+               "energy_release": {"estimators": "'domain_integral', 'energy_balance'"}}
 BLOW = {"run": {"end_time": 60.0, "thickness": 1.0, "plane": "'stress'"}, "grid": {"cell": 1.0, "cells": "24, 8"},
         "material": {"name": "'m'", "law": "'neo_hookean'", "young": 1.0, "poisson": 0.3, "density": 1.0},
         "body": {"material": "'m'", "lower": (1.0, 2.0), "upper": (5.0, 6.0), "velocity": (0.03, 0.02), "points_per_cell": 4},
@@ -521,14 +523,16 @@ def columns_differ(reference, columns, dimension, units):
 def units(runner):
     """The same scene in other units: the same numbers without dimension."""
     cells = []
-    for name, groups in (("refined beam", TIP), ("crack with contact, full mass", LINE), ("collision through cells", BLOW)):
+    # Faces that touch and part again and again make more of a rounding, as a step decides for all of a spring
+    for name, groups, bound in (("refined beam", TIP, 1e-10), ("crack with contact, full mass", LINE, 1e-10),
+                                ("crack across cells, contact", PATH, 1e-8), ("collision through cells", BLOW, 1e-10)):
         reference = runner.outcome(in_units(groups, (1.0, 1.0, 1.0)))
         if reference.code:
             cells.append(Cell(name, "defect", message=reference.message))
             continue
         for unit in UNITS:
             cells.append(runner.judge(f"{name}, length {unit[0]:g}, time {unit[1]:g}, mass {unit[2]:g}", in_units(groups, unit),
-                                      "largest difference of any column", 1e-10,
+                                      f"largest difference of any column, to {bound:g}", bound,
                                       lambda h, u=unit, r=reference: columns_differ(r.columns, h, r.units, u),
                                       ("stable",)))
     return cells

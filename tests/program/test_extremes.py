@@ -10,6 +10,7 @@ from paths import BENCH, PROGRAM
 
 sys.path.insert(0, str(BENCH))
 
+import extreme_paths  # noqa: E402
 import extreme_scenes as scenes  # noqa: E402
 
 
@@ -116,3 +117,8 @@ def test_a_loaded_body_is_let_go(runner, frame):
     vibrates = scenes.stored(end.columns)[after]
     assert vibrates.mean() == pytest.approx(2e-12, rel=0.05)
     assert end.columns["kinetic_energy"][after].max() > 1.7e-12
+
+
+def test_a_cracked_body_that_flies(runner):
+    """Up to a million times as fast as waves: G is that of a body that does not."""
+    assert {cell.outcome for cell in extreme_paths.speeds(runner)} == {"stable"}
