@@ -292,7 +292,10 @@ contains
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
-      if (is_closed_at(motion%springs, tip%now, 2*tip%nodes%spacing)) k(1, :) = 0  ! what the pressure there leaves of it is an error
+      if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
+         k(1, :) = max(k(1, :), 0.0_dp)
+         if (is_closed_at(motion%springs, tip%now, 2*tip%nodes%spacing)) k(1, :) = 0
+      end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
       values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)

@@ -55,7 +55,7 @@ contains
       elements = faces_at(grid, blocks, point, normal)
       if (any(elements == 0)) return
       axis = frame_along(tip%direction)
-      opening = matmul(jump_between(p, blocks, elements, point), axis(:, [2, 1]))
+      opening = matmul(jump_between(grid, p, blocks, elements, point), axis(:, [2, 1]))
       if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
    end function path_opening
 

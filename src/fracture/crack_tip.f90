@@ -35,6 +35,7 @@ module hampm_crack_tip
       real(dp) :: direction(ndim) = 0            !! unit vector out of the crack there
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
+      logical :: may_close = .false.             !! whether springs keep the faces from going through each other
       integer :: material = 0                    !! number of the material in which it is
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
       type(tip_nodes_t) :: nodes

@@ -73,6 +73,7 @@ contains
             call place_tip(self%crack(c), end, self%tips(n))
             self%tips(n)%crack = c
             self%tips(n)%end = end
+            self%tips(n)%may_close = self%crack(c)%kind == 'path' .and. self%crack(c)%contact
          end do
       end do
    end subroutine list_tips

@@ -1,4 +1,6 @@
 !> The jump of the displacement across a crack that cuts cells, by the particles on both of its sides.
+!>
+!> A small piece of a cell may have no particle. Then those of the cells next to it on its side stand for them.
 module hampm_face_jumps
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
@@ -7,7 +9,7 @@ module hampm_face_jumps
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
    private
-   public :: faces, faces_at, jump_between
+   public :: faces, faces_at, nearest_carrier, jump_between
 
    integer, parameter :: faces = 2               !! the left one first
 
@@ -25,22 +27,63 @@ contains
       elements = [(grid%element_at(x + (3 - 2*face)*beside*grid%forest%cell*normal), face=1, faces)]
       if (any(elements == 0) .or. elements(1) == elements(2)) then
          elements = 0
-      else if (any(blocks%count_in(elements) == 0)) then
+      else if (any([(size(carriers_of(grid, blocks, elements(face))), face=1, faces)] == 0)) then
          elements = 0
       end if
    end function faces_at
 
+   !> The elements whose particles tell how an element moves: itself or, where it has none, those of other leaves that have an edge in
+   !> common with it.
+   pure function carriers_of(grid, blocks, e) result(carriers)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: e
+      integer, allocatable :: carriers(:)
+      integer :: corner, k, c
+      carriers = [e]
+      if (blocks%count_in(e) > 0) return
+      carriers = [integer ::]
+      associate (nodes => grid%element_nodes(:, e))
+         do corner = 1, size(nodes)
+            associate (others => grid%dofs%elements_at(nodes(corner)))
+               do k = 1, size(others)
+                  if (blocks%count_in(others(k)) == 0 .or. any(carriers == others(k))) cycle
+                  if (grid%element_leaf(others(k)) == grid%element_leaf(e)) cycle
+                  if (count([(any(grid%element_nodes(:, others(k)) == nodes(c)), c=1, size(nodes))]) > 1) &
+                     carriers = [carriers, others(k)]
+               end do
+            end associate
+         end do
+      end associate
+   end function carriers_of
+
+   !> The element by whose nodes what is at a place in an element moves: itself or, where it has no particles, that of those that carry it
+   !> which is nearest. Its shape functions, continued beyond its edge, still are those of any linear field.
+   pure integer function nearest_carrier(grid, blocks, e, x) result(nearest)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: e
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: k
+      associate (carriers => carriers_of(grid, blocks, e))
+         nearest = carriers(minloc([(maxval(abs(grid%local_coordinate(carriers(k), x) - 0.5_dp)), k=1, size(carriers))], dim=1))
+      end associate
+   end function nearest_carrier
+
    !> Displacement of the left face less that of the right one [m].
-   pure function jump_between(p, blocks, elements, x) result(jump)
+   pure function jump_between(grid, p, blocks, elements, x) result(jump)
+      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: elements(faces)     !! see `faces_at`
       real(dp), intent(in) :: x(ndim)            !! in the grid [m]
       real(dp) :: jump(ndim)
       real(dp) :: origin(ndim)
-      origin = x
-      if (.not. p%total_frame) origin = origin_of(p, blocks, elements, x)
-      jump = displacement_at(p, blocks, elements(1), origin) - displacement_at(p, blocks, elements(2), origin)
+      associate (left => carriers_of(grid, blocks, elements(1)), right => carriers_of(grid, blocks, elements(2)))
+         origin = x
+         if (.not. p%total_frame) origin = origin_of(p, blocks, [left, right], x)
+         jump = displacement_at(p, blocks, left, origin) - displacement_at(p, blocks, right, origin)
+      end associate
    end function jump_between
 
    !> Where what is at a place was in the reference configuration, by the particles of some elements: the mean of what each tells [m].
@@ -62,17 +105,21 @@ contains
       end do
    end function origin_of
 
-   !> Displacement at a place by the particles of an element: the mean of what each tells [m].
-   pure function displacement_at(p, blocks, e, x) result(u)
+   !> Displacement at a place by the particles of some elements: the mean of what each tells [m].
+   pure function displacement_at(p, blocks, elements, x) result(u)
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: e
+      integer, intent(in) :: elements(:)
       real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
       real(dp) :: u(ndim)
-      integer :: i
+      integer :: k, i
       u = 0
-      do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-         u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/blocks%count_in(e)
+      do k = 1, size(elements)
+         associate (e => elements(k))
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/sum(blocks%count_in(elements))
+            end do
+         end associate
       end do
    end function displacement_at
 end module hampm_face_jumps

@@ -35,6 +35,7 @@ module hampm_face_springs
       integer :: n_contact = 0                   !! of which are for contact
       integer, allocatable :: kind(:)            !! `bond` or `contact`
       integer, allocatable :: node(:, :)         !! whose displacement matters, 0 behind the last; (2 most_nodes_of_leaf, n)
+      integer, allocatable :: n_left(:)          !! how many of them are those of the left face, which come first; (n)
       real(dp), allocatable :: share(:, :)       !! c_j [-]
       real(dp), allocatable :: stiffness(:)      !! s [N/m]
       real(dp), allocatable :: place(:, :)       !! on the line [m], (ndim, n)

@@ -8,7 +8,7 @@ module hampm_spring_placement
    use hampm_basis, only: shape_functions
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_face_jumps, only: faces, faces_at, jump_between
+   use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
    use hampm_face_springs, only: face_springs_t, bond, contact, along
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
@@ -154,24 +154,25 @@ contains
                springs%kind(s) = layer%kind
                springs%node(:, s) = 0
                springs%share(:, s) = 0
-               springs%opening(:, s) = jump_between(p, blocks, e, x)
+               springs%opening(:, s) = jump_between(grid, p, blocks, e, x)
                springs%place(:, s) = x
                springs%length(s) = part(i)*norm2(to - from)
                springs%normal(:, s) = normal
                springs%friction(s) = layer%friction
                n = 0
                do side = 1, faces
-                  associate (element => e(side))
+                  associate (element => nearest_carrier(grid, blocks, e(side), x))
                      call grid%dofs%masters_of(grid%element_nodes(:, element), j, master, weight)
                      springs%node(n + 1:n + j, s) = master(:j)
                      springs%share(n + 1:n + j, s) = (3 - 2*side) &
                                                      *matmul(shape_functions(grid%local_coordinate(element, x)), weight(:, :j))
                      n = n + j
+                     if (side == 1) springs%n_left(s) = n
                   end associate
                end do
                springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
                springs%pressed(s) = max(0.0_dp, -dot_product(normal, springs%opening(:, s)))
-               associate (material => materials(p%material(blocks%first_in(e(1)))))
+               associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, e(1), x)))))
                   springs%stiffness(s) = firmness*material%plane_modulus()/grid%leaf_size(e(1)) &
                                          *springs%thickness*part(i)*norm2(to - from)
                end associate
@@ -190,13 +191,14 @@ contains
       more%n = springs%n
       more%n_contact = springs%n_contact
       more%loss = springs%loss
-      allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%share(2*most_nodes_of_leaf, most), &
+      allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%n_left(most), more%share(2*most_nodes_of_leaf, most), &
                 more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
                 more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
       associate (n => springs%n)
          if (n > 0) then
             more%kind(:n) = springs%kind(:n)
             more%node(:, :n) = springs%node(:, :n)
+            more%n_left(:n) = springs%n_left(:n)
             more%share(:, :n) = springs%share(:, :n)
             more%stiffness(:n) = springs%stiffness(:n)
             more%place(:, :n) = springs%place(:, :n)

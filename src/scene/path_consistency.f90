@@ -3,7 +3,8 @@ module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, domain_radii, body_at
    use hampm_mistakes, only: mistakes_t
-   use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, is_inside, first_end, last_end
+   use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
+                                   last_end
    use hampm_placement, only: tolerance, upper_corner, overlap, point_text, length_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -14,6 +15,7 @@ module hampm_path_consistency
 
    character(*), parameter :: intro = 'with a &crack of kind = ''path'''
 
+   real(dp), parameter :: beside = 0.1_dp        !! root cells between paths that run along each other, at least
    real(dp), parameter :: least_way = 1          !! root cells from one point of a path to the next, and from a tip to what is near
 
 contains
@@ -147,6 +149,13 @@ contains
             return
          end if
          near = least_way*scene%grid%cell
+         do i = 1, k - 1
+            if (length_along(scene, k, i, beside*scene%grid%cell) <= near) cycle
+            call settings%complain(mistakes, entry, 'points', 'the path runs along another one, that of &crack '// &
+                                   to_text(scene%paths(i)%number)//', for more than a cell, '//to_text(scene%grid%cell)// &
+                                   ' m, and nearer to it than a tenth of one: nothing of what is between them would be modelled')
+            return
+         end do
          do end = first_end, last_end
             if (.not. is_tip(end)) cycle
             associate (tip => path_tip(path, end))

@@ -7,7 +7,8 @@ module hampm_path_placement
    use hampm_scene, only: scene_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, distance_to_cracks, is_inside, first_end, last_end
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
+             last_end
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -122,6 +123,29 @@ contains
          end do
       end do
    end function distance_to_cracks
+
+   !> Length of the longest part of a path along which it is next to another one, within `beside` [m].
+   pure real(dp) function length_along(scene, k, other, beside) result(longest)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k, other            !! numbers of the paths
+      real(dp), intent(in) :: beside             !! [m]
+      real(dp) :: x(ndim), step, way
+      integer :: i, j, steps, n
+      longest = 0
+      way = 0
+      associate (points => scene%paths(k)%points, others => scene%paths(other)%points)
+         do i = 2, size(points, 2)
+            steps = ceiling(8*norm2(points(:, i) - points(:, i - 1))/scene%grid%cell)
+            step = norm2(points(:, i) - points(:, i - 1))/steps
+            do j = 0, steps - 1
+               x = points(:, i - 1) + (j + 0.5_dp)/steps*(points(:, i) - points(:, i - 1))
+               way = way + step
+               if (minval([(distance_to_segment(x, others(:, n - 1), others(:, n)), n=2, size(others, 2))]) > beside) way = 0
+               longest = max(longest, way)
+            end do
+         end do
+      end associate
+   end function length_along
 
    !> The largest radius around a tip of the k-th path within which there are only material and the straight end of this crack, and no
    !> load and no constraint [m]; 0 where there is none.
