@@ -19,10 +19,11 @@
 module hampm_face_springs
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_dofs, only: most_nodes_of_leaf
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
-             spring_stiffness, have_friction, relax_springs, look_at_faces, is_closed_at, keep_springs
+             spring_stiffness, have_friction, relax_springs, look_at_faces, is_closed_at, keep_springs, make_room
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -251,15 +252,65 @@ contains
       end do
    end function spring_energy
 
-   !> Keep what springs remember.
+   !> Room for a number of springs; those that there are stay.
+   pure subroutine make_room(springs, most)
+      type(face_springs_t), intent(inout) :: springs
+      integer, intent(in) :: most
+      type(face_springs_t) :: more
+      more%thickness = springs%thickness
+      more%are_bounded = springs%are_bounded
+      more%n = springs%n
+      more%n_contact = springs%n_contact
+      more%loss = springs%loss
+      allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%n_left(most), more%share(2*most_nodes_of_leaf, most), &
+                more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
+                more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
+      associate (n => springs%n)
+         if (n > 0) then
+            more%kind(:n) = springs%kind(:n)
+            more%node(:, :n) = springs%node(:, :n)
+            more%n_left(:n) = springs%n_left(:n)
+            more%share(:, :n) = springs%share(:, :n)
+            more%stiffness(:n) = springs%stiffness(:n)
+            more%place(:, :n) = springs%place(:, :n)
+            more%length(:n) = springs%length(:n)
+            more%normal(:, :n) = springs%normal(:, :n)
+            more%friction(:n) = springs%friction(:n)
+            more%opening(:, :n) = springs%opening(:, :n)
+            more%slip(:n) = springs%slip(:n)
+            more%pressed(:n) = springs%pressed(:n)
+         end if
+      end associate
+      springs = more
+   end subroutine make_room
+
+   !> Keep springs: in the updated frame they are where faces were when cells were cut last, and what they remember.
    subroutine keep_springs(springs, archive)
       type(face_springs_t), intent(inout) :: springs
       class(archive_t), intent(inout) :: archive
-      if (springs%n == 0) return
+      integer :: n
+      n = springs%n
       call archive%section('face_springs')
+      call archive%keep('number', n)
+      if (n == 0 .or. archive%failure%failed()) return
+      if (archive%is_read) then
+         springs%n = 0
+         call make_room(springs, max(n, 64))
+         springs%n = n
+      end if
+      call archive%keep('n_contact', springs%n_contact)
       call archive%keep('loss', springs%loss)
-      call archive%keep_reals('opening', ndim*springs%n, springs%opening)
-      call archive%keep_reals('slip', springs%n, springs%slip)
-      call archive%keep_reals('pressed', springs%n, springs%pressed)
+      call archive%keep_integers('kind', n, springs%kind)
+      call archive%keep_integers('node', n*size(springs%node, 1), springs%node)
+      call archive%keep_integers('n_left', n, springs%n_left)
+      call archive%keep_reals('share', n*size(springs%share, 1), springs%share)
+      call archive%keep_reals('stiffness', n, springs%stiffness)
+      call archive%keep_reals('place', ndim*n, springs%place)
+      call archive%keep_reals('length', n, springs%length)
+      call archive%keep_reals('normal', ndim*n, springs%normal)
+      call archive%keep_reals('friction', n, springs%friction)
+      call archive%keep_reals('opening', ndim*n, springs%opening)
+      call archive%keep_reals('slip', n, springs%slip)
+      call archive%keep_reals('pressed', n, springs%pressed)
    end subroutine keep_springs
 end module hampm_face_springs

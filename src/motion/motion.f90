@@ -85,6 +85,7 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
+      m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%plan = tiling_t()
       m%operators = element_operators_t()
       call rebuild_constraints(m%constraints, m%grid)

@@ -9,7 +9,7 @@ module hampm_spring_placement
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, bond, contact, along
+   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
@@ -41,6 +41,7 @@ module hampm_spring_placement
       real(dp) :: from(ndim) = 0                 !! [m]
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
+      logical :: certain = .false.               !! whether springs are only to be where both pieces have particles of their own
    end type layer_t
 
 contains
@@ -63,7 +64,7 @@ contains
          end associate
       end do
       do k = 1, size(grid%cut_cells%lines)
-         if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k)
+         if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
       if (springs%n > 0 .and. springs%are_bounded) call soften(springs, grid, p, blocks, materials)
    end subroutine rebuild_springs
@@ -80,7 +81,7 @@ contains
       type(face_springs_t) :: springs
       integer :: k
       call make_room(springs, 64)
-      call add_contact(springs, grid, p, blocks, materials, line)
+      call add_contact(springs, grid, p, blocks, materials, line, certain=.true.)
       least = 0
       largest = 0
       do k = 1, springs%n
@@ -90,13 +91,14 @@ contains
    end subroutine look_at_openings
 
    !> Add contact along a line, leaf by leaf, up to its tips.
-   pure subroutine add_contact(springs, grid, p, blocks, materials, line)
+   pure subroutine add_contact(springs, grid, p, blocks, materials, line, certain)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: line
+      logical, intent(in) :: certain             !! see `layer_t`
       real(dp), parameter :: least_part = 1e-6_dp ! of a leaf
       real(dp) :: direction(ndim), aside(ndim), from, to, length, step
       type(layer_t) :: layer
@@ -122,7 +124,7 @@ contains
                end if
                to = min(from + step, length)
                layer = layer_t(contact, points(:, i - 1) + from*direction, points(:, i - 1) + to*direction, &
-                               grid%cut_cells%lines(line)%friction)
+                               grid%cut_cells%lines(line)%friction, certain)
                if (leaf /= outside) call add_layer(springs, grid, p, blocks, materials, layer)
                from = to + least_part*forest%cell
             end do
@@ -147,6 +149,7 @@ contains
             x = (from + to)/2 + place(i)*(to - from)/2
             e = faces_at(grid, blocks, x, normal)
             if (any(e == 0)) cycle
+            if (layer%certain .and. any(blocks%count_in(e) == 0)) cycle
             if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
             springs%n = springs%n + 1
             if (layer%kind == contact) springs%n_contact = springs%n_contact + 1
@@ -180,38 +183,6 @@ contains
          end do
       end associate
    end subroutine add_layer
-
-   !> Room for a number of springs; those that there are stay.
-   pure subroutine make_room(springs, most)
-      type(face_springs_t), intent(inout) :: springs
-      integer, intent(in) :: most
-      type(face_springs_t) :: more
-      more%thickness = springs%thickness
-      more%are_bounded = springs%are_bounded
-      more%n = springs%n
-      more%n_contact = springs%n_contact
-      more%loss = springs%loss
-      allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%n_left(most), more%share(2*most_nodes_of_leaf, most), &
-                more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
-                more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
-      associate (n => springs%n)
-         if (n > 0) then
-            more%kind(:n) = springs%kind(:n)
-            more%node(:, :n) = springs%node(:, :n)
-            more%n_left(:n) = springs%n_left(:n)
-            more%share(:, :n) = springs%share(:, :n)
-            more%stiffness(:n) = springs%stiffness(:n)
-            more%place(:, :n) = springs%place(:, :n)
-            more%length(:n) = springs%length(:n)
-            more%normal(:, :n) = springs%normal(:, :n)
-            more%friction(:n) = springs%friction(:n)
-            more%opening(:, :n) = springs%opening(:, :n)
-            more%slip(:n) = springs%slip(:n)
-            more%pressed(:n) = springs%pressed(:n)
-         end if
-      end associate
-      springs = more
-   end subroutine make_room
 
    !> Make springs weaker, so that no eigenvalue is too large: row sums bound them.
    pure subroutine soften(springs, grid, p, blocks, materials)
