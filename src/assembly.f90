@@ -219,7 +219,7 @@ contains
          r%r_coarsen = spec%r_coarsen
          r%tolerance = spec%tolerance
          r%rings = spec%rings
-         r%tips_move = scene%method%frame /= 'total' .and. size(scene%paths) > 0
+         r%tips_move = (scene%method%frame /= 'total' .and. size(scene%paths) > 0) .or. size(scene%growth) > 0
          r%at_rest = scene%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor

@@ -19,7 +19,7 @@ module hampm_crack_measurements
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack
+   public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack, best_rate
 
    !> Estimated error of the stress closure over its value, where nothing better is known: it is a third to a half of G.
    real(dp), parameter :: of_stress_closure = 2
@@ -258,6 +258,15 @@ contains
       call history%record('G', 'J/m2', meaning//estimator, best)
       call history%record('G_error', 'J/m2', 'estimated error of G', error)
    end subroutine record_best
+
+   !> Energy release rate of both modes together by the domain integral: by K at a tip inside a cell, where that is less off than J, else
+   !> J [J/m2].
+   pure real(dp) function best_rate(v, tip)
+      type(crack_values_t), intent(in) :: v
+      type(crack_tip_t), intent(in) :: tip
+      best_rate = sum(v%j)/size(v%j)
+      if (tip%nodes%in_cell) best_rate = v%g_of_k
+   end function best_rate
 
    !> Energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
    pure real(dp) function total(g)

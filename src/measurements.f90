@@ -15,6 +15,7 @@ module hampm_measurements
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
+   use hampm_growth, only: growing_t, record_growth
    use hampm_history, only: history_t
    use hampm_kinetic, only: kinetic_energy
    use hampm_loads, only: load_t
@@ -149,15 +150,16 @@ contains
    end subroutine dcb_dimensions
 
    !> Declare the columns in the results, as a first pass through their list finds them, and what belongs to them.
-   subroutine declare_columns(scene, motion, cracks, m, results, failure)
+   subroutine declare_columns(scene, motion, cracks, growing, m, results, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
       type(cracks_t), intent(in) :: cracks
+      type(growing_t), intent(in) :: growing
       type(measurements_t), intent(inout) :: m
       type(results_t), intent(inout) :: results
       type(failure_t), intent(inout) :: failure
       integer :: i
-      call take_row(scene, motion, cracks, 0.0_dp, m)
+      call take_row(scene, motion, cracks, growing, 0.0_dp, m)
       do i = 1, size(m%history%columns)
          associate (column => m%history%columns(i))
             call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
@@ -212,10 +214,11 @@ contains
    end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.
-   subroutine take_row(scene, motion, cracks, dt, m)
+   subroutine take_row(scene, motion, cracks, growing, dt, m)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
       type(cracks_t), intent(in) :: cracks
+      type(growing_t), intent(in) :: growing
       real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
       integer :: k
@@ -233,11 +236,17 @@ contains
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
          if (any(scene%paths%friction > 0)) &
             call history%record('friction_loss', 'J', 'energy taken by friction between faces', motion%springs%loss)
+         if (growing%are_there()) then
+            call history%record('load_factor', '1', 'by which all loads and prescribed motions are multiplied', growing%load_factor)
+            call history%record('fracture_energy', 'J', 'energy taken by new faces: the integral of G over their area', &
+                                motion%fracture_energy)
+         end if
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
             call record_crack(scene, cracks%tips(k), m%crack(k), history)
+            if (growing%are_there()) call record_growth(growing, scene, cracks, k, history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(scene%constraints) > 0) then
@@ -286,7 +295,7 @@ contains
       residual = 0
       if (m%largest_energy <= m%rounding_energy) return
       residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
-                  - motion%numerical_loss - motion%springs%loss)/m%largest_energy
+                  - motion%numerical_loss - motion%springs%loss - motion%fracture_energy)/m%largest_energy
    end function energy_residual
 
    !> Keep what rows of the history need of the rows before.

@@ -9,12 +9,16 @@ module hampm_simulation
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
    use hampm_cracks, only: cracks_t, keep_cracks
+   use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
+   use hampm_growth, only: growing_t, new_growing, advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, &
+                           scale_loads, keep_growing
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
+   use hampm_matching, only: adopt_lines
    use hampm_measurements, only: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, &
                                  measure, take_row, declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
@@ -46,6 +50,7 @@ module hampm_simulation
       type(results_t) :: results
       type(refinement_t) :: refinement
       type(carried_cracks_t) :: carried
+      type(growing_t) :: growing
       class(integrator_t), allocatable :: integrator
       type(progress_t) :: progress
       type(interruption_t) :: interruption
@@ -82,6 +87,7 @@ contains
       call rebuild_on_mesh(s, failure)
       if (failure%failed()) return
       call new_measurements(scene, s%motion, s%cracks, s%measurements)
+      call new_growing(scene, s%cracks, s%growing)
       call estimate_error(scene, s%motion, s%cracks, s%measurements, failure)
    end subroutine build
 
@@ -98,7 +104,10 @@ contains
       if (.not. failure%failed()) then
          call attach_cracks(s%carried, s%motion)
          call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
+         call new_growing(scene, s%cracks, s%growing)
          call keep_cracks(s%cracks, checkpoint)
+         call keep_growing(s%growing, checkpoint)
+         call follow_in_scene(s)
          call keep_motion(checkpoint, s%cracks, s%motion)
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
@@ -152,6 +161,7 @@ contains
       call checkpoint%create(checkpoint_name(s%results%path))
       call checkpoint%keep('scene', s%scene%as_used)
       call keep_cracks(s%cracks, checkpoint)
+      call keep_growing(s%growing, checkpoint)
       call keep_motion(checkpoint, s%cracks, s%motion)
       call keep_rest(checkpoint, s)
       call checkpoint%finish(failure)
@@ -206,6 +216,7 @@ contains
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
       if (.not. resumes) call settle_at_start(s, failure)
+      if (.not. (resumes .or. failure%failed()) .and. s%growing%are_there()) call load_to_toughness(s, failure)
       if (.not. (resumes .or. failure%failed())) call record(s, failure)
       do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
          call advance_to(s, next_output(s), failure)
@@ -245,7 +256,10 @@ contains
          if (.not. failure%failed()) call look_for_interruption(s, failure)
          if (failure%failed()) return
          before = s%motion%steps
+         if (s%growing%are_there()) call grow(s, failure)
+         if (failure%failed()) return
          call s%integrator%advance(s%motion, s%dt, failure)
+         if (.not. failure%failed() .and. s%growing%are_there()) call load_to_toughness(s, failure)
          if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
          if (.not. failure%failed() .and. s%refinement%is_active()) then
             if (s%integrator%is_static) then
@@ -273,6 +287,69 @@ contains
       s%limit = s%longest_step
       call s%integrator%choose_steps(s%motion, time - s%motion%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
+
+   !> Before a load step: let tips advance, and find equilibrium with them where they are.
+   subroutine grow(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      integer, parameter :: most_turns = 3
+      logical :: have_moved
+      integer :: turn
+      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+      if (failure%failed()) return
+      call advance_tips(s%growing, s%scene, s%cracks, s%measurements%crack, have_moved, s%warning)
+      do turn = 0, most_turns
+         if (failure%failed() .or. .not. have_moved) return
+         call cut_anew(s, failure)
+         if (failure%failed() .or. turn == most_turns) return
+         call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+         if (.not. failure%failed()) call turn_tips(s%growing, s%scene, s%cracks, s%measurements%crack, have_moved)
+      end do
+   end subroutine grow
+
+   !> Cut cells along cracks that have changed, let the mesh follow their tips, and find equilibrium.
+   subroutine cut_anew(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(line_t), allocatable :: lines(:)
+      logical :: adapted
+      lines = s%cracks%lines()
+      call adopt_lines(s%motion, lines, failure)
+      adapted = s%refinement%indicator == 'tip'
+      do while (adapted .and. .not. failure%failed())
+         call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
+      end do
+      if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
+      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%longest_step, failure)
+   end subroutine cut_anew
+
+   !> After a load step, or at the start: scale the loads until the largest G is the toughness.
+   subroutine load_to_toughness(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: factor
+      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+      if (failure%failed()) return
+      factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
+      call correct_work(s%growing, factor, s%motion)
+      call s%integrator%rescale(s%motion, factor, failure)
+      if (failure%failed()) return
+      s%growing%load_factor = factor*s%growing%load_factor
+      call scale_loads(s%growing, s%motion)
+      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+      if (.not. failure%failed()) call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%motion)
+   end subroutine load_to_toughness
+
+   !> After a checkpoint was read: the scene has its paths where the cracks are, and loads their scale.
+   subroutine follow_in_scene(s)
+      type(simulation_t), intent(inout) :: s
+      integer :: k
+      if (.not. s%growing%are_there()) return
+      do k = 1, size(s%scene%paths)
+         s%scene%paths(k)%points = s%cracks%crack(k)%points
+      end do
+      call scale_loads(s%growing, s%motion)
+   end subroutine follow_in_scene
 
    !> After a step: let cracks that the material carries follow it.
    subroutine carry_cracks(s, failure)
@@ -351,7 +428,7 @@ contains
          call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
       end do
       if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
-         call take_row(s%scene, s%motion, s%cracks, s%dt, s%measurements)
+         call take_row(s%scene, s%motion, s%cracks, s%growing, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)
          s%samples = s%samples + 1
       end if
@@ -449,7 +526,7 @@ contains
       call s%results%add_attribute('/input', 'host', host_name(), failure)
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
-      call declare_columns(s%scene, s%motion, s%cracks, s%measurements, s%results, failure)
+      call declare_columns(s%scene, s%motion, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
 
    !> Tell the progress line where the run is; `last` ends it.

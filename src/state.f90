@@ -41,6 +41,7 @@ contains
       call c%keep('driven_dt', m%driven%dt)
       call c%keep('driven_work', m%driven%work)
       call c%keep('damping_loss', m%damping_loss)
+      call c%keep('fracture_energy', m%fracture_energy)
       call c%keep('numerical_loss', m%numerical_loss)
       call keep_grid(c, cracks, m%grid)
       call keep_particles(m%particles, c)

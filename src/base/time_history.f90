@@ -15,6 +15,7 @@ module hampm_time_history
       real(dp) :: frequency = 0                  !! of a sine [Hz]
       real(dp), allocatable :: times(:)          !! of a table, after `start`, ascending [s]
       real(dp), allocatable :: factors(:)        !! of a table [-]
+      real(dp) :: scale = 1                      !! by which all of it is multiplied
    contains
       procedure :: factor
       procedure :: integral
@@ -42,6 +43,7 @@ contains
       case ('table')
          factor = interpolate(self%times, self%factors, t)
       end select
+      factor = self%scale*factor
    end function factor
 
    !> Integral of the factor from its start, or the start of the run if that is later, to a time [s].
@@ -71,6 +73,7 @@ contains
             a = b
          end do
       end select
+      integral = self%scale*integral
    end function integral
 
    !> Integral of a ramp from 0 [s].
@@ -93,7 +96,7 @@ contains
       end select
    end function time_to_settle
 
-   !> The factor of largest size that there ever is, with its sign [-].
+   !> The factor of largest size that there ever is, with its sign, but for the scale [-].
    pure real(dp) function largest_factor(self)
       class(time_history_t), intent(in) :: self
       largest_factor = 1

@@ -47,6 +47,9 @@ module hampm_cracks
       procedure :: n_measured
       procedure :: cuts
       procedure :: lines
+      procedure :: extend
+      procedure :: put_back
+      procedure :: turn
       procedure :: find_nodes
    end type cracks_t
 
@@ -101,6 +104,62 @@ contains
       tip%axis = frame_along(tip%direction)
       allocate (tip%radii(0))
    end subroutine place_tip
+
+   !> Let a tip go on by a length, at an angle to the left of where it points to; straight on, no new point is made.
+   pure subroutine extend(self, number, length, angle)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: length             !! [m]
+      real(dp), intent(in) :: angle              !! [rad]
+      real(dp), allocatable :: points(:, :)
+      real(dp) :: to(ndim)
+      associate (tip => self%tips(number))
+         points = self%crack(tip%crack)%points
+         to = tip%place + length*matmul(tip%axis, [cos(angle), sin(angle)])
+         if (abs(angle) > epsilon(angle)) then
+            if (tip%end == last_point) then
+               points = reshape([points, to], [ndim, size(points, 2) + 1])
+            else
+               points = reshape([to, points], [ndim, size(points, 2) + 1])
+            end if
+         else
+            points(:, merge(size(points, 2), 1, tip%end == last_point)) = to
+         end if
+      end associate
+      call self%put_back(number, points)
+   end subroutine extend
+
+   !> Give the crack of a tip other points, and the tip its place.
+   pure subroutine put_back(self, number, points)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: points(:, :)       !! [m]
+      type(crack_tip_t) :: new
+      associate (tip => self%tips(number))
+         self%crack(tip%crack)%points = points
+         call place_tip(self%crack(tip%crack), tip%end, new)
+         tip%place = new%place
+         tip%now = new%now
+         tip%direction = new%direction
+         tip%axis = new%axis
+      end associate
+   end subroutine put_back
+
+   !> Turn the last straight part at a tip around its beginning.
+   pure subroutine turn(self, number, angle)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: angle              !! to the left [rad]
+      real(dp), allocatable :: points(:, :)
+      integer :: at, before
+      associate (tip => self%tips(number))
+         points = self%crack(tip%crack)%points
+         at = merge(size(points, 2), 1, tip%end == last_point)
+         before = merge(at - 1, 2, tip%end == last_point)
+         points(:, at) = points(:, before) + norm2(points(:, at) - points(:, before))*matmul(tip%axis, [cos(angle), sin(angle)])
+      end associate
+      call self%put_back(number, points)
+   end subroutine turn
 
    !> The places of the tips in the grid [m], (ndim, number).
    pure function tip_places(self) result(places)

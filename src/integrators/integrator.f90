@@ -19,6 +19,7 @@ module hampm_integrator
       procedure(advance), deferred :: advance
       procedure :: has_to_choose
       procedure :: settle
+      procedure :: rescale
       procedure :: finish
       procedure :: keep
    end type integrator_t
@@ -64,6 +65,14 @@ contains
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
    end subroutine settle
+
+   !> At rest: multiply all that drives the material, and go to the equilibrium with it. Here nothing.
+   subroutine rescale(self, m, factor, failure)
+      class(integrator_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: factor
+      type(failure_t), intent(inout) :: failure
+   end subroutine rescale
 
    !> Give back what is not needed after the last step. Here nothing.
    subroutine finish(self)

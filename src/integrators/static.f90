@@ -17,6 +17,7 @@ module hampm_static
       procedure :: choose_steps
       procedure :: advance
       procedure :: settle
+      procedure :: rescale
       procedure :: finish
       procedure :: keep
    end type static_t
@@ -65,11 +66,22 @@ contains
       self%distance_from_rest = self%equilibrium%distance(m)
    end subroutine settle
 
+   !> Multiply all that drives the material, and go to the equilibrium with it. The scales of loads and prescribed motions are to follow.
+   subroutine rescale(self, m, factor, failure)
+      class(static_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: factor
+      type(failure_t), intent(inout) :: failure
+      call self%equilibrium%find(m, m%time, failure, factor)
+      self%distance_from_rest = self%equilibrium%distance(m)
+      call book_loss(m)
+   end subroutine rescale
+
    !> Book for the audit what the loads have done and the material has not stored: with other laws than the linear one what the mean force
    !> of a load step does not tell, and what finer cells give way.
    subroutine book_loss(m)
       type(motion_t), intent(inout) :: m
-      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m) - m%springs%loss
+      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m) - m%springs%loss - m%fracture_energy
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.

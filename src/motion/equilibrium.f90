@@ -62,12 +62,13 @@ module hampm_equilibrium
 contains
 
    !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where
-   !> there is none to be found, or none that is stable.
-   subroutine find(self, m, time, failure)
+   !> there is none to be found, or none that is stable. With `factor` loads and prescribed motions are multiplied by that on the way.
+   subroutine find(self, m, time, failure, factor)
       class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
+      real(dp), intent(in), optional :: factor   !! of what drives the material now [-]
       type(failure_t) :: none
       type(start_t) :: start
       type(drive_t) :: first, last
@@ -77,6 +78,8 @@ contains
       if (.not. self%begun) first%force = 0
       if (.not. self%begun) first%way = 0
       call find_drive(m, time, last)
+      if (present(factor)) last%force = factor*last%force
+      if (present(factor)) last%way = factor*last%way
       if (.not. self%begun .and. m%contact%n > 0) m%contact%touches = .true.
       done = 0
       part = 1

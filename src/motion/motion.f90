@@ -61,6 +61,7 @@ module hampm_motion
       real(dp) :: external_work = 0              !! work of the loads and of constraints that move [J]
       type(driven_work_t) :: driven              !! what of the latter is not final
       real(dp) :: damping_loss = 0               !! energy taken by the damping [J]
+      real(dp) :: fracture_energy = 0            !! energy taken by the new faces of cracks that grow [J]
       real(dp) :: numerical_loss = 0             !! energy lost by the method, booked with `audit` [J]
    end type motion_t
 

@@ -2,6 +2,7 @@
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_crack_consistency, only: check_crack, check_energy_release
+   use hampm_growth_consistency, only: check_growth
    use hampm_implicit_consistency, only: check_implicit
    use hampm_joints, only: gap_between, groups_of_bodies
    use hampm_kinds, only: dp, name_len
@@ -46,6 +47,7 @@ contains
       before = mistakes%count
       call check_crack(scene, settings, has_grid, mistakes)
       call check_paths(scene, settings, has_bodies, mistakes)
+      call check_growth(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
       call check_time_steps(scene, settings, mistakes)

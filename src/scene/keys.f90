@@ -8,6 +8,7 @@ module hampm_keys
    use hampm_damping_group, only: damping_group, damping_keys
    use hampm_energy_release_group, only: energy_release_group, energy_release_keys
    use hampm_grid_group, only: grid_group, grid_keys
+   use hampm_growth_group, only: growth_group, growth_keys
    use hampm_key_rows, only: group_t, key_t, list_len, type_name, type_text
    use hampm_load_group, only: load_group, load_keys
    use hampm_material_group, only: material_group, material_keys
@@ -24,11 +25,11 @@ module hampm_keys
 
    type(group_t), parameter :: groups(*) = [ &
       run_group, grid_group, material_group, body_group, constraint_group, load_group, damping_group, method_group, &
-      refine_group, crack_group, energy_release_group, output_group]
+      refine_group, crack_group, growth_group, energy_release_group, output_group]
 
    type(key_t), parameter :: keys(*) = [ &
       run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, method_keys, &
-      refine_keys, crack_keys, energy_release_keys, output_keys]
+      refine_keys, crack_keys, growth_keys, energy_release_keys, output_keys]
 
 contains
 

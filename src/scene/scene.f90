@@ -7,6 +7,7 @@ module hampm_scene
    use hampm_damping_group, only: damping_t, fill_damping
    use hampm_energy_release_group, only: energy_release_t, fill_energy_release
    use hampm_grid_group, only: grid_spec_t, fill_grid
+   use hampm_growth_group, only: growth_t, fill_growth
    use hampm_load_group, only: load_spec_t, fill_loads
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_method_group, only: method_t, fill_method
@@ -17,7 +18,7 @@ module hampm_scene
    implicit none
    private
    public :: scene_t, fill_scene, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, method_t, refine_t, crack_spec_t, path_spec_t, energy_release_t, output_t
+             damping_t, method_t, refine_t, crack_spec_t, path_spec_t, growth_t, energy_release_t, output_t
 
    !> All groups.
    type :: scene_t
@@ -32,6 +33,7 @@ module hampm_scene
       type(refine_t) :: refine
       type(crack_spec_t) :: crack                !! that is no path
       type(path_spec_t), allocatable :: paths(:) !! cracks of kind 'path'
+      type(growth_t), allocatable :: growth(:)
       type(energy_release_t) :: energy_release
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
@@ -54,9 +56,11 @@ contains
       call fill_refine(settings, scene%refine)
       call fill_crack(settings, scene%crack)
       call fill_paths(settings, scene%paths)
+      call fill_growth(settings, scene%growth)
       call fill_energy_release(settings, scene%energy_release)
       call fill_output(settings, scene%output)
       call find_materials(scene)
+      call find_growing_paths(scene)
    end subroutine fill_scene
 
    !> Find the material of each body by its name; 0 where there is none.
@@ -67,6 +71,20 @@ contains
          scene%bodies(i)%material_index = material_index(scene, scene%bodies(i)%material)
       end do
    end subroutine find_materials
+
+   !> Find the crack of each growth by its name, or the only one; 0 where there is none.
+   pure subroutine find_growing_paths(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: i, k
+      do i = 1, size(scene%growth)
+         associate (growth => scene%growth(i))
+            growth%path = merge(1, 0, growth%crack == '' .and. size(scene%paths) == 1)
+            do k = 1, size(scene%paths)
+               if (growth%crack /= '' .and. scene%paths(k)%name == growth%crack) growth%path = k
+            end do
+         end associate
+      end do
+   end subroutine find_growing_paths
 
    !> Position of the material of this name, 0 where there is none.
    pure integer function material_index(scene, name)

@@ -44,9 +44,17 @@ module hampm_constraints
       procedure :: set_fixed
       procedure :: fix
       procedure :: way
+      procedure :: scale_ways
    end type constraints_t
 
 contains
+
+   !> Multiply all given motions.
+   pure subroutine scale_ways(self, factor)
+      class(constraints_t), intent(inout) :: self
+      real(dp), intent(in) :: factor             !! of what the scene has, not of what is [-]
+      if (allocated(self%boxes)) self%boxes%motion%history%scale = factor
+   end subroutine scale_ways
 
    !> Fix the `components` of all nodes within a box, its faces included, or move them; where boxes overlap the last one does.
    subroutine constrain_box(c, grid, lower, upper, components, motion)

@@ -73,6 +73,21 @@ CARRIED = """\
 &method frame = 'updated' /
 &output history_interval = 2e-6 snapshot_interval = 1e-5 /
 """
+# A crack that grows and turns, in so many load steps that a run can be stopped between them
+GROWTH = """\
+&run end_time = 24 thickness = 1e-3 /
+&grid lower = -21e-3, -21e-3 cell = 1e-3 cells = 42, 42 /
+&material name = 'a' young = 3e9 poisson = 0.3 density = 1200 /
+&body material = 'a' lower = -20e-3, -20e-3 upper = 20e-3, 20e-3 /
+&load kind = 'traction' lower = -20e-3, 20e-3 upper = 20e-3, 20e-3 force = 0, 40 /
+&load kind = 'traction' lower = -20e-3, -20e-3 upper = 20e-3, -20e-3 force = 0, -40 /
+&crack kind = 'path' points = -22e-3, -3e-3, -12e-3, -1e-3 /
+&growth direction = 'local_symmetry' toughness = 100 increment = 1.1e-3 /
+&refine indicator = 'tip' max_level = 1 rings = 4 /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static' load_steps = 24 /
+&output snapshot_interval = 8.0 /
+"""
 MANY_CELLS = """\
 &run end_time = 2e-6 /
 &grid cell = 1.0e-3 cells = 60, 50 /
@@ -115,6 +130,7 @@ SCENES = {
     "moved": (CLOSED, "constraint.velocity=2,1", "energy_release.estimators=nodal_force"),
     "carried crack": (CARRIED,),
     "carried crack refined": (CARRIED, "refine.indicator=tip", "refine.max_level=1", "refine.rings=3", "method.mass=blend"),
+    "growth": (GROWTH,),
     "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
 }
 

@@ -1,0 +1,105 @@
+!> Where a crack in mixed mode grows to: the angle of its kink.
+!>
+!> Angles are positive to the left, as one looks along the crack. K_II > 0 turns a crack to the right.
+!>
+!> Sources: Erdogan & Sih, J. Basic Eng. 85 (1963) 519 (hoop stress); Amestoy & Leblond, Int. J. Solids Struct. 29 (1992) 465
+!> (stress intensity factors of a short kink); Goldstein & Salganik, Int. J. Fract. 10 (1974) 507 (local symmetry).
+module hampm_kinks
+   use hampm_kinds, only: dp
+   use hampm_crack_tip_field, only: modes
+   implicit none
+   private
+   public :: kink_angle, after_kink
+
+   real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: largest = 80*pi/180    !! angle that is looked at; the series are good to 1e-5 there
+
+contains
+
+   !> The angle at which a crack goes on by a criterion: 'straight', 'hoop_stress', 'local_symmetry' or 'max_energy' [rad].
+   pure real(dp) function kink_angle(criterion, k) result(angle)
+      character(*), intent(in) :: criterion
+      real(dp), intent(in) :: k(modes)           !! stress intensity factors before [Pa sqrt(m)], one of which is not 0
+      select case (criterion)
+       case ('hoop_stress')
+         angle = 0
+         if (abs(k(2)) > 0) angle = 2*atan((k(1) - sqrt(k(1)**2 + 8*k(2)**2))/(4*k(2)))
+       case ('local_symmetry')
+         angle = symmetric_angle(k)
+       case ('max_energy')
+         angle = angle_of_most_energy(k)
+       case default
+         angle = 0
+      end select
+   end function kink_angle
+
+   !> The angle at which a short kink has no K_II [rad].
+   pure real(dp) function symmetric_angle(k) result(angle)
+      real(dp), intent(in) :: k(modes)
+      real(dp) :: low, high, of_kink(modes), at_low(modes)
+      integer :: i
+      low = -largest
+      high = largest
+      at_low = after_kink(low, k)
+      do i = 1, digits(low)
+         angle = (low + high)/2
+         of_kink = after_kink(angle, k)
+         if (of_kink(2)*at_low(2) > 0) then
+            low = angle
+         else
+            high = angle
+         end if
+      end do
+   end function symmetric_angle
+
+   !> The angle of the short kink with the largest energy release rate [rad].
+   pure real(dp) function angle_of_most_energy(k) result(angle)
+      real(dp), intent(in) :: k(modes)
+      real(dp), parameter :: golden = 0.6180339887498949_dp
+      real(dp) :: low, high, a, b
+      integer :: i
+      a = symmetric_angle(k)                     ! a few degrees from it
+      low = max(-largest, a - 0.3_dp)
+      high = min(largest, a + 0.3_dp)
+      do i = 1, digits(low)
+         a = high - golden*(high - low)
+         b = low + golden*(high - low)
+         if (sum(after_kink(a, k)**2) > sum(after_kink(b, k)**2)) then
+            high = b
+         else
+            low = a
+         end if
+      end do
+      angle = (low + high)/2
+   end function angle_of_most_energy
+
+   !> Stress intensity factors of a short kink, from those of the crack before [Pa sqrt(m)]: the series of Amestoy & Leblond.
+   pure function after_kink(angle, k) result(of_kink)
+      real(dp), intent(in) :: angle              !! [rad]
+      real(dp), intent(in) :: k(modes)
+      real(dp) :: of_kink(modes)
+      real(dp), parameter :: f11(0:10) = [1.0_dp, -3*pi**2/8, pi**2 - 5*pi**4/128, pi**2/9 - 11*pi**4/72 + 119*pi**6/15360, &
+                                          5.07790_dp, -2.88312_dp, -0.0925_dp, 2.996_dp, -4.059_dp, 1.63_dp, 4.1_dp]
+      real(dp), parameter :: f12(0:9) = [-3*pi/2, 10*pi/3 + pi**3/16, -2*pi - 133*pi**3/180 + 59*pi**5/1280, 12.313906_dp, &
+                                         -7.32433_dp, 1.5793_dp, 4.0216_dp, -6.915_dp, 4.21_dp, 4.56_dp]
+      real(dp), parameter :: f21(0:9) = [pi/2, -4*pi/3 - pi**3/48, -2*pi/3 + 13*pi**3/30 - 59*pi**5/3840, -6.176023_dp, &
+                                         4.44112_dp, -1.5340_dp, -2.0700_dp, 4.684_dp, -3.95_dp, -1.32_dp]
+      real(dp), parameter :: f22(0:10) = [1.0_dp, -4 - 3*pi**2/8, 8.0_dp/3 + 29*pi**2/18 - 5*pi**4/128, &
+                                          -32.0_dp/15 - 4*pi**2/9 - 1159*pi**4/7200 + 119*pi**6/15360, &
+                                          10.58254_dp, -4.78511_dp, -1.8804_dp, 7.280_dp, -7.591_dp, 0.25_dp, 12.5_dp]
+      associate (m => angle/pi)
+         of_kink(1) = series(f11, m**2)*k(1) + m*series(f12, m**2)*k(2)
+         of_kink(2) = m*series(f21, m**2)*k(1) + series(f22, m**2)*k(2)
+      end associate
+   end function after_kink
+
+   !> A polynomial, by Horner's rule.
+   pure real(dp) function series(coefficient, x)
+      real(dp), intent(in) :: coefficient(0:), x
+      integer :: i
+      series = 0
+      do i = ubound(coefficient, 1), 0, -1
+         series = series*x + coefficient(i)
+      end do
+   end function series
+end module hampm_kinks

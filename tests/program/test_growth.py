@@ -1,0 +1,112 @@
+"""Cracks that grow at rest, against paths of an integral equation (tests/reference/growth), and what is refused."""
+
+import csv
+import math
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import BENCH, ROOT
+
+sys.path.insert(0, str(BENCH))
+
+from cracks import MODULUS, scene  # noqa: E402
+
+REFERENCE = ROOT / "tests/reference/growth"
+SIZE = 8e-3 / math.sqrt(2)  # of the crack at 45 degrees
+
+
+def run(hampm, tmp_path, text, code=0, words=()):
+    (tmp_path / "growth.nml").write_text(text)
+    result = hampm("growth.nml", "--force", "--quiet", *words)
+    assert result.returncode == code, result.stderr
+    if code:
+        return result.stderr
+    with h5py.File(tmp_path / "growth.h5") as file:
+        return {name: values[:] for name, values in file["history"].items()}, result.stderr
+
+
+def plate(steps, direction="local_symmetry", increment=1.6e-3, levels=1, cell=1e-3, more="", **values):
+    """A crack of 16 mm at 45 degrees in a plate of 40 by 80 mm under tension."""
+    text = scene([[(-SIZE, -SIZE), (SIZE, SIZE)]], cell, (0.02, 0.04), levels=levels, sigma=1e6, **values)
+    text = text.replace("time = 'static'", f"time = 'static'  load_steps = {steps}")
+    return text + f"&growth direction = '{direction}'  toughness = 100.0  increment = {increment} {more} /\n"
+
+
+def path(increment):
+    """Place, direction and K_I of the tip that goes to the right, by the growth [mm]."""
+    with (REFERENCE / "p1_path_slanted_45.csv").open() as file:
+        rows = csv.reader(line for line in file if not line.startswith("#"))
+        return {round(float(row[2]), 3): [float(x) for x in row[3:]] for row in rows
+                if row[0] == f"{1e3 * increment:g} mm" and row[1] == "2"}
+
+
+def test_a_path_by_local_symmetry(hampm, tmp_path):
+    """One level around the tips: the path to a tenth of a coarse cell, directions to a degree, K_I to 1 % but for the first kink."""
+    row, said = run(hampm, tmp_path, plate(5))
+    reference = path(1.6e-3)
+    off = []
+    for i in range(6):
+        x, y, angle, k, _ = reference[round(1.6 * i, 3)]
+        off.append((math.hypot(1e3 * row["tip_x"][i] - x, 1e3 * row["tip_y"][i] - y), row["tip_angle"][i] - angle,
+                    row["K_I"][i] / row["load_factor"][i] / k - 1))
+    print(off)
+    assert max(distance for distance, _, _ in off) < 0.1
+    assert max(abs(angle) for _, angle, _ in off) < 1
+    assert max(abs(k) for i, (_, _, k) in enumerate(off) if i != 1) < 0.01
+    assert "growth" not in said
+    # the tip that leads has its toughness, and the other one is its image
+    assert np.maximum(row["G"], row["G_tip2"]) == pytest.approx(100, rel=1e-6)
+    assert row["tip_x_tip2"] == pytest.approx(-row["tip_x"], abs=1e-4)
+    assert row["crack_length"] == pytest.approx(16e-3 + 3.2e-3 * np.arange(6), rel=1e-9)
+    assert row["fracture_energy"][-1] == pytest.approx(100 * 5 * 3.2e-3 * 1e-3, rel=0.02)
+
+
+def straight(steps, levels, increment):
+    text = scene([[(-5e-3, 0.0), (5e-3, 0.0)]], 1e-3, (0.02, 0.04), levels=levels, sigma=1e6)
+    text = text.replace("time = 'static'", f"time = 'static'  load_steps = {steps}")
+    return text + f"&growth direction = 'straight'  toughness = 100.0  increment = {increment} /\n"
+
+
+def test_work_goes_into_new_faces(hampm, tmp_path):
+    """Of a crack that grows straight, work less stored energy is the toughness times the area; the rest falls with the increments."""
+    rest = []
+    for steps, increment in ((2, 2e-3), (4, 1e-3)):
+        row, _ = run(hampm, tmp_path, straight(steps, 1, increment))
+        taken = row["external_work"] - row["strain_energy"]
+        assert row["fracture_energy"][-1] == pytest.approx(100 * 8e-3 * 1e-3, rel=1e-3)
+        rest.append(abs(taken[-1] / row["fracture_energy"][-1] - 1))
+    print(rest)
+    assert rest[1] < 0.03
+
+
+def test_a_crack_stops(hampm, tmp_path):
+    """At its largest length, and before a surface."""
+    row, said = run(hampm, tmp_path, plate(3, levels=0, increment=2e-3, more="max_length = 0.0205"))
+    assert row["crack_length"] == pytest.approx([16e-3, 20e-3, 20e-3, 20e-3])
+    assert "the crack has its max_length" in said
+    row, said = run(hampm, tmp_path, straight(9, 0, 2e-3))
+    assert "there is no room for a radius" in said
+    assert row["tip_x"][-1] == pytest.approx(17e-3)
+
+
+def test_only_the_tip_with_the_largest_rate_may_advance(hampm, tmp_path):
+    row, _ = run(hampm, tmp_path, plate(2, levels=0, increment=2e-3, more="tips = 'largest'"))
+    assert row["crack_length"] == pytest.approx([16e-3, 18e-3, 20e-3])
+
+
+@pytest.mark.parametrize("change, message", [
+    (("time = 'static'  load_steps = 2", "courant = 0"), "must be 'static' with a &growth"),
+    (("increment = 0.0016", "increment = 1e-4"), "two of the finest cells"),
+    (("&growth ", "&growth crack = 'b' "), "there is no &crack of this name"),
+    (("toughness = 100.0", "toughness = 0.0"), "must be in (0, inf)"),
+    (("'domain_integral'", "'energy_balance'"), "must name 'domain_integral' with a &growth"),
+    (("&material name = 'a'", "&material name = 'a' law = 'neo_hookean'"), "must be 'linear_elastic' with a &growth"),
+    (("toughness = 100.0", ""), "toughness: is missing"),
+])
+def test_what_growth_does_not_go_with(hampm, tmp_path, change, message):
+    text = plate(2)
+    assert change[0] in text
+    assert message in run(hampm, tmp_path, text.replace(*change), code=2)
