@@ -340,7 +340,7 @@ def wave(program, arguments):
     for mass, cell in (("lumped", 0.25e-3), ("lumped", 0.125e-3), ("blend", 0.25e-3), ("blend", 0.125e-3)):
         start = (12e-3 - half[1] - shift[1]) / speed
         points = ", ".join(repr(float(x)) for x in np.concatenate([shift - half, shift + half]))
-        program(WAVE.format(end=start + 2.4e-6, cell=cell, nx=round(32e-3 / cell), ny=round(26e-3 / cell), mass=mass, points=points))
+        program(WAVE.format(end=float(start) + 2.4e-6, cell=cell, nx=round(32e-3 / cell), ny=round(26e-3 / cell), mass=mass, points=points))
         with h5py.File(program.folder / "cracks.h5") as file:
             history = {name: column[:] for name, column in file["history"].items()}
         times = history["time"] - start

@@ -83,7 +83,7 @@ contains
          if (.not. growing%is_growing(k)) cycle
          associate (law => scene%growth(growing%law(k)), tip => cracks%tips(k))
             if (law%only_largest) then
-               if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack)) cycle
+               if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) cycle
             end if
             if (values(k)%intensity(1) <= 0 .and. law%direction /= 'straight') cycle ! nothing opens it
             call try_to_advance(k)
@@ -163,7 +163,7 @@ contains
       end do
    end subroutine turn_tips
 
-   !> By what loads are to be multiplied so that the largest G of a tip that may grow, over its toughness, is 1; 1 where none has any.
+   !> By what loads are to be multiplied so that the largest G of a tip that still grows, over its toughness, is 1; 1 where none has any.
    pure real(dp) function factor_to_toughness(growing, scene, cracks, values) result(factor)
       type(growing_t), intent(in) :: growing
       type(scene_t), intent(in) :: scene
@@ -173,7 +173,7 @@ contains
       integer :: k
       largest = 0
       do k = 1, size(values)
-         if (growing%law(k) > 0) largest = max(largest, best_rate(values(k), cracks%tips(k)) &
+         if (growing%is_growing(k)) largest = max(largest, best_rate(values(k), cracks%tips(k)) &
                                                         /scene%growth(growing%law(k))%toughness)
       end do
       factor = 1

@@ -68,7 +68,7 @@ contains
                              leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
              steps_summary(s)
       do k = 1, size(s%measurements%crack)
-         text = text//crack_summary(s, s%cracks%tips(k))//error_summary(s, k)
+         text = text//crack_summary(s, s%cracks%tips(k))//growth_summary(s, k)//error_summary(s, k)
       end do
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
@@ -100,6 +100,20 @@ contains
       end do
       text = text//' m'//nl
    end function crack_summary
+
+   !> How a tip grows; '' where it does not.
+   function growth_summary(s, tip) result(text)
+      type(simulation_t), intent(in) :: s
+      integer, intent(in) :: tip                 !! its number
+      character(:), allocatable :: text
+      text = ''
+      if (.not. s%growing%are_there()) return
+      if (s%growing%law(tip) == 0) return
+      associate (growth => s%scene%growth(s%growing%law(tip)))
+         text = 'growth          '//trim(growth%direction)//', by '//length_text(growth%increment)//' m a load step, at '// &
+                to_text(growth%toughness)//' J/m2'//new_line('a')
+      end associate
+   end function growth_summary
 
    !> How the time is divided.
    function steps_summary(s) result(text)
