@@ -9,7 +9,7 @@ module hampm_growth_group
    public :: growth_group, growth_keys, growth_t, fill_growth
 
    type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
-      'how a crack of kind path grows; without this group cracks stay as they are')
+      'how a crack of kind path grows; without this group cracks stay as they are', is_apart=.true.)
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning

@@ -13,18 +13,21 @@ module hampm_namelist_text
 
 contains
 
-   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a scene that runs.
+   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a scene that runs; groups that do
+   !> not go with the others are comments.
    pure function template_text() result(text)
-      character(:), allocatable :: text
+      character(:), allocatable :: text, start
       integer :: g, k
       text = '! A scene for hampm, with every group and key. Numbers are in SI units. A comment gives: meaning [unit];'//line_feed &
              //'! what is allowed; the default. Keys and groups may stand in any order.'//line_feed
       do g = 1, size(groups)
-         text = text//line_feed//'&'//trim(groups(g)%name)//'  ! '//trim(groups(g)%meaning)//group_note(groups(g))//line_feed
+         start = ''
+         if (groups(g)%is_apart) start = '! '
+         text = text//line_feed//start//'&'//trim(groups(g)%name)//'  ! '//trim(groups(g)%meaning)//group_note(groups(g))//line_feed
          do k = first_key(g), first_key(g) + key_count(g) - 1
-            text = text//template_line(keys(k))//line_feed
+            text = text//start//template_line(keys(k))//line_feed
          end do
-         text = text//'/'//line_feed
+         text = text//start//'/'//line_feed
       end do
    end function template_text
 

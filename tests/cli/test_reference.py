@@ -41,7 +41,7 @@ def test_page_of_the_keys_is_what_the_program_prints(reference):
 
 
 def test_reference_has_a_row_for_each_key_of_the_template(reference, hampm):
-    keys = re.findall(r"^   (\w+) =", hampm("--template").stdout, re.MULTILINE)
+    keys = re.findall(r"^(?:! )?   (\w+) =", hampm("--template").stdout, re.MULTILINE)
     assert re.findall(r"^\| `(\w+)` \|", reference, re.MULTILINE) == keys
 
 
