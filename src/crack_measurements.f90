@@ -14,6 +14,7 @@ module hampm_crack_measurements
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
    use hampm_mass_solver, only: mass_solver_t
    use hampm_motion, only: motion_t, refresh_grid
+   use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_scene, only: scene_t
@@ -203,7 +204,7 @@ contains
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
-         call record_best(scene, v, tip%nodes%in_cell, history)
+         call record_best(scene, v, tip%nodes%in_cell .and. .not. tip%grown > 0, history)
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          call history%record('mouth_opening', 'm', &
@@ -265,7 +266,7 @@ contains
       type(crack_values_t), intent(in) :: v
       type(crack_tip_t), intent(in) :: tip
       best_rate = sum(v%j)/size(v%j)
-      if (tip%nodes%in_cell) best_rate = v%g_of_k
+      if (tip%nodes%in_cell .and. .not. tip%grown > 0) best_rate = v%g_of_k
    end function best_rate
 
    !> Energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
@@ -294,7 +295,7 @@ contains
       real(dp) :: k(modes, size(values%j))
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
-      domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell)
+      domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
       domain%face_of_line = merge(1.0_dp, -1.0_dp, tip%end == last_point)  ! the left one, as one walks along the crack
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness
@@ -309,5 +310,10 @@ contains
       values%intensity = sum(k, dim=2)/size(values%j)
       values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)
       values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
+      if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
+         values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &
+                                      /energy_factors(domain%material, tip%speed)), values%domain)
+         values%g_of_k = sum(values%j)/size(values%j)
+      end if
    end subroutine measure_domain
 end module hampm_crack_measurements

@@ -15,7 +15,7 @@ module hampm_measurements
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_growth, only: growing_t, record_growth
+   use hampm_growing, only: growing_t, record_growth
    use hampm_history, only: history_t
    use hampm_kinetic, only: kinetic_energy
    use hampm_loads, only: load_t
@@ -237,16 +237,20 @@ contains
          if (any(scene%paths%friction > 0)) &
             call history%record('friction_loss', 'J', 'energy taken by friction between faces', motion%springs%loss)
          if (growing%are_there()) then
-            call history%record('load_factor', '1', 'by which all loads and prescribed motions are multiplied', growing%load_factor)
-            call history%record('fracture_energy', 'J', 'energy taken by new faces: the integral of G over their area', &
-                                motion%fracture_energy)
+            if (growing%at_rest) call history%record('load_factor', '1', &
+                                                     'by which all loads and prescribed motions are multiplied', &
+                                                     growing%load_factor)
+            call history%record('fracture_energy', 'J', 'energy taken by new faces: at rest the integral of G over their area, '// &
+                                'in motion the work of the bonds that let go', motion%fracture_energy)
+            if (.not. growing%at_rest) &
+               call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows', growing%integral)
          end if
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
             call record_crack(scene, cracks%tips(k), m%crack(k), history)
-            if (growing%are_there()) call record_growth(growing, scene, cracks, k, history)
+            if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(scene%constraints) > 0) then

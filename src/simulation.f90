@@ -13,8 +13,9 @@ module hampm_simulation
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
-   use hampm_growth, only: growing_t, new_growing, advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, &
-                           scale_loads, keep_growing
+   use hampm_growing, only: growing_t, new_growing, keep_growing
+   use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, scale_loads
+   use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
@@ -216,7 +217,7 @@ contains
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
       if (.not. resumes) call settle_at_start(s, failure)
-      if (.not. (resumes .or. failure%failed()) .and. s%growing%are_there()) call load_to_toughness(s, failure)
+      if (.not. (resumes .or. failure%failed()) .and. s%growing%at_rest) call load_to_toughness(s, failure)
       if (.not. (resumes .or. failure%failed())) call record(s, failure)
       do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
          call advance_to(s, next_output(s), failure)
@@ -256,10 +257,10 @@ contains
          if (.not. failure%failed()) call look_for_interruption(s, failure)
          if (failure%failed()) return
          before = s%motion%steps
-         if (s%growing%are_there()) call grow(s, failure)
+         if (s%growing%are_there()) call prepare_growth(s, failure)
          if (failure%failed()) return
          call s%integrator%advance(s%motion, s%dt, failure)
-         if (.not. failure%failed() .and. s%growing%are_there()) call load_to_toughness(s, failure)
+         if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)
          if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
          if (.not. failure%failed() .and. s%refinement%is_active()) then
             if (s%integrator%is_static) then
@@ -288,6 +289,39 @@ contains
       call s%integrator%choose_steps(s%motion, time - s%motion%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
 
+   !> Before a step: let tips grow at rest, or plan their ways in motion.
+   subroutine prepare_growth(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: have_planned
+      if (s%growing%at_rest) then
+         call grow(s, failure)
+         return
+      end if
+      if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) then
+         call update_particles(s%motion)
+         call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+         if (failure%failed()) return
+         call note_look(s%growing, s%cracks, s%measurements%crack)
+         call start_tips(s%growing, s%scene, s%motion, s%cracks, s%measurements%crack)
+      end if
+      call plan_ways(s%growing, s%scene, s%motion, s%cracks, s%dt, have_planned, s%warning)
+      if (.not. have_planned) return
+      call update_particles(s%motion)
+      call change_cut(s, failure)
+   end subroutine prepare_growth
+
+   !> After a step: scale loads to the toughness at rest, or let tips move.
+   subroutine follow_growth(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      if (s%growing%at_rest) then
+         call load_to_toughness(s, failure)
+      else
+         call move_tips(s%growing, s%scene, s%motion, s%cracks, s%dt, s%warning)
+      end if
+   end subroutine follow_growth
+
    !> Before a load step: let tips advance, and find equilibrium with them where they are.
    subroutine grow(s, failure)
       type(simulation_t), intent(inout) :: s
@@ -311,6 +345,14 @@ contains
    subroutine cut_anew(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      call change_cut(s, failure)
+      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%longest_step, failure)
+   end subroutine cut_anew
+
+   !> Cut cells along cracks that have changed, and let the mesh follow their tips.
+   subroutine change_cut(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
       logical :: adapted
       lines = s%cracks%lines()
@@ -320,8 +362,7 @@ contains
          call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
       end do
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
-      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%longest_step, failure)
-   end subroutine cut_anew
+   end subroutine change_cut
 
    !> After a load step, or at the start: scale the loads until the largest G is the toughness.
    subroutine load_to_toughness(s, failure)
@@ -346,9 +387,9 @@ contains
       integer :: k
       if (.not. s%growing%are_there()) return
       do k = 1, size(s%scene%paths)
-         s%scene%paths(k)%points = s%cracks%crack(k)%points
+         s%scene%paths(k)%points = s%cracks%crack(k)%open_points()
       end do
-      call scale_loads(s%growing, s%motion)
+      if (s%growing%at_rest) call scale_loads(s%growing, s%motion)
    end subroutine follow_in_scene
 
    !> After a step: let cracks that the material carries follow it.
@@ -421,6 +462,8 @@ contains
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
       call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
       if (failure%failed()) return
+      if (s%growing%are_there() .and. .not. s%growing%at_rest) &
+         call book_rate(s%growing, s%scene, s%cracks, s%measurements%crack)
       call check_state(s%motion, s%measurements, s%warning, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return

@@ -6,6 +6,7 @@ module hampm_summary
    use hampm_cracks, only: first_point
    use hampm_integrator, only: steps_for
    use hampm_loads, only: all_settle, settling_time
+   use hampm_moving_tip, only: rayleigh_speed
    use hampm_placement, only: point_text, length_text
    use hampm_rest, only: find_lowest_frequency, time_to_rest
    use hampm_simulation, only: simulation_t, is_at_rest
@@ -106,13 +107,30 @@ contains
       type(simulation_t), intent(in) :: s
       integer, intent(in) :: tip                 !! its number
       character(:), allocatable :: text
+      character(*), parameter :: nl = new_line('a')
+      integer :: k
       text = ''
       if (.not. s%growing%are_there()) return
-      if (s%growing%law(tip) == 0) return
-      associate (growth => s%scene%growth(s%growing%law(tip)))
-         text = 'growth          '//trim(growth%direction)//', by '//length_text(growth%increment)//' m a load step, at '// &
-                to_text(growth%toughness)//' J/m2'//new_line('a')
-      end associate
+      if (.not. s%growing%grows(tip)) return
+      do k = 1, size(s%scene%growth)
+         associate (growth => s%scene%growth(k), of => s%cracks%tips(tip))
+            if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
+            text = text//'growth          '//trim(growth%direction)
+            select case (growth%law)
+             case ('quasi_static')
+               text = text//', by '//length_text(growth%increment)//' m a load step, at '//to_text(growth%toughness)//' J/m2'
+             case ('prescribed')
+               text = text//', at '//to_text(growth%speed)//' m/s, '// &
+                      three_digits(growth%speed/rayleigh_speed(s%motion%materials(of%material)))// &
+                      ' of that of Rayleigh waves'
+             case default
+               text = text//', at '//to_text(growth%toughness)//' J/m2'
+            end select
+            if (growth%start > 0) text = text//', from '//to_text(growth%start)//' s'
+            if (growth%end < huge(growth%end)) text = text//' to '//to_text(growth%end)//' s'
+            text = text//nl
+         end associate
+      end do
    end function growth_summary
 
    !> How the time is divided.

@@ -107,7 +107,7 @@ contains
       integer :: c, k
       first(1) = 1
       do c = 1, size(cracks%crack)
-         first(c + 1) = first(c) + size(cracks%crack(c)%points, 2)
+         first(c + 1) = first(c) + size(cracks%crack(c)%open_points(), 2)
       end do
       associate (n_points => first(size(first)) - 1, n_lines => first(size(first)) - size(first))
          allocate (view%points(ndim, n_points), view%connectivity(0), number(1, n_lines))
@@ -117,7 +117,7 @@ contains
          view%cell_types = spread(vtk_line, 1, n_lines)
       end associate
       do c = 1, size(cracks%crack)
-         view%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%points
+         view%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_points()
          view%connectivity = [view%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
          number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
       end do

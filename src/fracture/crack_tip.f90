@@ -36,6 +36,8 @@ module hampm_crack_tip
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
       logical :: may_close = .false.             !! whether springs keep the faces from going through each other
+      real(dp) :: grown = 0                      !! how far it has moved since the start of the run, by growth in motion [m]
+      real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
       integer :: material = 0                    !! number of the material in which it is
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
       type(tip_nodes_t) :: nodes
@@ -85,8 +87,10 @@ contains
       type(end_leaf_t), intent(in) :: end        !! of the line of this crack in the grid
       type(grid_t), intent(in) :: grid
       integer :: k, leaf
-      self%now = end%tip
-      self%direction = end%direction
+      if (.not. self%grown > 0) then
+         self%now = end%tip
+         self%direction = end%direction
+      end if
       self%nodes = tip_nodes_t(spacing=grid%forest%cell)
       do k = 0, 3
          leaf = grid%forest%leaf_at(self%now + grid%forest%tolerance()*(2*[mod(k, 2), k/2] - 1))
@@ -112,6 +116,8 @@ contains
       class(archive_t), intent(inout) :: archive
       integer :: n
       call archive%keep('material', tip%material)
+      call archive%keep('grown', tip%grown)
+      call archive%keep('speed', tip%speed)
       n = size(tip%radii)
       call archive%keep('number_radii', n)
       if (n == 0 .or. archive%failure%failed()) return

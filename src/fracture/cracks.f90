@@ -21,6 +21,8 @@ module hampm_cracks
    integer, parameter :: first_point = 1, last_point = 2 !! the ends
    integer, parameter :: left = 1, right = 2     !! the faces, as one walks along the crack
 
+   real(dp), parameter :: straight = 1e-14_dp    !! 1 less the cosine of an angle that is no kink
+
    !> A crack.
    type :: crack_t
       character(name_len) :: kind = ''           !! 'symmetry', 'line' or 'path'
@@ -31,8 +33,11 @@ module hampm_cracks
       real(dp) :: friction = 0                   !! coefficient, of a path [-]
       real(dp) :: beyond(2) = 0                  !! of a path: how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
+      real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point tips are that grow in motion: cells are cut
+                                                 !! ahead of these [m]
    contains
       procedure :: length
+      procedure :: open_points
    end type crack_t
 
    !> All of them, and their tips.
@@ -49,18 +54,31 @@ module hampm_cracks
       procedure :: lines
       procedure :: extend
       procedure :: put_back
+      procedure :: move_tip
+      procedure :: plan_way
+      procedure :: end_direction
       procedure :: turn
       procedure :: find_nodes
    end type cracks_t
 
 contains
 
-   !> Its length, all segments together [m].
+   !> Its length, all segments together, between its tips [m].
    pure real(dp) function length(self)
       class(crack_t), intent(in) :: self
       integer :: i
-      length = sum([(norm2(self%points(:, i) - self%points(:, i - 1)), i=2, size(self%points, 2))])
+      length = sum([(norm2(self%points(:, i) - self%points(:, i - 1)), i=2, size(self%points, 2))]) - sum(self%bonded)
    end function length
+
+   !> Its points, with the places of the tips as the first and the last one [m].
+   pure function open_points(self) result(points)
+      class(crack_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      type(line_t) :: line
+      line%points = self%points
+      line%bonded = self%bonded
+      points = line%open_part()
+   end function open_points
 
    !> Number the tips, and find their places and frames.
    pure subroutine list_tips(self)
@@ -89,16 +107,18 @@ contains
       type(crack_tip_t), intent(out) :: tip
       real(dp) :: outward(ndim)
       integer :: n
-      if (end == last_point) then
-         n = size(crack%points, 2)
-         tip%place = crack%points(:, n)
-         outward = crack%points(:, n) - crack%points(:, n - 1)
-         tip%face([upper, lower]) = crack%face([left, right])
-      else
-         tip%place = crack%points(:, 1)
-         outward = crack%points(:, 1) - crack%points(:, 2)
-         tip%face([upper, lower]) = crack%face([right, left])
-      end if
+      associate (points => crack%open_points())
+         if (end == last_point) then
+            n = size(points, 2)
+            tip%place = points(:, n)
+            outward = points(:, n) - points(:, n - 1)
+            tip%face([upper, lower]) = crack%face([left, right])
+         else
+            tip%place = points(:, 1)
+            outward = points(:, 1) - points(:, 2)
+            tip%face([upper, lower]) = crack%face([right, left])
+         end if
+      end associate
       tip%now = tip%place
       tip%direction = outward/norm2(outward)
       tip%axis = frame_along(tip%direction)
@@ -144,6 +164,60 @@ contains
          tip%axis = new%axis
       end associate
    end subroutine put_back
+
+   !> Let a tip that grows in motion go on along the part of its crack that is bonded.
+   pure subroutine move_tip(self, number, way)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: way                !! [m]
+      associate (tip => self%tips(number))
+         self%crack(tip%crack)%bonded(tip%end) = max(0.0_dp, self%crack(tip%crack)%bonded(tip%end) - way)
+         tip%grown = tip%grown + way
+         call self%put_back(number, self%crack(tip%crack)%points)
+      end associate
+   end subroutine move_tip
+
+   !> Plan the way of a tip that grows in motion: the crack goes on from its last point to another one, and is bonded there.
+   pure subroutine plan_way(self, number, to)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: to(ndim)           !! [m]
+      real(dp), allocatable :: points(:, :)
+      integer :: last
+      real(dp) :: cosine
+      associate (tip => self%tips(number))
+         points = self%crack(tip%crack)%points
+         if (tip%end == first_point) points = points(:, size(points, 2):1:-1)
+         last = size(points, 2)
+         associate (from => points(:, last), before => points(:, last - 1))
+            self%crack(tip%crack)%bonded(tip%end) = self%crack(tip%crack)%bonded(tip%end) + norm2(to - from)
+            cosine = dot_product(to - from, from - before)/(norm2(to - from)*norm2(from - before))
+         end associate
+         if (cosine > 1 - straight) then
+            points(:, last) = to
+         else
+            points = reshape([points, to], [ndim, last + 1])
+         end if
+         if (tip%end == first_point) points = points(:, size(points, 2):1:-1)
+         call self%put_back(number, points)
+      end associate
+   end subroutine plan_way
+
+   !> Unit vector of the last straight part of the crack of a tip, bonded or not, away from its other end.
+   pure function end_direction(self, number) result(direction)
+      class(cracks_t), intent(in) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp) :: direction(ndim)
+      integer :: last
+      associate (tip => self%tips(number))
+         associate (points => self%crack(tip%crack)%points)
+            last = size(points, 2)
+            direction = points(:, last) - points(:, last - 1)
+            if (tip%end == first_point) direction = points(:, 1) - points(:, 2)
+         end associate
+      end associate
+      direction = direction/norm2(direction)
+   end function end_direction
 
    !> Turn the last straight part at a tip around its beginning.
    pure subroutine turn(self, number, angle)
@@ -199,7 +273,7 @@ contains
    pure function lines(self)
       class(cracks_t), intent(in) :: self
       type(line_t), allocatable :: lines(:)
-      integer :: c, n
+      integer :: c, n, k
       allocate (lines(count([(self%crack(c)%kind == 'path', c=1, size(self%crack))])))
       n = 0
       do c = 1, size(self%crack)
@@ -209,6 +283,12 @@ contains
          lines(n)%is_tip = self%crack(c)%is_tip
          lines(n)%contact = self%crack(c)%contact
          lines(n)%friction = self%crack(c)%friction
+         lines(n)%bonded = self%crack(c)%bonded
+         if (allocated(self%tips)) then
+            do k = 1, size(self%tips)
+               if (self%tips(k)%crack == c) lines(n)%grown(self%tips(k)%end) = self%tips(k)%grown
+            end do
+         end if
          associate (p => lines(n)%points, last => size(lines(n)%points, 2), beyond => self%crack(c)%beyond)
             p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
             p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))
@@ -291,5 +371,6 @@ contains
       call archive%keep_logicals('is_tip', size(crack%is_tip), crack%is_tip)
       call archive%keep_reals('mouth', ndim, crack%mouth)
       call archive%keep_reals('beyond', size(crack%beyond), crack%beyond)
+      call archive%keep_reals('bonded', size(crack%bonded), crack%bonded)
    end subroutine keep_crack
 end module hampm_cracks

@@ -9,7 +9,7 @@ module hampm_kinks
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: kink_angle, after_kink
+   public :: kink_angle, after_kink, hoop_intensity
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: largest = 80*pi/180    !! angle that is looked at; the series are good to 1e-5 there
@@ -32,6 +32,16 @@ contains
          angle = 0
       end select
    end function kink_angle
+
+   !> Stress intensity factor of the largest hoop stress around a tip [Pa sqrt(m)].
+   pure real(dp) function hoop_intensity(k)
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp) :: angle
+      hoop_intensity = k(1)
+      if (.not. abs(k(2)) > 0) return
+      angle = kink_angle('hoop_stress', k)
+      hoop_intensity = cos(angle/2)**2*(k(1)*cos(angle/2) - 3*k(2)*sin(angle/2))
+   end function hoop_intensity
 
    !> The angle at which a short kink has no K_II [rad].
    pure real(dp) function symmetric_angle(k) result(angle)

@@ -4,6 +4,9 @@
 !> Bonds: a cell in which a crack ends is cut as a whole, and what of its cut lies ahead of the tip is held together by a layer of
 !> springs. So the crack of the cells grows with that of the scene, and not by whole cells.
 !>
+!> Ahead of a tip that grows in motion more than one cell may be cut. A bond there begins with the traction that the material had, holds
+!> on as a spring, and lets go when the tip has come to it; how its force then falls is `hampm_bond_release`'s matter.
+!>
 !> Contact: where the faces would go through each other springs push them apart, and with friction they hold them along the face, up
 !> to the coefficient times the pressure; what is beyond slides (return mapping). The overlap that presses is the compliance of the
 !> layer, that of a third of a cell.
@@ -23,7 +26,8 @@ module hampm_face_springs
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
-             spring_stiffness, have_friction, relax_springs, look_at_faces, is_closed_at, keep_springs, make_room
+             spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, keep_springs, &
+             make_room
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -46,6 +50,14 @@ module hampm_face_springs
       real(dp), allocatable :: opening(:, :)     !! g, of the left face from the right one [m], (ndim, n)
       real(dp), allocatable :: slip(:)           !! sliding at which the faces hold each other without a force along them [m]
       real(dp), allocatable :: pressed(:)        !! by how much the faces overlapped after the last step [m]
+      integer, allocatable :: tip(:)             !! number of the tip that moves over a bond, 0 for none
+      real(dp), allocatable :: way(:)            !! of that tip from where it was at first to the bond [m]
+      real(dp), allocatable :: cell(:)           !! size of the cell there [m]
+      real(dp), allocatable :: held(:, :)        !! force of a bond at the opening `start` [N], (ndim, n)
+      real(dp), allocatable :: start(:, :)       !! [m], (ndim, n)
+      logical, allocatable :: lets_go(:)         !! whether a bond has begun to let go: its force is then `kept` of `held`
+      real(dp), allocatable :: kept(:)           !! [-]
+      real(dp), allocatable :: stored(:)         !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
       real(dp) :: loss = 0                       !! energy taken by friction [J]
    end type face_springs_t
 
@@ -93,7 +105,8 @@ contains
       real(dp) :: across, sliding
       associate (g => springs%opening(:, k), n => springs%normal(:, k), s => springs%stiffness(k))
          if (springs%kind(k) == bond) then
-            force = s*g
+            force = springs%held(:, k) + s*(g - springs%start(:, k))
+            if (springs%lets_go(k)) force = springs%kept(k)*springs%held(:, k)
             return
          end if
          across = dot_product(n, g)
@@ -158,6 +171,7 @@ contains
       integer :: i, j
       associate (n => springs%normal(:, k), t => along(springs, k), s => springs%stiffness(k))
          tangent = 0
+         if (springs%lets_go(k)) return
          do j = 1, ndim
             do i = 1, ndim
                if (state_of(springs, k) /= is_open) tangent(i, j) = s*n(i)*n(j)
@@ -243,14 +257,27 @@ contains
    !> Energy that the springs store [J].
    pure real(dp) function spring_energy(springs) result(energy)
       type(face_springs_t), intent(in) :: springs
-      real(dp) :: f(ndim)
       integer :: k
       energy = 0
       do k = 1, springs%n
-         f = force_of(springs, k)
-         energy = energy + sum(f**2)/(2*springs%stiffness(k))
+         energy = energy + energy_of(springs, k)
       end do
    end function spring_energy
+
+   !> Energy that a spring stores [J]: that of a bond since it began. One that has begun to let go stores none, what it takes is lost.
+   pure real(dp) function energy_of(springs, k) result(energy)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: k
+      associate (stretch => springs%opening(:, k) - springs%start(:, k), s => springs%stiffness(k))
+         if (springs%kind(k) /= bond) then
+            energy = sum(force_of(springs, k)**2)/(2*s)
+         else if (springs%lets_go(k)) then
+            energy = 0
+         else
+            energy = springs%stored(k) + dot_product(springs%held(:, k), stretch) + s*sum(stretch**2)/2
+         end if
+      end associate
+   end function energy_of
 
    !> Room for a number of springs; those that there are stay.
    pure subroutine make_room(springs, most)
@@ -265,6 +292,8 @@ contains
       allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%n_left(most), more%share(2*most_nodes_of_leaf, most), &
                 more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
                 more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
+      allocate (more%tip(most), more%way(most), more%cell(most), more%held(ndim, most), more%start(ndim, most), more%stored(most))
+      allocate (more%lets_go(most), more%kept(most))
       associate (n => springs%n)
          if (n > 0) then
             more%kind(:n) = springs%kind(:n)
@@ -279,6 +308,14 @@ contains
             more%opening(:, :n) = springs%opening(:, :n)
             more%slip(:n) = springs%slip(:n)
             more%pressed(:n) = springs%pressed(:n)
+            more%tip(:n) = springs%tip(:n)
+            more%way(:n) = springs%way(:n)
+            more%cell(:n) = springs%cell(:n)
+            more%held(:, :n) = springs%held(:, :n)
+            more%start(:, :n) = springs%start(:, :n)
+            more%lets_go(:n) = springs%lets_go(:n)
+            more%kept(:n) = springs%kept(:n)
+            more%stored(:n) = springs%stored(:n)
          end if
       end associate
       springs = more
@@ -312,5 +349,13 @@ contains
       call archive%keep_reals('opening', ndim*n, springs%opening)
       call archive%keep_reals('slip', n, springs%slip)
       call archive%keep_reals('pressed', n, springs%pressed)
+      call archive%keep_integers('tip', n, springs%tip)
+      call archive%keep_reals('way', n, springs%way)
+      call archive%keep_reals('cell', n, springs%cell)
+      call archive%keep_reals('held', ndim*n, springs%held)
+      call archive%keep_reals('start', ndim*n, springs%start)
+      call archive%keep_logicals('lets_go', n, springs%lets_go)
+      call archive%keep_reals('kept', n, springs%kept)
+      call archive%keep_reals('stored', n, springs%stored)
    end subroutine keep_springs
 end module hampm_face_springs

@@ -9,14 +9,14 @@ module hampm_spring_placement
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room
+   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, force_of, energy_of
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: rebuild_springs, look_at_openings, shorter_step
+   public :: rebuild_springs, look_at_openings, shorter_step, release_length
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -27,6 +27,9 @@ module hampm_spring_placement
    !> Stiffness of a layer for each area, in E'/h. As bonds, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
    !> places of the tip (docs/cracks.md).
    real(dp), parameter :: firmness = 3
+
+   !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_bond_release`).
+   real(dp), parameter :: release_length = 2
 
    !> The largest eigenvalue of the springs, over (c/h)**2 with c the speed of pressure waves; that of cells is 4 at least.
    real(dp), parameter :: most_of_cells = 1.2_dp
@@ -42,6 +45,8 @@ module hampm_spring_placement
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
       logical :: certain = .false.               !! whether springs are only to be where both pieces have particles of their own
+      integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
+      real(dp) :: way = 0                        !! of that tip to `from` [m]
    end type layer_t
 
 contains
@@ -53,14 +58,28 @@ contains
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
-      integer :: k
+      type(face_springs_t) :: old
+      integer :: k, s
+      call note_moving(springs, old)
       springs%n = 0
       springs%n_contact = 0
       if (.not. grid%cut_cells%are_there()) return
       if (.not. allocated(springs%kind)) call make_room(springs, 64)
       do k = 1, size(grid%cut_cells%ends)
          associate (end => grid%cut_cells%ends(k))
-            if (end%leaf > 0) call add_layer(springs, grid, p, blocks, materials, layer_t(bond, end%tip, end%front))
+            associate (line => grid%cut_cells%lines(end%line))
+               if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
+                  call add_bonds_of_way(springs, grid, p, blocks, materials, k, old)
+               else if (end%leaf > 0) then
+                  call add_layer(springs, grid, p, blocks, materials, layer_t(bond, end%tip, end%front))
+               end if
+            end associate
+         end associate
+      end do
+      do s = 1, springs%n
+         if (springs%tip(s) == 0) cycle
+         associate (end => grid%cut_cells%ends(springs%tip(s)))
+            call begin_bond(springs, s, old, grid%cut_cells%lines(end%line)%grown(end%end), grid, p, blocks, materials)
          end associate
       end do
       do k = 1, size(grid%cut_cells%lines)
@@ -68,6 +87,108 @@ contains
       end do
       if (springs%n > 0 .and. springs%are_bounded) call soften(springs, grid, p, blocks, materials)
    end subroutine rebuild_springs
+
+   !> Note the bonds of tips that move, as they are.
+   pure subroutine note_moving(springs, old)
+      type(face_springs_t), intent(in) :: springs
+      type(face_springs_t), intent(out) :: old
+      if (springs%n == 0) return
+      if (any(springs%tip(:springs%n) > 0)) old = springs
+   end subroutine note_moving
+
+   !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
+   !> cut end. Where layers begin and end does not depend on where the tip is.
+   pure subroutine add_bonds_of_way(springs, grid, p, blocks, materials, tip, old)
+      type(face_springs_t), intent(inout) :: springs
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      integer, intent(in) :: tip                 !! its number
+      type(face_springs_t), intent(in) :: old
+      real(dp), allocatable :: points(:, :)
+      real(dp) :: after
+      integer :: k
+      associate (end => grid%cut_cells%ends(tip))
+         associate (line => grid%cut_cells%lines(end%line))
+            points = line%new_part(end%end)
+            points(:, size(points, 2)) = end%front
+            after = line%grown(end%end)
+            do k = 1, old%n
+               if (old%tip(k) == tip .and. old%kept(k) > 0) after = min(after, old%way(k) - old%length(k)/2)
+            end do
+            call add_along(springs, grid, p, blocks, materials, points, layer_t(bond, tip=tip), after)
+         end associate
+      end associate
+   end subroutine add_bonds_of_way
+
+   !> Begin with a bond of a tip that moves: as it was on the grid before, or with the traction of the material there.
+   pure subroutine begin_bond(springs, s, old, grown, grid, p, blocks, materials)
+      type(face_springs_t), intent(inout) :: springs
+      integer, intent(in) :: s
+      type(face_springs_t), intent(in) :: old
+      real(dp), intent(in) :: grown              !! way of the tip so far [m]
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      integer :: k, nearest
+      real(dp) :: distance, least
+      nearest = 0
+      least = huge(least)
+      do k = 1, old%n
+         if (old%tip(k) /= springs%tip(s)) cycle
+         distance = abs(old%way(k) - springs%way(s)) + norm2(old%place(:, k) - springs%place(:, s))
+         if (distance >= least) cycle
+         least = distance
+         nearest = k
+      end do
+      if (nearest > 0) then
+         if (least > max(old%length(nearest), springs%length(s))) nearest = 0
+      end if
+      springs%start(:, s) = springs%opening(:, s)
+      if (nearest > 0) then
+         springs%held(:, s) = springs%length(s)/old%length(nearest)*merge(old%held(:, nearest), force_of(old, nearest), &
+                                                                      old%lets_go(nearest))
+         springs%stored(s) = springs%length(s)/old%length(nearest)*merge(old%stored(nearest), energy_of(old, nearest), &
+                                                                        old%lets_go(nearest))
+         springs%lets_go(s) = old%lets_go(nearest)
+         springs%kept(s) = old%kept(nearest)
+         springs%start(:, s) = springs%opening(:, s) - (old%opening(:, nearest) - old%start(:, nearest))
+         if (.not. springs%lets_go(s)) springs%start(:, s) = springs%opening(:, s)
+      else if (springs%way(s) < grown) then
+         springs%lets_go(s) = .true.
+         springs%kept(s) = 0
+      else
+         springs%held(:, s) = springs%thickness*springs%length(s)*traction_at(grid, p, blocks, materials, springs%place(:, s), &
+                                                                               springs%normal(:, s))
+      end if
+   end subroutine begin_bond
+
+   !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
+   pure function traction_at(grid, p, blocks, materials, x, normal) result(traction)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: x(ndim)            !! on the line [m]
+      real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      real(dp) :: traction(ndim)
+      integer :: e(faces), side, i
+      real(dp) :: volume
+      traction = 0
+      volume = 0
+      e = faces_at(grid, blocks, x, normal)
+      do side = 1, faces
+         associate (carrier => nearest_carrier(grid, blocks, e(side), x))
+            do i = blocks%first_in(carrier), blocks%last_in(carrier), blocks%stride_in(carrier)
+               volume = volume + p%volume(i)
+               traction = traction + p%volume(i)*matmul(materials(p%material(i))%conjugate_stress(p%gradient_of(i)), normal)
+            end do
+         end associate
+      end do
+      if (volume > 0) traction = traction/volume
+   end function traction_at
 
    !> The least opening normal to a line, over the points where springs would be, and the largest jump between its faces [m]; 0
    !> where there are none.
@@ -99,11 +220,28 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: line
       logical, intent(in) :: certain             !! see `layer_t`
+      associate (of => grid%cut_cells%lines(line))
+         call add_along(springs, grid, p, blocks, materials, of%open_part(), &
+                        layer_t(contact, friction=of%friction, certain=certain))
+      end associate
+   end subroutine add_contact
+
+   !> Add layers of a kind along a polyline, leaf by leaf; with `after` none that end before that way from its first point.
+   pure subroutine add_along(springs, grid, p, blocks, materials, points, kind, after)
+      type(face_springs_t), intent(inout) :: springs
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: points(:, :)       !! [m]
+      type(layer_t), intent(in) :: kind          !! without its ends
+      real(dp), intent(in), optional :: after    !! [m]
       real(dp), parameter :: least_part = 1e-6_dp ! of a leaf
-      real(dp) :: direction(ndim), aside(ndim), from, to, length, step
+      real(dp) :: direction(ndim), aside(ndim), from, to, length, step, way
       type(layer_t) :: layer
       integer :: i, leaf, d
-      associate (points => grid%cut_cells%lines(line)%points, forest => grid%forest)
+      way = 0
+      associate (forest => grid%forest)
          do i = 2, size(points, 2)
             length = norm2(points(:, i) - points(:, i - 1))
             direction = (points(:, i) - points(:, i - 1))/length
@@ -123,14 +261,20 @@ contains
                   step = max(step, least_part*forest%size_of(leaf))
                end if
                to = min(from + step, length)
-               layer = layer_t(contact, points(:, i - 1) + from*direction, points(:, i - 1) + to*direction, &
-                               grid%cut_cells%lines(line)%friction, certain)
+               layer = kind
+               layer%from = points(:, i - 1) + from*direction
+               layer%to = points(:, i - 1) + to*direction
+               layer%way = way + from
+               if (present(after)) then
+                  if (way + to < after) leaf = outside
+               end if
                if (leaf /= outside) call add_layer(springs, grid, p, blocks, materials, layer)
                from = to + least_part*forest%cell
             end do
+            way = way + length
          end do
       end associate
-   end subroutine add_contact
+   end subroutine add_along
 
    !> Add the springs of a layer, where there is material on both of its sides.
    pure subroutine add_layer(springs, grid, p, blocks, materials, layer)
@@ -162,6 +306,14 @@ contains
                springs%length(s) = part(i)*norm2(to - from)
                springs%normal(:, s) = normal
                springs%friction(s) = layer%friction
+               springs%tip(s) = layer%tip
+               springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
+               springs%cell(s) = grid%leaf_size(e(1))
+               springs%held(:, s) = 0
+               springs%start(:, s) = 0
+               springs%lets_go(s) = .false.
+               springs%kept(s) = 1
+               springs%stored(s) = 0
                n = 0
                do side = 1, faces
                   associate (element => nearest_carrier(grid, blocks, e(side), x))

@@ -7,6 +7,7 @@
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
    use hampm_kinds, only: dp, ndim
+   use hampm_bond_release, only: work_of_release
    use hampm_contact, only: share_velocity, keep_apart
    use hampm_driven_nodes, only: impose, drive
    use hampm_element_operators, only: pass_or_apply_everywhere
@@ -182,15 +183,20 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + work
    end subroutine book_loads
 
-   !> Let springs follow the velocities that have moved the particles; what they store and friction takes is no loss of the method.
+   !> Let springs follow the velocities that strain the particles; what they store, friction takes and bonds take that let go is no
+   !> loss of the method.
    subroutine follow_springs(m, dt)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp) :: before
+      real(dp) :: before, taken
       before = spring_energy(m%springs) + m%springs%loss
-      call stretch_springs(m%springs, m%fields%velocity(:, :, v_next), dt)
+      associate (velocity => m%fields%velocity, after => merge(v_mapped, v_next, m%scheme%remaps))
+         taken = work_of_release(m%springs, velocity(:, :, v_n), velocity(:, :, after), dt)
+         call stretch_springs(m%springs, velocity(:, :, after), dt)
+      end associate
       call settle_slip(m%springs)
-      if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%springs%loss - before)
+      m%fracture_energy = m%fracture_energy + taken
+      if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%springs%loss - before + taken)
    end subroutine follow_springs
 
    !> Count a step, and sort the particles if any has left its cell. Particles may have moved for several `dt` at once.

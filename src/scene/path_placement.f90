@@ -7,8 +7,8 @@ module hampm_path_placement
    use hampm_scene, only: scene_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
-             last_end
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, room_around, distance_to_cracks, length_along, &
+             is_inside, first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -155,20 +155,31 @@ contains
       integer :: i, n
       associate (path => scene%paths(k), tip => path_tip(scene%paths(k), end))
          n = size(path%points, 2)
-         radius = min(norm2(tip - point_before(path, end)), distance_to_cracks(scene, tip, k))
+         radius = norm2(tip - point_before(path, end))
          do i = 2, n
             if (i == merge(2, n, end == first_end)) cycle
             radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))
          end do
-         do i = 1, size(scene%loads)
-            if (scene%loads(i)%kind /= 'body') &
-               radius = min(radius, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
-         end do
-         do i = 1, size(scene%constraints)
-            if (any(scene%constraints(i)%fixed)) &
-               radius = min(radius, distance_to_box(tip, scene%constraints(i)%lower, scene%constraints(i)%upper))
-         end do
-         radius = covered_radius(scene, tip, radius)
+         radius = min(radius, room_around(scene, tip, k))
       end associate
    end function path_radius
+
+   !> The largest radius around a tip of the k-th path within which there are only material and this crack, and no load and no constraint
+   !> [m]; 0 where there is none.
+   pure real(dp) function room_around(scene, tip, k) result(radius)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)          !! its place [m]
+      integer, intent(in) :: k
+      integer :: i
+      radius = distance_to_cracks(scene, tip, k)
+      do i = 1, size(scene%loads)
+         if (scene%loads(i)%kind /= 'body') &
+            radius = min(radius, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
+      end do
+      do i = 1, size(scene%constraints)
+         if (any(scene%constraints(i)%fixed)) &
+            radius = min(radius, distance_to_box(tip, scene%constraints(i)%lower, scene%constraints(i)%upper))
+      end do
+      radius = covered_radius(scene, tip, radius)
+   end function room_around
 end module hampm_path_placement

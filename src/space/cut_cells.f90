@@ -31,13 +31,19 @@ module hampm_cut_cells
       logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
+                                                 !! are cut ahead of them, and bonds hold these [m]
+      real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
+   contains
+      procedure :: open_part
+      procedure :: new_part
    end type line_t
 
-   !> The leaf in which a line ends at a tip.
+   !> The leaf in which a line ends at a tip. Where cells are cut ahead of a tip, it is the last of them.
    type :: end_leaf_t
       integer :: line = 0
       integer :: end = 0                         !! 1 its first, 2 its last point
-      integer :: leaf = 0                        !! 0 where the tip is where leaves meet: nothing is cut beyond it
+      integer :: leaf = 0                        !! 0 where the line ends where leaves meet: nothing is cut beyond it
       real(dp) :: tip(ndim) = 0                  !! [m]
       real(dp) :: direction(ndim) = 0            !! unit vector out of the line
       real(dp) :: front(ndim) = 0                !! where the line, going on, leaves the leaf [m]
@@ -116,6 +122,13 @@ contains
             else
                call move_end(forest, points(:, 2), points(:, 1), end)
             end if
+            if (cut%lines(line)%bonded(k) > 0) then
+               associate (open => cut%lines(line)%open_part())
+                  end%tip = open(:, merge(1, size(open, 2), k == 1))
+                  end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
+                  end%direction = end%direction/norm2(end%direction)
+               end associate
+            end if
             e = e + 1
             cut%ends(e) = end
          end do
@@ -125,6 +138,54 @@ contains
          end do
       end do
    end subroutine find_segments
+
+   !> The line up to its tips, without what is bonded ahead of them [m].
+   pure function open_part(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      points = shortened(shortened(self%points, self%bonded(2)), self%bonded(1), from_first=.true.)
+   end function open_part
+
+   !> The line from where a tip was at first to the end of the line that is nearest to it, in the direction in which the tip moves [m].
+   pure function new_part(self, end) result(points)
+      class(line_t), intent(in) :: self
+      integer, intent(in) :: end                 !! 1 its first, 2 its last point
+      real(dp), allocatable :: points(:, :)
+      real(dp) :: length, old
+      integer :: k
+      length = sum([(norm2(self%points(:, k) - self%points(:, k - 1)), k=2, size(self%points, 2))])
+      old = length - self%bonded(end) - self%grown(end)
+      points = shortened(self%points, old, from_first=end == 2)
+      if (end == 1) points = points(:, size(points, 2):1:-1)
+   end function new_part
+
+   !> A polyline without the last part of a length, or without the first [m].
+   pure function shortened(points, by, from_first) result(shorter)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), intent(in) :: by                 !! [m]
+      logical, intent(in), optional :: from_first
+      real(dp), allocatable :: shorter(:, :)
+      real(dp) :: left, length
+      integer :: n
+      shorter = points
+      if (.not. by > 0) return
+      if (present(from_first)) then
+         if (from_first) shorter = points(:, size(points, 2):1:-1)
+      end if
+      left = by
+      n = size(shorter, 2)
+      do
+         length = norm2(shorter(:, n) - shorter(:, n - 1))
+         if (length > left .or. n == 2) exit
+         left = left - length
+         n = n - 1
+      end do
+      shorter(:, n) = shorter(:, n) - min(left/length, 1 - epsilon(left))*(shorter(:, n) - shorter(:, n - 1))
+      shorter = shorter(:, :n)
+      if (present(from_first)) then
+         if (from_first) shorter = shorter(:, n:1:-1)
+      end if
+   end function shortened
 
    !> Move an end to where its leaf ends, along the segment that comes from `from`.
    pure subroutine move_end(forest, from, tip, end)
@@ -521,8 +582,10 @@ contains
       integer, intent(in) :: sense               !! in which the edge goes from the place, 1 or -1
       type(disjoint_sets_t), intent(inout) :: sets
       real(dp) :: x(ndim), lower(ndim), p(ndim), q(ndim), width(2), length
+      logical :: are_whole
       integer :: i, along, piece(2)
       if (any(leaf == 0) .or. leaf(1) == leaf(2)) return
+      are_whole = max(cut%pieces_of(leaf(1)), cut%pieces_of(leaf(2))) == 1
       width = [forest%size_of(leaf(1)), forest%size_of(leaf(2))]
       x = forest%position(place)
       along = 3 - normal
@@ -540,7 +603,9 @@ contains
          if (is_between(cut, leaf(1), p, q)) cycle
          if (is_between(cut, leaf(2), p, q)) cycle
          piece = [cut%certain_piece_at(forest, leaf(1), p, near), cut%certain_piece_at(forest, leaf(2), q, near)]
-         if (all(piece > 0)) call sets%join(first(1) + piece(1) - 1, first(2) + piece(2) - 1)
+         if (.not. all(piece > 0)) cycle
+         call sets%join(first(1) + piece(1) - 1, first(2) + piece(2) - 1)
+         if (are_whole) return
       end do
    end subroutine connect
 

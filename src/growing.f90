@@ -1,0 +1,220 @@
+!> How the tips of a run grow, at rest (`hampm_growth_at_rest`) and in motion (`hampm_growth_in_motion`): what both remember.
+module hampm_growing
+   use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_cracks, only: cracks_t
+   use hampm_history, only: history_t
+   use hampm_scene, only: scene_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: growing_t, new_growing, record_growth, keep_growing, fitting
+
+   !> The tips that grow. Arrays have an entry for each tip of the run.
+   type :: growing_t
+      logical, allocatable :: grows(:)           !! whether there is a &growth for it
+      logical, allocatable :: has_stopped(:)     !! whether it has stopped, for good
+      real(dp), allocatable :: rate(:)           !! energy release rate when it was looked at last, at rest in the step before [J/m2]
+      logical :: at_rest = .false.               !! whether tips advance by increments, under loads that are scaled
+      ! At rest
+      real(dp), allocatable :: advance(:)        !! by which each has advanced in the last load step [m]
+      real(dp) :: load_factor = 1                !! by which all loads and prescribed motions are scaled
+      real(dp) :: work = 0                       !! of the loads and stored energy at the end of the step before [J]
+      real(dp) :: stored = 0
+      ! In motion
+      logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
+      logical, allocatable :: has_parted(:)      !! of the same: whether the zone of bonds that let go is complete, from when on it moves
+      real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
+      real(dp), allocatable :: memory(:)         !! of how late [s]
+      real(dp), allocatable :: reserve(:)        !! part of its way that is planned at which the next is planned [m]
+      integer, allocatable :: next_of_path(:)    !! of direction = path: the point that it goes to
+      integer, allocatable :: looks(:)           !! how often K was taken since the last turn
+      real(dp), allocatable :: sum_of_k(:, :)    !! sum of those [Pa sqrt(m)], (modes, tips)
+      real(dp), allocatable :: last_turn(:)      !! its way at its last turn that is too strong to be in a domain integral [m]; below 0: none
+      real(dp), allocatable :: room(:)           !! around it for these [m]
+      real(dp), allocatable :: usual_radii(:, :) !! of its domain integrals [m], (radii, tips)
+      real(dp), allocatable :: booked(:)         !! its way for which the integral of G is booked [m]
+      real(dp) :: integral = 0                   !! of G over the new area [J]
+      real(dp) :: strong_turn = 0.1_dp           !! [rad]
+   contains
+      procedure :: are_there
+      procedure :: is_growing
+      procedure :: law_at
+      procedure :: to_next_point
+      procedure :: fit_radii
+      procedure :: stop_tip
+   end type growing_t
+
+contains
+
+   !> Whether any tip is to grow.
+   pure logical function are_there(self)
+      class(growing_t), intent(in) :: self
+      are_there = .false.
+      if (allocated(self%grows)) are_there = any(self%grows)
+   end function are_there
+
+   !> Whether a tip still grows.
+   pure logical function is_growing(self, tip)
+      class(growing_t), intent(in) :: self
+      integer, intent(in) :: tip
+      is_growing = self%grows(tip) .and. .not. self%has_stopped(tip)
+   end function is_growing
+
+   !> Number of the &growth that applies to a tip at a time; 0 for none.
+   pure integer function law_at(self, scene, cracks, tip, time) result(law)
+      class(growing_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      real(dp), intent(in) :: time               !! [s]
+      integer :: k
+      law = 0
+      if (.not. self%is_growing(tip)) return
+      do k = 1, size(scene%growth)
+         associate (growth => scene%growth(k), of => cracks%tips(tip))
+            if (growth%path == of%crack .and. growth%of_end(of%end) .and. time >= growth%start .and. time < growth%end) law = k
+         end associate
+      end do
+   end function law_at
+
+   !> What is to grow in a scene.
+   subroutine new_growing(scene, cracks, growing)
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      type(growing_t), intent(out) :: growing
+      integer :: k, i
+      if (size(scene%growth) == 0) return
+      growing%at_rest = any(scene%growth%is_at_rest())
+      associate (n => size(cracks%tips))
+         allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), source=.false.)
+         allocate (growing%advance(n), growing%rate(n), growing%speed(n), growing%memory(n), growing%reserve(n), growing%room(n), &
+                   growing%booked(n), source=0.0_dp)
+         allocate (growing%last_turn(n), source=-huge(1.0_dp))
+         allocate (growing%next_of_path(n), source=1)
+         allocate (growing%looks(n), source=0)
+         allocate (growing%sum_of_k(modes, n), source=0.0_dp)
+         allocate (growing%usual_radii(size(cracks%tips(1)%radii), n))
+         do k = 1, n
+            growing%grows(k) = any(scene%growth%path == cracks%tips(k)%crack .and. &
+                                   [(scene%growth(i)%of_end(cracks%tips(k)%end), i=1, size(scene%growth))])
+            growing%usual_radii(:, k) = cracks%tips(k)%radii
+         end do
+      end associate
+   end subroutine new_growing
+
+   !> Direction from a place to the next point of a given path that is not there already; behind the last one straight on.
+   function to_next_point(self, tip, points, from, before) result(direction)
+      class(growing_t), intent(inout) :: self
+      integer, intent(in) :: tip
+      real(dp), intent(in) :: points(:, :)       !! of the path [m]
+      real(dp), intent(in) :: from(ndim)         !! [m]
+      real(dp), intent(in) :: before(ndim)       !! direction so far
+      real(dp) :: direction(ndim)
+      real(dp), parameter :: nothing = 1e-9_dp   ! of the first radius
+      direction = before
+      do while (self%next_of_path(tip) <= size(points, 2))
+         associate (way => points(:, self%next_of_path(tip)) - from)
+            if (norm2(way) > nothing*self%usual_radii(1, tip)) then
+               direction = way/norm2(way)
+               return
+            end if
+         end associate
+         self%next_of_path(tip) = self%next_of_path(tip) + 1
+      end do
+   end function to_next_point
+
+   !> Let the radii of a tip be the usual ones where there is room for them, and no strong turn of its crack in them.
+   subroutine fit_radii(self, number, least, tip)
+      class(growing_t), intent(in) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: least              !! radius [m]
+      type(crack_tip_t), intent(inout) :: tip
+      real(dp) :: most
+      most = min(self%room(number), max(least, tip%grown - self%last_turn(number)))
+      tip%radii = fitting(self%usual_radii(:, number), least, most)
+   end subroutine fit_radii
+
+   !> As many radii as before, between the least and the largest that there may be [m].
+   pure function fitting(radii, least, most)
+      real(dp), intent(in) :: radii(:), least, most
+      real(dp) :: fitting(size(radii))
+      real(dp) :: first, last
+      integer :: k
+      fitting = radii
+      if (all(radii <= most)) return
+      last = max(0.8_dp*most, least)
+      first = min(max(0.4_dp*most, least), last)
+      fitting = [(first + (k - 1)*(last - first)/max(1, size(radii) - 1), k=1, size(radii))]
+   end function fitting
+
+   !> Note that a tip stops.
+   subroutine stop_tip(self, number, why, said)
+      class(growing_t), intent(inout) :: self
+      integer, intent(in) :: number
+      character(*), intent(in) :: why
+      character(:), allocatable, intent(inout) :: said !! to the user, a line each
+      self%has_stopped(number) = .true.
+      if (.not. allocated(said)) said = ''
+      if (said /= '') said = said//new_line('a')
+      said = said//'tip '//to_text(number)//' no longer grows: '//why
+   end subroutine stop_tip
+
+   !> Record how a tip stands.
+   subroutine record_growth(growing, scene, cracks, tip, time, history)
+      type(growing_t), intent(in) :: growing
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      real(dp), intent(in) :: time               !! [s]
+      type(history_t), intent(inout) :: history
+      real(dp), parameter :: degree = acos(-1.0_dp)/180
+      real(dp) :: toughness
+      integer :: law
+      associate (of => cracks%tips(tip))
+         call history%record('crack_length', 'm', 'length of the whole crack', cracks%crack(of%crack)%length())
+         call history%record('tip_x', 'm', 'place of the tip', of%place(1))
+         call history%record('tip_y', 'm', 'place of the tip', of%place(2))
+         call history%record('tip_angle', 'deg', 'direction out of the crack, from x to the left', &
+                             atan2(of%axis(2, 1), of%axis(1, 1))/degree)
+         if (.not. growing%at_rest) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
+         if (.not. growing%grows(tip)) return
+         toughness = 0
+         law = growing%law_at(scene, cracks, tip, time)
+         if (law > 0) toughness = scene%growth(law)%toughness_at(of%speed)
+         if (growing%at_rest) toughness = scene%growth(findloc(scene%growth%path, of%crack, dim=1))%toughness
+         if (any(scene%growth%law /= 'prescribed')) &
+            call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
+                                toughness)
+      end associate
+   end subroutine record_growth
+
+   !> Keep how tips have grown.
+   subroutine keep_growing(growing, archive)
+      type(growing_t), intent(inout) :: growing
+      class(archive_t), intent(inout) :: archive
+      integer :: n
+      if (.not. growing%are_there()) return
+      n = size(growing%grows)
+      call archive%section('growth')
+      call archive%keep('load_factor', growing%load_factor)
+      call archive%keep('work', growing%work)
+      call archive%keep('stored', growing%stored)
+      call archive%keep('integral', growing%integral)
+      call archive%keep_logicals('has_stopped', n, growing%has_stopped)
+      call archive%keep_logicals('is_running', n, growing%is_running)
+      call archive%keep_logicals('has_parted', n, growing%has_parted)
+      call archive%keep_reals('rate', n, growing%rate)
+      call archive%keep_reals('speed', n, growing%speed)
+      call archive%keep_reals('memory', n, growing%memory)
+      call archive%keep_reals('reserve', n, growing%reserve)
+      call archive%keep_reals('last_turn', n, growing%last_turn)
+      call archive%keep_reals('room', n, growing%room)
+      call archive%keep_reals('booked', n, growing%booked)
+      call archive%keep_reals('sum_of_k', size(growing%sum_of_k), growing%sum_of_k)
+      call archive%keep_integers('looks', n, growing%looks)
+      call archive%keep_integers('next_of_path', n, growing%next_of_path)
+   end subroutine keep_growing
+end module hampm_growing

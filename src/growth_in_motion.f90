@@ -1,0 +1,320 @@
+!> Cracks that grow in motion. A tip goes on within a cell that is cut already, step by step, and bonds let go behind it
+!> (`hampm_bond_release`). Its way is planned to a little beyond the next cell, or some cells ahead where it does not turn by itself; there
+!> cells are cut anew, at the angle that the mix of modes asks for.
+module hampm_growth_in_motion
+   use hampm_kinds, only: dp, ndim
+   use hampm_bond_release, only: let_go_behind, let_go_beyond, soften_released, foremost_released
+   use hampm_crack_measurements, only: crack_values_t, best_rate
+   use hampm_crack_placement, only: least_radius
+   use hampm_crack_tip_field, only: modes, effective_modulus
+   use hampm_cracks, only: cracks_t, last_point
+   use hampm_face_springs, only: spring_energy
+   use hampm_forest, only: forest_t, outside
+   use hampm_growing, only: growing_t
+   use hampm_kinks, only: kink_angle, hoop_intensity
+   use hampm_growth_group, only: growth_t
+   use hampm_motion, only: motion_t
+   use hampm_path_placement, only: room_around
+   use hampm_scene, only: scene_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
+
+   !> The way by which a plan goes into the next cell, which is cut then, in cells.
+   real(dp), parameter :: into_next = 1e-3_dp
+
+   !> How many cells at once are planned where a crack does not turn by itself: to cut cells takes the time of some ten steps.
+   integer, parameter :: straight_on = 4
+
+   !> Strength of bonds of law = toughness, times the root of the cell over K at that toughness: 0.6 of the force on the last whole node at
+   !> rest, 0.6755 K sqrt(cell), on its cell (docs/growth.md).
+   real(dp), parameter :: strength = 0.6_dp*0.6755_dp
+
+   real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack goes straight on [rad]
+   real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
+   integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
+
+contains
+
+   !> Before a step: plan the ways of tips that have come to the end of what is planned. `have_planned` tells whether cells have to be cut.
+   subroutine plan_ways(growing, scene, m, cracks, dt, have_planned, said)
+      type(growing_t), intent(inout) :: growing
+      type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
+      type(motion_t), intent(in) :: m
+      type(cracks_t), intent(inout) :: cracks
+      real(dp), intent(in) :: dt                 !! of the step [s]
+      logical, intent(out) :: have_planned
+      character(:), allocatable, intent(inout) :: said
+      logical :: is_planned
+      integer :: k, law
+      have_planned = .false.
+      do k = 1, size(cracks%tips)
+         law = growing%law_at(scene, cracks, k, m%time)
+         if (law == 0) cycle
+         associate (of => scene%growth(law), tip => cracks%tips(k))
+            if (of%law == 'toughness') then
+               if (.not. growing%is_running(k)) cycle
+               if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
+                  if (foremost_released(m%springs, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
+                      - growing%reserve(k)) cycle
+               end if
+            else if (way_in_step(of, m%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
+               cycle
+            end if
+            call plan(growing, scene, m, cracks, k, of, is_planned, said)
+            have_planned = have_planned .or. is_planned
+         end associate
+      end do
+   end subroutine plan_ways
+
+   !> Plan the way of a tip to a little beyond the next cell, unless it would come too near to something.
+   subroutine plan(growing, scene, m, cracks, k, of, is_planned, said)
+      type(growing_t), intent(inout) :: growing
+      type(scene_t), intent(inout) :: scene
+      type(motion_t), intent(in) :: m
+      type(cracks_t), intent(inout) :: cracks
+      integer, intent(in) :: k
+      type(growth_t), intent(in) :: of
+      logical, intent(out) :: is_planned
+      character(:), allocatable, intent(inout) :: said
+      real(dp), allocatable :: before(:, :)
+      real(dp) :: from(ndim), to(ndim), direction(ndim), bonded, room, angle
+      logical :: at_kink
+      is_planned = .false.
+      associate (tip => cracks%tips(k))
+         before = cracks%crack(tip%crack)%points
+         bonded = cracks%crack(tip%crack)%bonded(tip%end)
+         from = before(:, merge(size(before, 2), 1, tip%end == last_point))
+         call choose_direction(growing, cracks, k, of, from, direction, angle)
+         do
+            call next_point(m%grid%forest, growing, k, of, from, direction, to, at_kink)
+            call cracks%plan_way(k, to)
+            if (.not. at_kink) exit
+            from = to
+            direction = growing%to_next_point(k, of%points, from, direction)
+         end do
+         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to))
+         room = room_around(scene, to, tip%crack)
+         if (room < least_radius(scene)*(1 - 1e-9_dp)) then
+            cracks%crack(tip%crack)%bonded(tip%end) = bonded
+            call cracks%put_back(k, before)
+            call growing%stop_tip(k, 'a cell further there is no room for a radius of the domain integral of two of the finest '// &
+                                  'cells: a surface, a load, a constraint or another crack is near', said)
+            tip%speed = 0
+            return
+         end if
+         if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
+         growing%room(k) = room
+         call growing%fit_radii(k, least_radius(scene), tip)
+         scene%paths(tip%crack)%points = cracks%crack(tip%crack)%open_points()
+      end associate
+      is_planned = .true.
+   end subroutine plan
+
+   !> Where a tip goes on, from where its way was planned to.
+   subroutine choose_direction(growing, cracks, k, of, from, direction, angle)
+      type(growing_t), intent(inout) :: growing
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: k
+      type(growth_t), intent(in) :: of
+      real(dp), intent(in) :: from(ndim)         !! [m]
+      real(dp), intent(out) :: direction(ndim)   !! unit vector
+      real(dp), intent(out) :: angle             !! to the left of where the tip points to [rad]
+      real(dp) :: present(ndim), along(ndim), most
+      associate (tip => cracks%tips(k))
+         direction = tip%axis(:, 1)
+         angle = 0
+         select case (of%direction)
+          case ('straight')
+            return
+          case ('path')
+            direction = growing%to_next_point(k, of%points, from, direction)
+            angle = atan2(dot_product(direction, tip%axis(:, 2)), dot_product(direction, tip%axis(:, 1)))
+          case default
+            if (growing%looks(k) > 0) angle = kink_angle(trim(of%direction), growing%sum_of_k(:, k)/growing%looks(k))
+            growing%looks(k) = 0
+            growing%sum_of_k(:, k) = 0
+            if (tip%grown > 0) then
+               present = cracks%end_direction(k)
+               along = matmul(present, tip%axis)
+               most = most_turn
+               angle = min(max(angle, atan2(along(2), along(1)) - most), atan2(along(2), along(1)) + most)
+               if (abs(angle - atan2(along(2), along(1))) < straight) then
+                  direction = present
+                  return
+               end if
+            else if (abs(angle) < straight) then
+               angle = 0
+            end if
+            direction = matmul(tip%axis, [cos(angle), sin(angle)])
+         end select
+      end associate
+   end subroutine choose_direction
+
+   !> The next point of a way: a little beyond the leaf or, where that comes first, a point of a given path, which `at_kink` tells.
+   subroutine next_point(forest, growing, k, of, from, direction, to, at_kink)
+      type(forest_t), intent(in) :: forest
+      type(growing_t), intent(inout) :: growing
+      integer, intent(in) :: k
+      type(growth_t), intent(in) :: of
+      real(dp), intent(in) :: from(ndim), direction(ndim)
+      real(dp), intent(out) :: to(ndim)
+      logical, intent(out) :: at_kink
+      real(dp) :: x(ndim), lower(ndim), way
+      integer :: leaf, d
+      x = from + forest%tolerance()*direction
+      leaf = forest%leaf_at(x)
+      way = forest%cell
+      if (leaf /= outside) then
+         way = huge(way)
+         lower = forest%position(forest%place_of(leaf))
+         do d = 1, ndim
+            if (direction(d) > 1e-9_dp) way = min(way, (lower(d) + forest%size_of(leaf) - from(d))/direction(d))
+            if (direction(d) < -1e-9_dp) way = min(way, (lower(d) - from(d))/direction(d))
+         end do
+         way = way + into_next*forest%size_of(leaf)
+         if (.not. of%turns()) way = way + (straight_on - 1)*forest%size_of(leaf)
+      end if
+      to = from + way*direction
+      at_kink = .false.
+      if (of%direction /= 'path' .or. growing%next_of_path(k) > size(of%points, 2)) return
+      if (norm2(of%points(:, growing%next_of_path(k)) - from) > way) return
+      to = of%points(:, growing%next_of_path(k))
+      growing%next_of_path(k) = growing%next_of_path(k) + 1
+      at_kink = .true.
+   end subroutine next_point
+
+   !> Way of a tip at a given speed in a step [m].
+   pure real(dp) function way_in_step(of, time, dt) result(way)
+      type(growth_t), intent(in) :: of
+      real(dp), intent(in) :: time, dt           !! [s]
+      way = of%speed*max(0.0_dp, min(time + dt, of%end) - max(time, of%start))
+   end function way_in_step
+
+   !> After a step: let tips move, and the bonds behind them go.
+   subroutine move_tips(growing, scene, m, cracks, dt, said)
+      type(growing_t), intent(inout) :: growing
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(inout) :: m
+      type(cracks_t), intent(inout) :: cracks
+      real(dp), intent(in) :: dt                 !! of the step, which is over [s]
+      character(:), allocatable, intent(inout) :: said
+      real(dp) :: way, taken, most, modulus, toughness, before
+      logical :: has_parted
+      integer :: k, law
+      before = spring_energy(m%springs) + m%fracture_energy
+      do k = 1, size(cracks%tips)
+         law = growing%law_at(scene, cracks, k, m%time - dt)
+         cracks%tips(k)%speed = 0
+         if (law == 0) cycle
+         associate (of => scene%growth(law), tip => cracks%tips(k))
+            if (.not. cracks%crack(tip%crack)%bonded(tip%end) > 0) cycle
+            most = huge(most)
+            if (of%max_length > 0) most = of%max_length - cracks%crack(tip%crack)%length()
+            if (of%law == 'prescribed') then
+               way = min(way_in_step(of, m%time - dt, dt), most)
+               tip%speed = of%speed
+               call cracks%move_tip(k, way)
+               call let_go_behind(m%springs, k, tip%grown, taken)
+            else
+               modulus = effective_modulus(m%materials(tip%material))
+               toughness = of%toughness_at(growing%speed(k))
+               call let_go_beyond(m%springs, k, strength*sqrt(modulus*toughness), taken)
+               call soften_released(m%springs, k, toughness, way, has_parted)
+               growing%has_parted(k) = growing%has_parted(k) .or. has_parted
+               if (.not. growing%has_parted(k)) way = 0
+               call cracks%move_tip(k, min(way, most))
+               growing%speed(k) = growing%speed(k) + (way/dt - growing%speed(k))*min(1.0_dp, dt/growing%memory(k))
+               tip%speed = growing%speed(k)
+            end if
+            m%fracture_energy = m%fracture_energy + taken
+            if (way >= most) then
+               call growing%stop_tip(k, 'the crack has its max_length', said)
+               tip%speed = 0
+            end if
+         end associate
+      end do
+      if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%fracture_energy - before)
+   end subroutine move_tips
+
+   !> Whether G and K have to be measured before the next step, as they decide on whether or where a tip goes.
+   logical function has_to_look(growing, scene, m, cracks)
+      type(growing_t), intent(in) :: growing
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(in) :: m
+      type(cracks_t), intent(in) :: cracks
+      integer :: k, law
+      has_to_look = .false.
+      if (mod(m%steps, int(steps_between_looks, kind(m%steps))) /= 0) return
+      do k = 1, size(cracks%tips)
+         law = growing%law_at(scene, cracks, k, m%time)
+         if (law == 0) cycle
+         associate (of => scene%growth(law))
+            if (of%law == 'toughness' .and. .not. growing%is_running(k)) has_to_look = .true.
+            if (of%turns()) has_to_look = .true.
+         end associate
+      end do
+   end function has_to_look
+
+   !> Note K of tips for their direction.
+   subroutine note_look(growing, cracks, values)
+      type(growing_t), intent(inout) :: growing
+      type(cracks_t), intent(in) :: cracks
+      type(crack_values_t), intent(in) :: values(:)
+      integer :: k
+      do k = 1, size(cracks%tips)
+         if (cracks%tips(k)%grown > 0) then
+            growing%looks(k) = growing%looks(k) + 1
+            growing%sum_of_k(:, k) = growing%sum_of_k(:, k) + values(k)%intensity
+         else
+            growing%looks(k) = 1
+            growing%sum_of_k(:, k) = values(k)%intensity
+         end if
+      end do
+   end subroutine note_look
+
+   !> Let tips start whose loading has reached the toughness: by `hoop_stress` the stress intensity factor of the largest hoop stress, else G.
+   subroutine start_tips(growing, scene, m, cracks, values)
+      type(growing_t), intent(inout) :: growing
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(in) :: m
+      type(cracks_t), intent(in) :: cracks
+      type(crack_values_t), intent(in) :: values(:)
+      real(dp) :: rate
+      integer :: k, law
+      do k = 1, size(cracks%tips)
+         law = growing%law_at(scene, cracks, k, m%time)
+         if (law == 0) cycle
+         associate (of => scene%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))
+            if (of%law /= 'toughness' .or. growing%is_running(k)) cycle
+            if (of%direction == 'hoop_stress') then
+               rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
+            else
+               rate = best_rate(values(k), cracks%tips(k))
+               if (values(k)%intensity(1) <= 0) rate = 0
+            end if
+            growing%is_running(k) = rate >= of%toughness
+            if (growing%is_running(k)) growing%memory(k) = 2*cracks%tips(k)%nodes%spacing &
+                                                           /m%materials(cracks%tips(k)%material)%shear_wave_speed()
+         end associate
+      end do
+   end subroutine start_tips
+
+   !> Book the integral of G over the new area, by the mean of G before and now.
+   subroutine book_rate(growing, scene, cracks, values)
+      type(growing_t), intent(inout) :: growing
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      type(crack_values_t), intent(in) :: values(:)
+      real(dp) :: rate
+      integer :: k
+      do k = 1, size(values)
+         rate = best_rate(values(k), cracks%tips(k))
+         growing%integral = growing%integral + scene%run%thickness*(cracks%tips(k)%grown - growing%booked(k)) &
+                            *(growing%rate(k) + rate)/2
+         growing%rate(k) = rate
+         growing%booked(k) = cracks%tips(k)%grown
+      end do
+   end subroutine book_rate
+end module hampm_growth_in_motion
