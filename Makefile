@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit cracks tip vtk errors
+         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit cracks growth tip vtk errors
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -152,6 +152,10 @@ implicit: setup  ## measure what implicit steps reach and cost
 cracks: setup  ## hold K and G of cracks that ignore the grid to independent solutions
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/cracks.py --output results/cracks
+
+growth: setup  ## hold cracks that grow in motion to exact solutions
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/growth.py --output results/growth
 
 tip: setup  ## measure how far from its node the discrete crack tip acts
 	@$(MAKE) --no-print-directory program

@@ -24,6 +24,8 @@ module hampm_growing
       real(dp) :: work = 0                       !! of the loads and stored energy at the end of the step before [J]
       real(dp) :: stored = 0
       ! In motion
+      integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
+      real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of bonds go on fading [m]
       logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
       logical, allocatable :: has_parted(:)      !! of the same: whether the zone of bonds that let go is complete, from when on it moves
       real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
@@ -42,6 +44,7 @@ module hampm_growing
       procedure :: are_there
       procedure :: is_growing
       procedure :: law_at
+      procedure :: given_way
       procedure :: to_next_point
       procedure :: fit_radii
       procedure :: stop_tip
@@ -63,22 +66,45 @@ contains
       is_growing = self%grows(tip) .and. .not. self%has_stopped(tip)
    end function is_growing
 
-   !> Number of the &growth that applies to a tip at a time; 0 for none.
-   pure integer function law_at(self, scene, cracks, tip, time) result(law)
+   !> Number of the &growth that applies to a tip at a time, the last one in a step from there on; 0 for none.
+   pure integer function law_at(self, scene, cracks, tip, time, step) result(law)
       class(growing_t), intent(in) :: self
       type(scene_t), intent(in) :: scene
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
       real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in), optional :: step     !! [s]
+      real(dp) :: last
       integer :: k
       law = 0
       if (.not. self%is_growing(tip)) return
+      last = time
+      if (present(step)) last = time + step*(1 - 1e-9_dp)
       do k = 1, size(scene%growth)
          associate (growth => scene%growth(k), of => cracks%tips(tip))
-            if (growth%path == of%crack .and. growth%of_end(of%end) .and. time >= growth%start .and. time < growth%end) law = k
+            if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
+            if (last >= growth%start .and. time < growth%end) law = k
          end associate
       end do
    end function law_at
+
+   !> Way of a tip at given speeds in a step [m].
+   pure real(dp) function given_way(self, scene, cracks, tip, time, step) result(way)
+      class(growing_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      real(dp), intent(in) :: time, step         !! [s]
+      integer :: k
+      way = 0
+      if (.not. self%is_growing(tip)) return
+      do k = 1, size(scene%growth)
+         associate (growth => scene%growth(k), of => cracks%tips(tip))
+            if (growth%path /= of%crack .or. .not. growth%of_end(of%end) .or. growth%law /= 'prescribed') cycle
+            way = way + growth%speed*max(0.0_dp, min(time + step, growth%end) - max(time, growth%start))
+         end associate
+      end do
+   end function given_way
 
    !> What is to grow in a scene.
    subroutine new_growing(scene, cracks, growing)
@@ -91,10 +117,10 @@ contains
       associate (n => size(cracks%tips))
          allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), source=.false.)
          allocate (growing%advance(n), growing%rate(n), growing%speed(n), growing%memory(n), growing%reserve(n), growing%room(n), &
-                   growing%booked(n), source=0.0_dp)
+                   growing%booked(n), growing%faded(n), source=0.0_dp)
          allocate (growing%last_turn(n), source=-huge(1.0_dp))
          allocate (growing%next_of_path(n), source=1)
-         allocate (growing%looks(n), source=0)
+         allocate (growing%looks(n), growing%law(n), source=0)
          allocate (growing%sum_of_k(modes, n), source=0.0_dp)
          allocate (growing%usual_radii(size(cracks%tips(1)%radii), n))
          do k = 1, n
@@ -215,6 +241,8 @@ contains
       call archive%keep_reals('booked', n, growing%booked)
       call archive%keep_reals('sum_of_k', size(growing%sum_of_k), growing%sum_of_k)
       call archive%keep_integers('looks', n, growing%looks)
+      call archive%keep_integers('law', n, growing%law)
+      call archive%keep_reals('faded', n, growing%faded)
       call archive%keep_integers('next_of_path', n, growing%next_of_path)
    end subroutine keep_growing
 end module hampm_growing

@@ -50,16 +50,18 @@ contains
       integer :: k, law
       have_planned = .false.
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%time)
+         law = growing%law_at(scene, cracks, k, m%time, dt)
          if (law == 0) cycle
          associate (of => scene%growth(law), tip => cracks%tips(k))
+            if (of%turns() .and. growing%law(k) /= law .and. growing%law(k) > 0) call cracks%forget_way(k)
+            growing%law(k) = law
             if (of%law == 'toughness') then
                if (.not. growing%is_running(k)) cycle
                if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
                   if (foremost_released(m%springs, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%reserve(k)) cycle
                end if
-            else if (way_in_step(of, m%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
+            else if (growing%given_way(scene, cracks, k, m%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
             call plan(growing, scene, m, cracks, k, of, is_planned, said)
@@ -101,7 +103,6 @@ contains
             call cracks%put_back(k, before)
             call growing%stop_tip(k, 'a cell further there is no room for a radius of the domain integral of two of the finest '// &
                                   'cells: a surface, a load, a constraint or another crack is near', said)
-            tip%speed = 0
             return
          end if
          if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
@@ -185,13 +186,6 @@ contains
       at_kink = .true.
    end subroutine next_point
 
-   !> Way of a tip at a given speed in a step [m].
-   pure real(dp) function way_in_step(of, time, dt) result(way)
-      type(growth_t), intent(in) :: of
-      real(dp), intent(in) :: time, dt           !! [s]
-      way = of%speed*max(0.0_dp, min(time + dt, of%end) - max(time, of%start))
-   end function way_in_step
-
    !> After a step: let tips move, and the bonds behind them go.
    subroutine move_tips(growing, scene, m, cracks, dt, said)
       type(growing_t), intent(inout) :: growing
@@ -205,33 +199,36 @@ contains
       integer :: k, law
       before = spring_energy(m%springs) + m%fracture_energy
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%time - dt)
-         cracks%tips(k)%speed = 0
-         if (law == 0) cycle
-         associate (of => scene%growth(law), tip => cracks%tips(k))
-            if (.not. cracks%crack(tip%crack)%bonded(tip%end) > 0) cycle
-            most = huge(most)
-            if (of%max_length > 0) most = of%max_length - cracks%crack(tip%crack)%length()
+         law = growing%law_at(scene, cracks, k, m%time - dt, dt)
+         if (law > 0) growing%law(k) = law
+         if (growing%law(k) == 0) cycle
+         associate (of => scene%growth(growing%law(k)), tip => cracks%tips(k))
+            taken = 0
+            most = 0
+            if (law > 0) most = cracks%crack(tip%crack)%bonded(tip%end)
+            if (of%max_length > 0) most = min(most, of%max_length - cracks%crack(tip%crack)%length())
             if (of%law == 'prescribed') then
-               way = min(way_in_step(of, m%time - dt, dt), most)
-               tip%speed = of%speed
+               way = min(growing%given_way(scene, cracks, k, m%time - dt, dt), most)
                call cracks%move_tip(k, way)
-               call let_go_behind(m%springs, k, tip%grown, taken)
-            else
+               tip%speed = way/dt
+               growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
+               call let_go_behind(m%springs, k, tip%grown, growing%faded(k), taken)
+            else if (growing%is_running(k)) then
                modulus = effective_modulus(m%materials(tip%material))
                toughness = of%toughness_at(growing%speed(k))
-               call let_go_beyond(m%springs, k, strength*sqrt(modulus*toughness), taken)
+               if (most > 0) call let_go_beyond(m%springs, k, strength*sqrt(modulus*toughness), taken)
                call soften_released(m%springs, k, toughness, way, has_parted)
                growing%has_parted(k) = growing%has_parted(k) .or. has_parted
                if (.not. growing%has_parted(k)) way = 0
-               call cracks%move_tip(k, min(way, most))
+               way = min(way, most)
+               call cracks%move_tip(k, way)
                growing%speed(k) = growing%speed(k) + (way/dt - growing%speed(k))*min(1.0_dp, dt/growing%memory(k))
                tip%speed = growing%speed(k)
             end if
             m%fracture_energy = m%fracture_energy + taken
-            if (way >= most) then
-               call growing%stop_tip(k, 'the crack has its max_length', said)
-               tip%speed = 0
+            if (of%max_length > 0 .and. law > 0) then
+               if (cracks%crack(tip%crack)%length() >= of%max_length*(1 - epsilon(way))) &
+                  call growing%stop_tip(k, 'the crack has its max_length', said)
             end if
          end associate
       end do

@@ -151,6 +151,14 @@ draw_mixed_mode() {
     plot $out/mixed_mode.h5 $out/mixed_mode_uniform.h5 --estimator 'G_nodal_force_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
 }
 
+# Cracks that grow: two that pass each other at rest, one in a strip, and that of a plate that is hit
+draw_growth() {
+    for scene in two_cracks strip_growth kalthoff; do
+        run input/$scene.nml $scene
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --dpi 60 --output $out/$scene.png
+    done
+}
+
 # What runs at the extremes do: minutes, unless `make extremes` has left its tables
 draw_stability() {
     [ -f results/extremes/release.csv ] || "$python" bench/extremes.py --output results/extremes

@@ -56,6 +56,7 @@ module hampm_cracks
       procedure :: put_back
       procedure :: move_tip
       procedure :: plan_way
+      procedure :: forget_way
       procedure :: end_direction
       procedure :: turn
       procedure :: find_nodes
@@ -105,20 +106,20 @@ contains
       type(crack_t), intent(in) :: crack
       integer, intent(in) :: end                 !! `first_point` or `last_point`
       type(crack_tip_t), intent(out) :: tip
+      real(dp), allocatable :: points(:, :)
       real(dp) :: outward(ndim)
       integer :: n
-      associate (points => crack%open_points())
-         if (end == last_point) then
-            n = size(points, 2)
-            tip%place = points(:, n)
-            outward = points(:, n) - points(:, n - 1)
-            tip%face([upper, lower]) = crack%face([left, right])
-         else
-            tip%place = points(:, 1)
-            outward = points(:, 1) - points(:, 2)
-            tip%face([upper, lower]) = crack%face([right, left])
-         end if
-      end associate
+      points = crack%open_points()
+      if (end == last_point) then
+         n = size(points, 2)
+         tip%place = points(:, n)
+         outward = points(:, n) - points(:, n - 1)
+         tip%face([upper, lower]) = crack%face([left, right])
+      else
+         tip%place = points(:, 1)
+         outward = points(:, 1) - points(:, 2)
+         tip%face([upper, lower]) = crack%face([right, left])
+      end if
       tip%now = tip%place
       tip%direction = outward/norm2(outward)
       tip%axis = frame_along(tip%direction)
@@ -202,6 +203,24 @@ contains
          call self%put_back(number, points)
       end associate
    end subroutine plan_way
+
+   !> Forget the way that is planned for a tip: the crack ends at it.
+   pure subroutine forget_way(self, number)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), allocatable :: points(:, :)
+      real(dp) :: other
+      associate (tip => self%tips(number))
+         associate (crack => self%crack(tip%crack))
+            other = crack%bonded(3 - tip%end)
+            crack%bonded(3 - tip%end) = 0
+            points = crack%open_points()
+            crack%bonded = 0
+            crack%bonded(3 - tip%end) = other
+         end associate
+      end associate
+      call self%put_back(number, points)
+   end subroutine forget_way
 
    !> Unit vector of the last straight part of the crack of a tip, bonded or not, away from its other end.
    pure function end_direction(self, number) result(direction)

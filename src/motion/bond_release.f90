@@ -17,18 +17,21 @@ module hampm_bond_release
 
 contains
 
-   !> Let the bonds go that a tip has passed; the force of those that have fades with its way. `taken` is the energy that they had stored.
-   pure subroutine let_go_behind(springs, tip, way, taken)
+   !> Let the bonds go that a tip has passed; the force of those that have fades with its way and, once it has come to rest, goes on doing so.
+   !> `taken` is the energy that they had stored.
+   pure subroutine let_go_behind(springs, tip, way, further, taken)
       type(face_springs_t), intent(inout) :: springs
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: way                !! that it has moved so far [m]
+      real(dp), intent(in) :: further            !! by which forces fade beyond that [m]
       real(dp), intent(out) :: taken             !! [J]
       integer :: k
       taken = 0
       do k = 1, springs%n
          if (springs%tip(k) /= tip .or. springs%way(k) > way) cycle
          if (.not. springs%lets_go(k)) call let_go(springs, k, taken)
-         springs%kept(k) = min(springs%kept(k), max(0.0_dp, 1 - (way - springs%way(k))/(release_length*springs%cell(k))))
+         springs%kept(k) = min(springs%kept(k), max(0.0_dp, 1 - (way + further - springs%way(k)) &
+                                                                /(release_length*springs%cell(k))))
       end do
    end subroutine let_go_behind
 

@@ -82,6 +82,7 @@ contains
       integer, intent(in) :: entry
       type(mistakes_t), intent(inout) :: mistakes
       character(*), parameter :: of_motion(*) = [character(11) :: 'speed', 'start', 'end', 'limit_speed', 'points']
+      real(dp), allocatable :: numbers(:)
       integer :: i
       if (.not. settings%number(entry, 'increment') > 0) &
          call settings%complain(mistakes, entry, 'increment', 'must be given of law = ''quasi_static''')
@@ -92,8 +93,9 @@ contains
       if (any(settings%text(entry, 'tips') == [character(5) :: 'last', 'first'])) &
          call settings%complain(mistakes, entry, 'tips', 'must be ''all'' or ''largest'' of law = ''quasi_static''')
       do i = 1, size(of_motion)
-         if (settings%given(entry, trim(of_motion(i)))) call settings%complain(mistakes, entry, trim(of_motion(i)), &
-                                                                             'must be left out of law = ''quasi_static''')
+         numbers = settings%numbers(entry, trim(of_motion(i)))
+         if (any(abs(numbers) > 0)) call settings%complain(mistakes, entry, trim(of_motion(i)), &
+                                                           'must be left out of law = ''quasi_static''')
       end do
    end subroutine check_keys_at_rest
 
@@ -108,20 +110,20 @@ contains
       logical :: fits
       entry = settings%find('growth', k)
       associate (growth => scene%growth(k))
-         if (settings%given(entry, 'increment')) call settings%complain(mistakes, entry, 'increment', &
+         if (growth%increment > 0) call settings%complain(mistakes, entry, 'increment', &
             'must be left out of law = '''//trim(growth%law)//''': tips go on step by step')
          if (growth%only_largest) call settings%complain(mistakes, entry, 'tips', &
             'must be ''all'', ''last'' or ''first'' of law = '''//trim(growth%law)//'''')
          if (growth%end <= growth%start) call settings%complain(mistakes, entry, 'end', 'must be later than start')
          if (growth%law == 'prescribed') then
-            if (.not. settings%given(entry, 'speed')) &
+            if (.not. growth%speed > 0) &
                call settings%complain(mistakes, entry, 'speed', 'must be given of law = ''prescribed''')
-            if (settings%given(entry, 'toughness')) &
+            if (growth%toughness > 0) &
                call settings%complain(mistakes, entry, 'toughness', 'must be left out of law = ''prescribed''')
          else
             if (.not. growth%toughness > 0) &
                call settings%complain(mistakes, entry, 'toughness', 'must be given of law = ''toughness''')
-            if (settings%given(entry, 'speed')) call settings%complain(mistakes, entry, 'speed', &
+            if (growth%speed > 0) call settings%complain(mistakes, entry, 'speed', &
                'must be left out of law = ''toughness'': it follows from that')
          end if
          fits = size(growth%points, 2) > 0 .eqv. growth%direction == 'path'

@@ -110,12 +110,35 @@ contains
       do i = 1, grid%n_nodes
          associate (x => grid%node_position(:, i), box => c%boxes(k))
             if (.not. all(x >= box%lower - margin .and. x <= box%upper + margin)) cycle
+            if (.not. is_beside(grid, i, box, margin)) cycle
             c%fixed(:, i) = c%fixed(:, i) .or. box%components
             where (box%components) c%box(:, i) = k
             where (box%components) c%supported(:, i) = box%motion%push_only
          end associate
       end do
    end subroutine hold_in_box
+
+   !> Whether a node in a box belongs to material that reaches into it. Where a box ends at a crack, the nodes of the other face, at the same
+   !> places, do not.
+   pure logical function is_beside(grid, node, box, margin) result(is)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node
+      type(box_t), intent(in) :: box
+      real(dp), intent(in) :: margin             !! [m]
+      real(dp), parameter :: aside = 1e-3_dp     ! smallest cell at the node
+      real(dp) :: x(ndim)
+      integer :: i, e
+      is = .true.
+      if (size(grid%cuts) == 0 .and. .not. grid%cut_cells%are_there()) return
+      do i = 0, 3
+         x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*[mod(i, 2), i/2] - 1)
+         if (any(box%upper - box%lower > 2*margin .and. (x < box%lower .or. x > box%upper))) cycle
+         e = grid%element_at(x)
+         if (e == 0) cycle
+         if (any(grid%element_nodes(:, e) == node)) return
+      end do
+      is = .false.
+   end function is_beside
 
    !> What follows from the nodes that are fixed.
    pure subroutine list_fixed(c, grid)

@@ -105,7 +105,7 @@ contains
    pure subroutine find_segments(forest, cut)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(inout) :: cut
-      real(dp), allocatable :: points(:, :)
+      real(dp), allocatable :: points(:, :), open(:, :)
       type(end_leaf_t) :: end
       integer :: line, k, n, e
       n = 0
@@ -123,11 +123,10 @@ contains
                call move_end(forest, points(:, 2), points(:, 1), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
-               associate (open => cut%lines(line)%open_part())
-                  end%tip = open(:, merge(1, size(open, 2), k == 1))
-                  end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
-                  end%direction = end%direction/norm2(end%direction)
-               end associate
+               open = cut%lines(line)%open_part()
+               end%tip = open(:, merge(1, size(open, 2), k == 1))
+               end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
+               end%direction = end%direction/norm2(end%direction)
             end if
             e = e + 1
             cut%ends(e) = end

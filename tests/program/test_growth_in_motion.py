@@ -1,0 +1,259 @@
+"""Cracks that grow in motion, against exact solutions (tests/reference/growth); what they keep, and what is refused."""
+
+import math
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import BENCH
+
+sys.path.insert(0, str(BENCH))
+
+import growth as bench  # noqa: E402
+
+
+def run(hampm, tmp_path, text, code=0, words=(), name="growth"):
+    (tmp_path / f"{name}.nml").write_text(text)
+    result = hampm(f"{name}.nml", "--force", "--quiet", "--set", f"output.file={name}.h5", *words)
+    assert result.returncode == code, result.stderr
+    if code:
+        return result.stderr
+    with h5py.File(tmp_path / f"{name}.h5") as file:
+        return {name: values[:] for name, values in file["history"].items()}, result.stderr
+
+
+def residual(history):
+    """What is missing in the energy balance, over the work."""
+    inside = sum(history[name] for name in ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy"))
+    return np.max(np.abs(history["external_work"] - inside)) / np.max(history["external_work"])
+
+
+@pytest.mark.parametrize(("part", "levels"), [(0.16, 0), (0.33, 0), (0.33, 1), (0.6, 0)])
+def test_a_crack_that_runs(hampm, tmp_path, part, levels):
+    """K_I of a given speed: means over a cell to 2 % (2.5 at 0.6 of Rayleigh waves, at first), momentary values to 1 %."""
+    speed = part * bench.RAYLEIGH
+    row, said = run(hampm, tmp_path, bench.plate(0.2e-3, bench.given(speed), levels=levels, audit=part == 0.33))
+    error, means = bench.running(row, speed, 0.2e-3, skip=5 if part > 0.5 else 3)
+    print(part, levels, means, np.mean(error), np.std(error))
+    assert len(error) > 10
+    assert np.all(np.abs(means) < (0.02 if part < 0.5 else 0.025))
+    assert abs(np.mean(error)) < 0.011
+    assert np.std(error) < 0.015
+    assert row["tip_x"][-1] == pytest.approx(speed * 1.4 * bench.ARRIVAL, rel=0.02)
+    assert "growth" not in said
+    if part == 0.33:
+        assert residual(row) < 1e-12
+    # the bonds take what G says, but for the first cells of the way
+    assert row["fracture_energy"][-1] == pytest.approx(row["integral_of_G"][-1], rel=0.08)
+    if levels:
+        assert row["particles"][-1] < 1.2 * row["particles"][0]
+
+
+def test_a_crack_that_runs_in_mixed_mode(hampm, tmp_path):
+    """At 30 degrees to the grid, under a wave that meets it aslant."""
+    speed = 0.33 * bench.RAYLEIGH
+    text, met = bench.slanted_scene(0.25e-3, speed)
+    row, _ = run(hampm, tmp_path, text)
+    opening, sliding = bench.slanted_errors(row, met, speed, 0.25e-3)
+    print(np.mean(opening), np.std(opening), np.mean(sliding), np.std(sliding))
+    assert len(opening) > 10
+    assert abs(np.mean(opening)) < 0.02 and np.std(opening) < 0.05
+    assert abs(np.mean(sliding)) < 0.045 and np.std(sliding) < 0.05
+    assert row["tip_angle"] == pytest.approx(30)
+
+
+@pytest.mark.parametrize("cell", [0.2e-3])
+def test_the_equation_of_motion(hampm, tmp_path, cell):
+    """By the toughness: how far the crack comes to 3 %, its speed to 2 % of Rayleigh waves, G to 3 %."""
+    toughness = bench.exact_growth()[3]
+    row, _ = run(hampm, tmp_path, bench.plate(cell, f"law = 'toughness'  toughness = {toughness}", audit=True))
+    way, speed, ratio, scatter = bench.by_toughness(row)
+    print(way, speed, ratio, scatter)
+    assert abs(way) < 0.03
+    assert speed < 0.02
+    assert ratio == pytest.approx(1, abs=0.03)
+    assert scatter < 0.03
+    assert residual(row) < 1e-12
+    assert np.all(row["toughness"] == toughness)
+    assert row["fracture_energy"][-1] == pytest.approx(toughness * row["tip_x"][-1], rel=0.1)
+
+
+def test_a_faster_crack_may_be_tougher(hampm, tmp_path):
+    """toughness/(1 - speed/limit_speed): the speed stays below the limit."""
+    growth = f"law = 'toughness'  toughness = {bench.exact_growth()[3]}  limit_speed = 1000.0"
+    row, _ = run(hampm, tmp_path, bench.plate(0.2e-3, growth))
+    late = row["time"] > 2.3 * bench.ARRIVAL
+    assert 300 < np.mean(row["tip_speed"][late]) < 1000
+    assert row["toughness"] == pytest.approx(bench.exact_growth()[3] / (1 - row["tip_speed"] / 1000), rel=1e-12)
+    assert np.mean(row["G"][late] / row["toughness"][late]) == pytest.approx(1, abs=0.1)
+
+
+def test_a_strip(hampm, tmp_path):
+    """Three heights after the start G is the energy stored ahead."""
+    speed = 0.4 * bench.RAYLEIGH
+    row, _ = run(hampm, tmp_path, bench.example("strip_growth", end_time=70e-6 + 40e-3 / speed))
+    there = row["tip_x"] > 30e-3
+    print(np.mean(row["J"][there]) / 26.922, np.std(row["J"][there]) / 26.922)
+    assert np.mean(row["J"][there]) == pytest.approx(26.922, rel=0.01)
+    assert np.std(row["J"][there]) < 0.02 * 26.922
+
+
+def test_the_plate_of_kalthoff(hampm, tmp_path):
+    """K before growth to 3.5 % of the peak with cells of 1 mm, and the first kink."""
+    row, _ = run(hampm, tmp_path, bench.example("kalthoff", end_time=22e-6))
+    errors = bench.kalthoff_errors(row)
+    moves = np.flatnonzero(row["crack_length"] > 0.0500001)
+    print(errors, 1e6 * row["time"][moves[0]], row["tip_angle"][moves[0]])
+    assert np.all(errors < 0.035)
+    assert 15.5e-6 < row["time"][moves[0]] < 17.5e-6
+    assert row["tip_angle"][moves[0]] == pytest.approx(77.6, abs=2)
+
+
+PLATE = """\
+&run plane = 'strain'  end_time = 8e-6 /
+&grid lower = -10e-3, -10.5e-3  cell = 0.5e-3  cells = 40, 42 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 8000 /
+&body material = 'a'  lower = -10e-3, -10e-3  upper = 10e-3, 10e-3 /
+&load kind = 'traction'  lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  force = 0.0, 20e3 /
+&load kind = 'traction'  lower = -10e-3, -10e-3  upper = 10e-3, -10e-3  force = 0.0, -20e3 /
+&method {method} /
+&refine max_particles = 1000000 {refine} /
+&crack kind = 'path'  points = -2e-3, -1e-3, 2e-3, 1e-3 {crack} /
+{growth}
+&energy_release estimators = 'domain_integral', 'energy_balance' /
+&output history_interval = 0.16e-6  snapshot_interval = 4e-6 /
+"""
+GIVEN = "&growth law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'straight' {} /"
+
+
+def plate(growth=GIVEN.format(""), method="", refine="", crack=""):
+    return PLATE.format(growth=growth, method=method, refine=refine, crack=crack)
+
+
+LEVEL = "indicator = 'tip'  max_level = 1  rings = 8"
+MANY = [("", "", ""), ("mass = 'full'", "", ""), ("mass = 'blend'", LEVEL, ""), ("scheme = 'usf'", "", "contact = 'frictionless'"),
+        ("scheme = 'usl'", LEVEL, ""), ("scheme = 'usavg'", "", "")]
+
+
+@pytest.mark.parametrize(("method", "refine", "crack"), MANY)
+def test_both_tips_of_a_slanted_crack(hampm, tmp_path, method, refine, crack):
+    """They are images of each other, the energy balance closes, and the way is that of the speed."""
+    row, _ = run(hampm, tmp_path, plate(method=method, refine=refine, crack=crack))
+    assert residual(row) < 1e-12
+    assert row["crack_length"][-1] == pytest.approx(2 * math.hypot(2e-3, 1e-3) + 2 * 600 * 6e-6, rel=1e-9)
+    assert row["tip_x_tip2"] == pytest.approx(-row["tip_x"], abs=1e-12)
+    assert row["K_I_tip2"][-1] == pytest.approx(row["K_I"][-1], rel=0.02)
+    assert row["K_II_tip2"][-1] == pytest.approx(row["K_II"][-1], rel=0.03)
+    assert row["tip_angle"] == pytest.approx(math.degrees(math.atan2(1, 2)))
+    assert row["tip_speed"][-1] == pytest.approx(600, rel=1e-6)
+
+
+@pytest.mark.parametrize("direction", ["hoop_stress", "local_symmetry", "max_energy"])
+def test_a_slanted_crack_turns(hampm, tmp_path, direction):
+    """Across the tension: the tips go on level."""
+    row, _ = run(hampm, tmp_path, plate(GIVEN.format("").replace("straight", direction), refine=LEVEL))
+    print(row["tip_angle"][-1], row["K_II"][-1] / row["K_I"][-1])
+    assert residual(row) < 1e-12
+    assert abs(row["tip_angle"][-1]) < 8
+    assert abs(row["K_II"][-1]) < 0.1 * row["K_I"][-1]
+
+
+def test_a_given_path(hampm, tmp_path):
+    """Through its points, and straight on behind the last."""
+    growth = GIVEN.format("points = 3e-3, 1.2e-3, 4e-3, 3e-3, 5e-3, 3e-3  tips = 'last'").replace("straight", "path")
+    row, _ = run(hampm, tmp_path, plate(growth.replace("600.0", "900.0")))
+    way = math.hypot(1e-3, 0.2e-3) + math.hypot(1e-3, 1.8e-3)
+    end = np.array([4e-3 + 900 * 6e-6 - way, 3e-3])
+    assert [row["tip_x"][-1], row["tip_y"][-1]] == pytest.approx(end, abs=1e-9)
+    assert row["tip_x_tip2"][-1] == -2e-3
+    with h5py.File(tmp_path / "growth.h5") as file:  # the line that ParaView shows
+        points = np.array(file["snapshots/cracks/Points"])[:, :2] if "snapshots/cracks/Points" in file else None
+    if points is not None:
+        for corner in ((-2e-3, -1e-3), (3e-3, 1.2e-3), (4e-3, 3e-3), tuple(end)):
+            assert np.min(np.hypot(*(points - corner).T)) < 1e-9
+
+
+def test_intervals_arrest_and_the_largest_length(hampm, tmp_path):
+    """Several &growth of one crack; a crack that rests keeps its place, and one that is long enough says so."""
+    first = "&growth law = 'prescribed'  speed = 600.0  start = 2e-6  end = 3e-6  direction = 'straight'  tips = 'last' /\n"
+    second = "&growth law = 'prescribed'  speed = 1200.0  start = 4e-6  direction = 'hoop_stress'  tips = 'last'  max_length = 6.5e-3 /"
+    row, said = run(hampm, tmp_path, plate(first + second))
+    length = row["crack_length"]
+    begin = 2 * math.hypot(2e-3, 1e-3)
+    rest = (row["time"] > 3.05e-6) & (row["time"] < 3.99e-6)
+    assert length[rest] == pytest.approx(begin + 600e-6, rel=1e-12)
+    assert np.all(row["tip_speed"][rest] == 0)
+    assert length[-1] == pytest.approx(6.5e-3, rel=1e-9)
+    assert row["tip_angle"][-1] < 10
+    assert "tip 1 no longer grows: the crack has its max_length" in said
+    assert residual(row) < 1e-12
+
+
+def test_a_crack_stops_before_the_surface(hampm, tmp_path):
+    row, said = run(hampm, tmp_path, plate(GIVEN.format("").replace("600.0", "1800.0")))
+    assert "tip 1 no longer grows: a cell further there is no room" in said
+    assert row["tip_speed"][-1] == 0
+    assert residual(row) < 1e-12
+
+
+@pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'hoop_stress'",
+                                 "law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'"])
+def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law):
+    """In the midst of a release: the same bytes."""
+    text = plate(f"&growth {law} /", refine=LEVEL)
+    row, _ = run(hampm, tmp_path, text)
+    run(hampm, tmp_path, text, code=5, words=("--steps", "95"), name="part")
+    assert hampm("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
+    with h5py.File(tmp_path / "part.h5") as file:
+        for name, values in row.items():
+            assert np.array_equal(values, file["history"][name][:]), name
+
+
+def test_threads_change_nothing(hampm, tmp_path):
+    text = plate("&growth law = 'toughness'  toughness = 0.01 /", refine=LEVEL)
+    one, _ = run(hampm, tmp_path, text, words=("--threads", "1"))
+    two, _ = run(hampm, tmp_path, text, words=("--threads", "2"))
+    for name, values in one.items():
+        assert np.array_equal(values, two[name]), name
+
+
+def test_the_check_says_how_a_crack_grows(hampm, tmp_path):
+    (tmp_path / "growth.nml").write_text(plate())
+    said = hampm("growth.nml", "--check").stdout
+    assert "growth          straight, at 600.0 m/s, 0.2" in said and "of that of Rayleigh waves, from 2.0e-6 s" in said
+
+
+REFUSED = [(GIVEN.format("").replace("600.0", "4000.0"), "", "speed = 4000.0: must be below the speed of Rayleigh waves"),
+           (GIVEN.format("").replace("speed = 600.0", ""), "", "speed = 0.0 (default): must be given of law = 'prescribed'"),
+           (GIVEN.format("toughness = 1.0"), "", "toughness = 1.0: must be left out of law = 'prescribed'"),
+           (GIVEN.format("increment = 1e-3"), "", "increment = 1e-3: must be left out of law = 'prescribed'"),
+           (GIVEN.format("tips = 'largest'"), "", "tips = 'largest': must be 'all', 'last' or 'first'"),
+           (GIVEN.format("end = 1e-6"), "", "end = 1e-6: must be later than start"),
+           (GIVEN.format("") * 2, "", "two &growth of one tip must not apply at the same time"),
+           (GIVEN.format("").replace("straight", "path"), "", "must be x, y of each point of direction = 'path'"),
+           (GIVEN.format("points = 1e-3, 2e-3"), "", "must be x, y of each point of direction = 'path'"),
+           ("&growth law = 'toughness' /", "", "toughness = 0.0 (default): must be given of law = 'toughness'"),
+           ("&growth law = 'toughness'  toughness = 1.0  speed = 10.0 /", "", "speed = 10.0: must be left out of law = 'toughness'"),
+           (GIVEN.format(""), "frame = 'updated'", "frame = 'updated': must be 'total' with a &growth"),
+           (GIVEN.format(""), "time = 'static'", "must be 'explicit' with a &growth"),
+           (GIVEN.format(""), "time_steps = 'local'", "must be 'global' with a &growth"),
+           (GIVEN.format("") + " &growth toughness = 1.0  increment = 1e-3 /", "", "must be 'quasi_static' of each &growth or of none")]
+
+
+@pytest.mark.parametrize(("growth", "method", "message"), REFUSED)
+def test_what_growth_does_not_go_with(hampm, tmp_path, growth, method, message):
+    assert message in run(hampm, tmp_path, plate(growth, method=method), code=2)
+
+
+def test_a_constraint_ends_at_a_crack(hampm, tmp_path):
+    """A box that ends at a crack holds the nodes of the face on its side, and not those of the other one."""
+    text = bench.example("kalthoff", end_time=3e-6)
+    text = text[:text.index("&growth")] + text[text.index("&energy_release"):].replace("   snapshot_interval = 5.0e-6\n", "")
+    text = text.replace("   velocity = 16.5, 0.0\n", "   velocity = 16.5, 0.0\n   name = 'end'\n")
+    row, _ = run(hampm, tmp_path, text)
+    below = run(hampm, tmp_path, text.replace("upper = 0.0, 0.025", "upper = 0.0, 0.0245"))[0]
+    above = run(hampm, tmp_path, text.replace("upper = 0.0, 0.025", "upper = 0.0, 0.0265"))[0]
+    assert row["external_work"][-1] == pytest.approx(below["external_work"][-1], rel=0.05)
+    assert above["external_work"][-1] > 1.05 * below["external_work"][-1]
