@@ -36,7 +36,7 @@ module hampm_growing
       real(dp), allocatable :: sum_of_k(:, :)    !! sum of those [Pa sqrt(m)], (modes, tips)
       real(dp), allocatable :: last_turn(:)      !! its way at its last turn that is too strong to be in a domain integral [m]; below 0: none
       real(dp), allocatable :: room(:)           !! around it for these [m]
-      real(dp), allocatable :: usual_radii(:, :) !! of its domain integrals [m], (radii, tips)
+      real(dp), allocatable :: usual_radii(:, :) !! of its domain integrals, 0 behind the last [m], (radii, tips)
       real(dp), allocatable :: booked(:)         !! its way for which the integral of G is booked [m]
       real(dp) :: integral = 0                   !! of G over the new area [J]
       real(dp) :: strong_turn = 0.1_dp           !! [rad]
@@ -122,11 +122,11 @@ contains
          allocate (growing%next_of_path(n), source=1)
          allocate (growing%looks(n), growing%law(n), source=0)
          allocate (growing%sum_of_k(modes, n), source=0.0_dp)
-         allocate (growing%usual_radii(size(cracks%tips(1)%radii), n))
+         allocate (growing%usual_radii(maxval([(size(cracks%tips(k)%radii), k=1, n)]), n), source=0.0_dp)
          do k = 1, n
             growing%grows(k) = any(scene%growth%path == cracks%tips(k)%crack .and. &
                                    [(scene%growth(i)%of_end(cracks%tips(k)%end), i=1, size(scene%growth))])
-            growing%usual_radii(:, k) = cracks%tips(k)%radii
+            growing%usual_radii(:size(cracks%tips(k)%radii), k) = cracks%tips(k)%radii
          end do
       end associate
    end subroutine new_growing
@@ -160,7 +160,7 @@ contains
       type(crack_tip_t), intent(inout) :: tip
       real(dp) :: most
       most = min(self%room(number), max(least, tip%grown - self%last_turn(number)))
-      tip%radii = fitting(self%usual_radii(:, number), least, most)
+      tip%radii = fitting(self%usual_radii(:size(tip%radii), number), least, most)
    end subroutine fit_radii
 
    !> As many radii as before, between the least and the largest that there may be [m].

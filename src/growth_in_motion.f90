@@ -85,7 +85,7 @@ contains
       logical :: at_kink
       is_planned = .false.
       associate (tip => cracks%tips(k))
-         before = cracks%crack(tip%crack)%points
+         allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
          from = before(:, merge(size(before, 2), 1, tip%end == last_point))
          call choose_direction(growing, cracks, k, of, from, direction, angle)

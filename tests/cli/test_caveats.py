@@ -5,6 +5,7 @@ import re
 import pytest
 import base_case
 from base_case import GOOD, LINE
+from paths import ROOT
 
 BODY = "  lower = 0.0, 0.0\n  upper = 0.1, 0.01\n"
 SECOND = """/
@@ -184,3 +185,13 @@ def test_notes_and_warnings_reach_who_runs(hampm, tmp_path):
     quiet = hampm("scene.nml", "--set", "run.end_time=1e-6", "--set", "output.snapshot_interval=0", "--quiet", "--force")
     assert "note:" not in quiet.stdout
     assert "hampm: warning: bodies 1 and 2" in quiet.stderr
+
+
+def test_growth_in_motion(hampm, tmp_path):
+    """The mass matrix and the scheme matter at the tip of a fast crack."""
+    text = (ROOT / "input/freund_growth.nml").read_text()
+    assert "a crack that grows" not in check(hampm, tmp_path, text).stdout
+    lumped = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'lumped'"))
+    assert "with mass = 'lumped' K of a crack that grows at 0.6" in str(notes(lumped))
+    early = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'blend'  scheme = 'usavg'"))
+    assert "stresses are behind the tip of a crack that grows" in early.stdout + early.stderr

@@ -7,6 +7,7 @@ import sys
 import mutations
 import pytest
 from fuzz import SCENES, answers, fuzz, table
+from growth_scenes import try_scenes
 from runs import try_runs
 
 from paths import DEBUG_PROGRAM, PROGRAM
@@ -47,6 +48,14 @@ def test_runs_that_go_wrong_end_with_a_message(program):
     ends, findings = try_runs(program, RUNS, seed=1)
     assert not findings
     assert ends[3] >= RUNS // 10 and ends[0] >= RUNS // 10
+
+
+@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 12), (DEBUG_PROGRAM, 6)], ids=["release", "debug"])
+def test_cracks_that_grow_at_random(program, cases):
+    """They end as they say, with an energy balance that closes."""
+    ends, grown, findings = try_scenes(program, cases, seed=1)
+    assert not findings
+    assert grown >= cases // 4 and ends[0] >= cases // 2
 
 
 HUGE = {
