@@ -185,7 +185,7 @@ contains
          else
             call check_keys_in_motion(scene, settings, k, mistakes)
          end if
-         if (.not. has_bodies .or. size(scene%paths(growth%path)%points, 2) < 2) return
+         if (.not. has_bodies .or. size(scene%paths(growth%path)%points, 2) < 2) return ! told already
          if (.not. any(path_tips(scene, growth%path))) &
             call settings%complain(mistakes, entry, 'crack', 'this crack has no tip inside the material')
          if (growth%is_at_rest() .and. growth%increment > 0 .and. &

@@ -17,8 +17,8 @@ module hampm_growth_group
       key_t('growth', 'crack', type_text, 1, 1, may, '', 'a', '', &
             '', 'name of the crack; may be left out where there is one crack'), &
       key_t('growth', 'law', type_name, 1, 1, may, 'quasi_static', '', '', &
-            'quasi_static|prescribed|toughness', 'at rest by increments, under loads that are scaled so that the largest G is '// &
-            'the toughness; in motion at a given speed, or as fast as the toughness lets it'), &
+            'quasi_static|prescribed|toughness', &
+            'at rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it'), &
       key_t('growth', 'direction', type_name, 1, 1, may, 'hoop_stress', '', '', &
             'straight|hoop_stress|local_symmetry|max_energy|path', 'where tips go to; path: along points'), &
       key_t('growth', 'points', type_real, 0, max_values, may, '', '', 'm', &
@@ -26,8 +26,8 @@ module hampm_growth_group
       key_t('growth', 'toughness', type_real, 1, 1, may, '0.0', '100.0', 'J/m2', &
             not_negative, 'energy release rate at which the crack grows, of the laws quasi_static and toughness'), &
       key_t('growth', 'limit_speed', type_real, 1, 1, may, '0.0', '', 'm/s', &
-            not_negative, 'of law = toughness: towards which the toughness grows without bound, '// &
-            'toughness/(1 - (speed/limit_speed)**exponent); 0: it is constant'), &
+            not_negative, 'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); '// &
+            '0: it is constant'), &
       key_t('growth', 'exponent', type_real, 1, 1, may, '1.0', '', '', &
             positive, 'of that'), &
       key_t('growth', 'speed', type_real, 1, 1, may, '0.0', '', 'm/s', &
@@ -41,8 +41,8 @@ module hampm_growth_group
       key_t('growth', 'max_length', type_real, 1, 1, may, '0.0', '', 'm', &
             not_negative, 'length of the whole crack at which it stops; 0: none'), &
       key_t('growth', 'tips', type_name, 1, 1, may, 'all', '', '', &
-            'all|largest|last|first', 'which tips of the crack advance: all, at rest the one with the largest G, '// &
-            'in motion the one at its last or its first point')]
+            'all|largest|last|first', &
+            'which tips go on: all, at rest that with the largest G, in motion that at the last or the first point')]
 
    !> &growth: how a crack grows.
    type :: growth_t

@@ -29,6 +29,8 @@ module hampm_largest_step
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
    real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
+   real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
+   real(dp), parameter :: most = 1000            !! that is taken, as the key may be
    integer, parameter :: shifted_cells = 3       !! of a sample that is looked at anywhere in the cells
 
 contains
@@ -64,7 +66,7 @@ contains
          if (method%frame == 'updated') &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
       end associate
-      courant = rounded_down(min(courant, default_part*damping_limit(scene)))
+      courant = rounded_down(min(courant, default_part*damping_limit(scene), most))
    end function default_courant
 
    !> The courant number at which damping takes all of a velocity in a step.
@@ -99,7 +101,7 @@ contains
       logical :: strains_last
       associate (cell => scene%grid%cell, material => material_of(scene, body%material_index))
          n = points_along(body%lower, body%upper, cell, body%points_per_cell)
-         length = (body%upper - body%lower)/cell
+         length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(scene, body)
          speed = material%dilatational_wave_speed()
          ratio = material%shear_wave_speed()/speed

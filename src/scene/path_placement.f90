@@ -45,6 +45,8 @@ contains
       integer, intent(in) :: k
       logical :: is_tip(2)
       integer :: end
+      is_tip = .false.
+      if (size(scene%paths(k)%points, 2) < 2) return ! its points have a mistake
       do end = first_end, last_end
          associate (x => path_tip(scene%paths(k), end))
             is_tip(end) = is_inside(scene, x) .and. distance_to_cracks(scene, x, k) > tolerance(scene%grid)

@@ -32,6 +32,7 @@ class Keys:
         self.kind, self.default, self.repeats, self.free_text = {}, {}, set(), set()
         self.groups = []
         for line in template.splitlines():
+            line = re.sub(r"^! (   |&|/)", r"\1", line)  # groups that go with other choices only are printed as comments
             if line.startswith("&"):
                 group = line[1:].split()[0]
                 self.groups.append(group)
