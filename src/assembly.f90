@@ -17,7 +17,7 @@ module hampm_assembly
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
-   use hampm_particles, only: particles_t, new_particles
+   use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius
    use hampm_placement, only: tolerance
    use hampm_refinement, only: refinement_t
@@ -244,6 +244,8 @@ contains
       end do
       call new_particles(sum(product(points, dim=1)), m%particles, failure)
       if (failure%failed()) return
+      if (any(m%materials%has_history())) call add_history(m%particles, maxval(m%materials%columns))
+      m%materials%on_trial = scene%method%time == 'static'
       m%particles%total_frame = scene%method%frame == 'total'
       m%blocks%by_group = scene%method%time_steps == 'local'
       first = 1

@@ -13,6 +13,7 @@ module hampm_crack_measurements
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
    use hampm_mass_solver, only: mass_solver_t
+   use hampm_material_consistency, only: has_history
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
@@ -118,7 +119,7 @@ contains
       type(particles_t) :: p
       type(nodal_state_t) :: state
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
-         if (.not. chosen%needs_crack()) return
+         if (.not. chosen%needs_crack() .or. motion%materials(tip%material)%has_history()) return
          if (tip%nodes%tip > 0) call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          errors%cell = tip%nodes%spacing
          if (.not. crack%known) then
@@ -192,7 +193,9 @@ contains
          if (chosen%stress_closure) &
             call record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', v%stress_closure, &
                               'estimated error of G_stress_closure', v%errors%stress_closure)
-         if (chosen%domain_integral) then
+         if (has_history(scene%materials(tip%material)%law)) then
+            call record_where_dissipated()
+         else if (chosen%domain_integral) then
             call record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain, &
                               'estimated error of G_domain', v%errors%domain)
             call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
@@ -204,7 +207,8 @@ contains
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
-         call record_best(scene, v, tip%nodes%in_cell .and. .not. tip%grown > 0, history)
+         if (.not. has_history(scene%materials(tip%material)%law)) &
+            call record_best(scene, v, tip%nodes%in_cell .and. .not. tip%grown > 0, history)
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          call history%record('mouth_opening', 'm', &
@@ -214,6 +218,18 @@ contains
       end associate
 
    contains
+
+      !> Record J at a tip in material that yields or creeps: it depends on the domain, and stress intensities are of elastic fields.
+      subroutine record_where_dissipated()
+         associate (j => values%j)
+            if (.not. scene%energy_release%domain_integral) return
+            call history%record('J', 'J/m2', 'J integral, mean over the domains, on which it depends', sum(j)/size(j))
+            call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(j) - minval(j))
+            call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', j(1))
+            call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', j(size(j)))
+            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, j)
+         end associate
+      end subroutine record_where_dissipated
 
       !> Record the value of each mode, and then the estimated error of each.
       subroutine record_modes(name, unit, meaning, value, meaning_of_error, error)

@@ -48,7 +48,8 @@ contains
       integer :: crushed
       now = when(motion%steps, motion%time)
       stored = measurements%kinetic_energy + measurements%strain_energy
-      gain = stored + motion%damping_loss - motion%external_work - measurements%initial_energy
+      gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + motion%damping_loss &
+             - motion%external_work - measurements%initial_energy
       if (allocated(motion%nodal_velocity)) gain = min(gain, 0.0_dp)  ! implicit steps overshoot, but are stable (docs/implicit.md)
       crushed = most_crushed_particle(motion%particles, motion%materials)
       if (crushed > 0) then
@@ -121,14 +122,14 @@ contains
       integer :: i
       if (is_told(crossed, warning)) return
       associate (p => motion%particles, laws => motion%materials)
-         if (p%total_frame .or. all(laws%linear)) return
+         if (p%total_frame .or. .not. any(laws%is_finite())) return
          uncertain = 0
          crosses = .false.
          do i = 1, p%n
-            if (laws(p%material(i))%linear) cycle
+            if (.not. laws(p%material(i))%is_finite()) cycle
             off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(motion, i))
             if (off < noticed_error/10) cycle
-            uncertain = uncertain + off*p%volume(i)*laws(p%material(i))%energy_density(p%gradient_of(i))
+            uncertain = uncertain + off*p%volume(i)*laws(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
             start = p%reference(i, :)
             crosses = crosses .or. any(abs(motion%grid%local_coordinate(p%cell(i), start) - 0.5_dp) > 0.5_dp)
          end do
@@ -159,7 +160,7 @@ contains
             cells = norm2(p%displacement(i, :))/motion%grid%element_size(p%cell(i))
             if (cells < 1) cycle
             product = product + cells*(largest_stretch(p, i) - 1)*p%volume(i) &
-                      *motion%materials(p%material(i))%energy_density(p%gradient_of(i))
+                      *motion%materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
          end do
       end associate
       if (product <= far_and_strained*measurements%strain_energy) return
@@ -191,7 +192,7 @@ contains
       real(dp) :: square, off
       integer :: i, n
       if (size(tip%radii) == 0 .or. is_told(mixed, warning)) return
-      if (motion%materials(tip%material)%linear) return
+      if (.not. motion%materials(tip%material)%is_finite()) return
       square = 0
       n = 0
       associate (p => motion%particles)
@@ -230,11 +231,16 @@ contains
       type(motion_t), intent(in) :: motion
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
+      character(:), allocatable :: advice
       real(dp) :: largest
+      integer :: law
       largest = largest_gradient(motion%particles, motion%materials)
       if (largest <= small_gradient) return
-      call warn(now//strained//to_text(largest)//'; the law ''linear_elastic'' is for small strains and rotations (below '// &
-                to_text(small_gradient)//'). Use law = ''neo_hookean''', strained, warning)
+      law = findloc(motion%materials%is_finite(), .false., dim=1)
+      advice = ''
+      if (motion%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
+      call warn(now//strained//to_text(largest)//'; the law '''//motion%materials(law)%law_name()// &
+                ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
    end subroutine look_at_strain
 
    !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as

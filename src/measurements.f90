@@ -10,7 +10,7 @@ module hampm_measurements
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t
    use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
-   use hampm_energy, only: linear_momentum, angular_momentum
+   use hampm_energy, only: linear_momentum, angular_momentum, plastic_dissipation, viscous_dissipation
    use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
@@ -40,6 +40,8 @@ module hampm_measurements
       real(dp) :: largest_inner_energy = 0       !! the same, without kinetic energy of the motion as a whole [J]
       real(dp) :: kinetic_energy = 0             !! [J]
       real(dp) :: strain_energy = 0              !! [J]
+      real(dp) :: plastic_dissipation = 0        !! [J]
+      real(dp) :: viscous_dissipation = 0        !! [J]
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
       real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
@@ -183,6 +185,8 @@ contains
       integer :: k
       m%kinetic_energy = kinetic_energy(motion)
       m%strain_energy = stored_energy(motion)
+      m%plastic_dissipation = plastic_dissipation(motion%particles, motion%materials)
+      m%viscous_dissipation = viscous_dissipation(motion%particles, motion%materials)
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
@@ -234,6 +238,12 @@ contains
          call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
          call history%record('external_work', 'J', 'work of the loads and of constraints that move', motion%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
+         if (any(scene%materials%law == 'j2_plastic')) call history%record('plastic_dissipation', 'J', &
+                                                                        'work of the stress on the plastic strain', &
+                                                                        m%plastic_dissipation)
+         if (any(scene%materials%law == 'viscoelastic')) call history%record('viscous_dissipation', 'J', &
+                                                                           'energy taken by the viscosity of the material', &
+                                                                           m%viscous_dissipation)
          if (any(scene%paths%friction > 0)) &
             call history%record('friction_loss', 'J', 'energy taken by friction between faces', motion%springs%loss)
          if (growing%are_there()) then
@@ -299,7 +309,8 @@ contains
       residual = 0
       if (m%largest_energy <= m%rounding_energy) return
       residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
-                  - motion%numerical_loss - motion%springs%loss - motion%fracture_energy)/m%largest_energy
+                  - motion%numerical_loss - motion%springs%loss - motion%fracture_energy &
+                  - m%plastic_dissipation - m%viscous_dissipation)/m%largest_energy
    end function energy_residual
 
    !> Keep what rows of the history need of the rows before.
@@ -313,6 +324,8 @@ contains
       call archive%keep('largest_energy', m%largest_energy)
       call archive%keep('kinetic_energy', m%kinetic_energy)
       call archive%keep('strain_energy', m%strain_energy)
+      call archive%keep('plastic_dissipation', m%plastic_dissipation)
+      call archive%keep('viscous_dissipation', m%viscous_dissipation)
       call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
       call archive%keep('largest_inner_energy', m%largest_inner_energy)
       call keep_overlap(m%overlap, archive)

@@ -20,16 +20,17 @@ contains
       type(motion_t), intent(in) :: motion
       type(piece_t), intent(out) :: view
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
-      real(dp), allocatable :: components(:, :), energy(:)
+      real(dp), allocatable :: components(:, :), energy(:), plastic(:)
       integer :: i
       associate (p => motion%particles)
-         allocate (components(3, p%n), energy(p%n))
+         allocate (components(3, p%n), energy(p%n), plastic(p%n))
          do i = 1, p%n
             h = p%gradient_of(i)
             associate (material => motion%materials(p%material(i)))
-               stress = material%kirchhoff_stress(h)
+               stress = material%kirchhoff_stress(h, p%history_of(i))
                components(:, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
-               energy(i) = material%energy_density(h)
+               energy(i) = material%energy_density(h, p%history_of(i))
+               plastic(i) = material%equivalent_plastic_strain(p%history_of(i))
             end associate
          end do
          call view%set_vertices('particles', transpose(p%reference + p%displacement))
@@ -41,6 +42,7 @@ contains
          call view%add_point_field('stress_yy', components(2:2, :))
          call view%add_point_field('stress_xy', components(3:3, :))
          call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
+         if (any(motion%materials%yields())) call view%add_point_field('plastic_strain', reshape(plastic, [1, p%n]))
       end associate
       if (motion%grid%cut_cells%are_there()) call add_sides(motion, view)
    end subroutine particle_view

@@ -29,7 +29,7 @@ contains
          norm = 0
          do i = 1, p%n
             associate (material => m%materials(p%material(i)))
-               stress(:, i) = reshape(material%kirchhoff_stress(p%gradient_of(i)), [n_stress])
+               stress(:, i) = reshape(material%kirchhoff_stress(p%gradient_of(i), p%history_of(i)), [n_stress])
                norm = norm + p%volume(i)*2*material%stress_energy_density(reshape(stress(:, i), [ndim, ndim]))
             end associate
          end do

@@ -13,7 +13,7 @@ module hampm_matching
    use hampm_grid, only: build_grid
    use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy
+   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
@@ -197,6 +197,6 @@ contains
    real(dp) function total_energy(m) result(energy)
       type(motion_t), intent(in) :: m
       energy = 0
-      if (m%audit) energy = kinetic_energy(m%particles) + stored_energy(m)
+      if (m%audit) energy = kinetic_energy(m%particles) + stored_energy(m) + dissipated_energy(m)
    end function total_energy
 end module hampm_matching

@@ -51,7 +51,7 @@ module hampm_domain_integral
       real(dp) :: x(ndim)                        !! place in the grid, from the tip [m]
       real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
       real(dp) :: slope(ndim)                    !! u,1 - c [-]
-      real(dp) :: energy                         !! W [J/m3]
+      real(dp) :: energy                         !! W, with the work that has been dissipated [J/m3]
       real(dp) :: divergence(ndim)               !! div P [N/m3]
       real(dp) :: shape(corners)                 !! shape functions at the particle [-]
       real(dp) :: gradient(corners, ndim)        !! their gradients with respect to the reference position [1/m]
@@ -212,7 +212,7 @@ contains
       end do
       if (.not. total > 0) return
       mean = mean/total
-      if (.not. (domain%material%linear .or. domain%half)) then
+      if (domain%material%is_finite() .and. .not. domain%half) then
          angle = atan2(mean(2, 1) - mean(1, 2), 2 + mean(1, 1) + mean(2, 2))
          domain%turn = reshape([-2*sin(angle/2)**2, sin(angle), -sin(angle), -2*sin(angle/2)**2], [ndim, ndim])
       end if
@@ -257,8 +257,9 @@ contains
          if (abs(s%x(2)) <= on_line*grid%element_size(e)) s%x(2) = sign(s%x(2), domain%face_of_line)
          s%size = grid%element_size(e)
          s%slope = matmul(matmul(h, domain%direction), axes) - c
-         s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h), axes))
-         s%energy = material%energy_density(h)
+         s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i)), axes))
+         s%energy = material%energy_density(h, p%history_of(i)) + material%plastic_dissipation(h, p%history_of(i)) &
+                    + material%viscous_dissipation(h, p%history_of(i))
          s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape))
       end associate
    end subroutine take_sample

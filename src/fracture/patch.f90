@@ -166,8 +166,8 @@ contains
       force = 0
       do k = 1, patch%n
          associate (i => patch%particle(k))
-            force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame), &
-                                               patch%gradient(:, k))
+            force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, &
+                                                                                      p%history_of(i)), patch%gradient(:, k))
          end associate
       end do
    end function internal_force

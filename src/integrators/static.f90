@@ -5,7 +5,7 @@ module hampm_static
    use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t, book_step
-   use hampm_motion, only: motion_t, map_to_grid, stored_energy
+   use hampm_motion, only: motion_t, map_to_grid, stored_energy, dissipated_energy
    implicit none
    private
    public :: static_t
@@ -81,7 +81,8 @@ contains
    !> of a load step does not tell, and what finer cells give way.
    subroutine book_loss(m)
       type(motion_t), intent(inout) :: m
-      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m) - m%springs%loss - m%fracture_energy
+      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m) - dissipated_energy(m) - m%springs%loss &
+                                      - m%fracture_energy
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.

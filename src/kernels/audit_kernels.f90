@@ -4,6 +4,7 @@ module hampm_audit_kernels
    use hampm_cell_blocks, only: lanes
    use hampm_linear_elastic, only: linear_stress
    use hampm_material, only: material_t
+   use hampm_particles, only: particles_t, remembered
    use hampm_tensors, only: product_of
    implicit none
    private
@@ -28,13 +29,18 @@ contains
       end do
    end function kick_energy
 
-   !> Work of the stress in the strain step that follows, by Simpson's rule [J]; of a linear law the stress in the middle is enough.
-   pure real(dp) function strain_work(rows, ld, xi, a, materials, material, volume, h, total_frame) result(work)
+   !> Work of the stress in the strain step that follows, by Simpson's rule [J]; of a linear law the stress in the middle is enough, and
+   !> of a law with a history there are those at the ends.
+   pure real(dp) function strain_work(rows, ld, xi, a, materials, material, volume, h, total_frame, dt, p, number) &
+      result(work)
       integer, intent(in) :: rows, ld, material(ld)
       real(dp), intent(in) :: xi(ld, ndim), volume(ld), h(ld, ndim, ndim)
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! displacement of the nodes over the size of the cells [-]
       type(material_t), intent(in) :: materials(:)
       logical, intent(in) :: total_frame
+      real(dp), intent(in) :: dt                        !! [s]
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none; not set where no law has a history
       real(dp) :: before(ndim, ndim), change(ndim, ndim)
       integer :: s, l, k, d
       work = 0
@@ -50,6 +56,8 @@ contains
             associate (m => materials(material(k)))
                if (m%linear) then
                   work = work + volume(k)*sum(change*linear_stress(m%lambda, m%mu, before + change/2))
+               else if (m%has_history()) then
+                  work = work + volume(k)*remembered_work(m, before, change, dt, remembered(p, number(k)))
                else
                   work = work + volume(k)/6*sum(change*(m%conjugate_stress(before) + 4*m%conjugate_stress(before + change/2) &
                                                         + m%conjugate_stress(before + change)))
@@ -58,4 +66,16 @@ contains
          end do
       end do
    end function strain_work
+
+   !> Work of the stress of a law with a history per volume in a step of length `dt`, by the rule of trapezoids [J/m3].
+   pure real(dp) function remembered_work(material, before, change, dt, past) result(work)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
+      real(dp), intent(in) :: dt                        !! [s]
+      real(dp), intent(in) :: past(:)                   !! what the particle remembers
+      real(dp) :: next(size(past))
+      next = past
+      call material%follow(before + change, dt, next)
+      work = sum(change*(material%conjugate_stress(before, past) + material%conjugate_stress(before + change, next)))/2
+   end function remembered_work
 end module hampm_audit_kernels

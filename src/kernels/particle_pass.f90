@@ -29,7 +29,7 @@ module hampm_particle_pass
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
                                      add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
-   use hampm_particles, only: particles_t
+   use hampm_particles, only: particles_t, remembered
    use hampm_pass, only: pass_t
    implicit none
    private
@@ -107,7 +107,7 @@ contains
       logical, intent(in) :: in_row(*)                  !! as in `cell_blocks_t`, by block
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
-      integer :: material_of(room)
+      integer :: material_of(room), number_of(room)
       real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
       real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
       real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
@@ -162,6 +162,7 @@ contains
             rows = min(most_rows, blocks%rows(b) - s + 1)
             if (blocks%is_even(b)) then
                i = blocks%first(b) + lanes*(s - 1)
+               if (allocated(p%history)) number_of(:lanes*rows*n) = [(k, k=i, i + lanes*rows*n - 1)]
                call pass_rows(p%n, p%mass(i), p%volume(i), p%reference(i, 1), p%local(i, 1), p%displacement(i, 1), &
                               p%velocity(i, 1), p%gradient(i, 1, 1), p%material(i), lower, inverse_size, contribution)
             else
@@ -221,7 +222,8 @@ contains
                do k = 1, n
                   first = lanes*rows*(k - 1) + 1
                   f%audit(2, b + k - 1) = f%audit(2, b + k - 1) + strain_work(rows, ld, xi(first, 1), strain_by(1, 1, 1, k), &
-                                                     materials, material(first), volume(first), h(first, 1, 1), p%total_frame)
+                                                     materials, material(first), volume(first), h(first, 1, 1), p%total_frame, &
+                                                     pass%strain_fraction*dt, p, number_of(first))
                end do
             end if
             if (p%total_frame) then
@@ -229,6 +231,8 @@ contains
             else
                call add_gradient_product(n, rows, ld, xi, strain_by, h)
             end if
+            if (allocated(p%history) .and. pass%keeps_history) &
+               call keep_history(n*rows, ld, materials, material, h, pass%strain_fraction*dt, number_of, p%history)
          end if
          if (pass%move) then
             call add_field(n, rows, ld, xi, move_by, u)
@@ -246,7 +250,7 @@ contains
             if (is_linear) then
                call linear_forces(n*rows, ld, lambda, mu, volume, h, t)
             else
-               call forces(n*rows, ld, materials, material, volume, h, p%total_frame, t)
+               call forces(n*rows, ld, materials, material, volume, h, p, number_of, t)
             end if
             call add_stress(n, rows, ld, xi, t, total, moment)
          end if
@@ -308,6 +312,7 @@ contains
                   v(k, :) = p%velocity(i, :)
                   h(k, :, :) = p%gradient(i, :, :)
                   material_of(k) = p%material(i)
+                  number_of(k) = i
                else
                   mass_of(k) = 0
                   volume_of(k) = 0
@@ -317,6 +322,7 @@ contains
                   v(k, :) = 0
                   h(k, :, :) = 0
                   material_of(k) = 1
+                  number_of(k) = 0
                end if
             end do
          end do
@@ -372,22 +378,43 @@ contains
    end subroutine cell_matrices
 
    !> Volume times stress of particles of any materials, as `linear_forces`.
-   pure subroutine forces(rows, ld, materials, material, volume, h, total_frame, t)
+   pure subroutine forces(rows, ld, materials, material, volume, h, p, number, t)
       integer, intent(in) :: rows, ld, material(ld)
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: volume(ld), h(ld, ndim, ndim)
-      logical, intent(in) :: total_frame
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none; not set where no law has a history
       real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
-      real(dp) :: h_of(ndim, ndim)
+      real(dp) :: h_of(ndim, ndim), past(p%columns())
       integer :: s, l, k
       do s = 1, rows
          do l = 1, lanes
             k = lanes*(s - 1) + l
             h_of = h(k, :, :)
-            t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h_of, total_frame), [ndim*ndim])
+            past = remembered(p, number(k))
+            t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h_of, p%total_frame, past), [ndim*ndim])
          end do
       end do
    end subroutine forces
+
+   !> Keep the states of particles that have been strained in a step `dt`, where their law has a history.
+   pure subroutine keep_history(rows, ld, materials, material, h, dt, number, history)
+      integer, intent(in) :: rows, ld, material(ld)
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: h(ld, ndim, ndim), dt
+      integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none
+      real(dp), intent(inout) :: history(:, :)
+      real(dp) :: h_of(ndim, ndim), past(size(history, 2))
+      integer :: k
+      do k = 1, lanes*rows
+         if (number(k) == 0) cycle
+         if (.not. materials(material(k))%has_history()) cycle
+         h_of = h(k, :, :)
+         past = history(number(k), :)
+         call materials(material(k))%follow(h_of, dt, past)
+         history(number(k), :) = past
+      end do
+   end subroutine keep_history
 
    !> Whether any particle of the blocks that one has left is no longer in its cell or one beside it.
    pure logical function any_has_jumped(p, blocks, f) result(jumped)

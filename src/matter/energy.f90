@@ -6,8 +6,8 @@ module hampm_energy
    use hampm_tensors, only: determinant, identity, product_of
    implicit none
    private
-   public :: kinetic_energy, strain_energy, linear_momentum, angular_momentum, largest_gradient, largest_stretch, &
-             most_crushed_particle, determinant_of, liveliest_particle
+   public :: kinetic_energy, strain_energy, plastic_dissipation, viscous_dissipation, linear_momentum, angular_momentum, &
+             largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -39,11 +39,33 @@ contains
       do block = 1, size(partial)
          partial(block) = 0
          do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i))
+            partial(block) = partial(block) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
          end do
       end do
       energy = sum(partial)
    end function strain_energy
+
+   !> Work of the stress on the plastic strain of the particles [J].
+   real(dp) function plastic_dissipation(p, materials) result(work)
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      integer :: i
+      work = 0
+      do i = 1, merge(p%n, 0, any(materials%has_history()))
+         work = work + p%volume(i)*materials(p%material(i))%plastic_dissipation(p%gradient_of(i), p%history_of(i))
+      end do
+   end function plastic_dissipation
+
+   !> Energy that viscosity has taken from the particles [J].
+   real(dp) function viscous_dissipation(p, materials) result(energy)
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      integer :: i
+      energy = 0
+      do i = 1, merge(p%n, 0, any(materials%has_history()))
+         energy = energy + p%volume(i)*materials(p%material(i))%viscous_dissipation(p%gradient_of(i), p%history_of(i))
+      end do
+   end function viscous_dissipation
 
    !> Linear momentum, sum of m v [kg m/s].
    pure function linear_momentum(p) result(momentum)
@@ -80,18 +102,18 @@ contains
       end do
    end subroutine angular_momentum
 
-   !> Largest component of the displacement gradients of the particles of the linear law [-]; 0 where there are none.
+   !> Largest component of the displacement gradients of the particles of laws for small strains [-]; 0 where there are none.
    pure real(dp) function largest_gradient(p, materials) result(largest)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
       integer :: i
       largest = 0
-      if (all(materials%linear)) then
+      if (.not. any(materials%is_finite())) then
          largest = largest_of(size(p%gradient), p%gradient)
          return
       end if
       do i = 1, p%n
-         if (materials(p%material(i))%linear) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
+         if (.not. materials(p%material(i))%is_finite()) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
       end do
    end function largest_gradient
 
@@ -125,10 +147,10 @@ contains
       real(dp) :: smallest
       integer :: i
       crushed = 0
-      if (all(materials%linear)) return
+      if (.not. any(materials%is_finite())) return
       smallest = huge(smallest)
       do i = 1, p%n
-         if (materials(p%material(i))%linear) cycle
+         if (.not. materials(p%material(i))%is_finite()) cycle
          if (crushed > 0 .and. determinant_of(p, i) >= smallest) cycle
          crushed = i
          smallest = determinant_of(p, i)
@@ -152,7 +174,7 @@ contains
       most = -1
       do i = 1, p%n
          energy = 0.5_dp*p%mass(i)*sum(p%velocity(i, :)**2) &
-                  + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i))
+                  + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
          if (energy <= most) cycle
          liveliest = i
          if (.not. energy <= huge(energy)) return

@@ -1,15 +1,25 @@
 !> A material: its law with its constants, and the stress and energy that follow from the displacement gradient.
+!>
+!> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the last state
+!> that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not: while `on_trial`,
+!> stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use hampm_j2_plastic, only: j2_constants_t, j2_columns, j2_equivalent, j2_follow, j2_stress, j2_change, j2_energy_density, &
+                               j2_dissipation
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
    use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density, &
                                   neo_hookean_piola_change
+   use hampm_viscoelastic, only: prony_t, new_prony, prony_columns, prony_follow, prony_stress, prony_change, &
+                                 prony_energy_density, prony_dissipation
    implicit none
    private
    public :: material_t, new_material, laws
 
-   integer, parameter :: linear_elastic = 1, neo_hookean = 2
-   character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean'] !! their names in scenes, in this order
+   integer, parameter :: linear_elastic = 1, neo_hookean = 2, j2_plastic = 3, viscoelastic = 4
+   character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean', 'j2_plastic', & !! their names in
+                                                       'viscoelastic'] !! scenes, in this order
 
    !> A law with its constants.
    type :: material_t
@@ -22,7 +32,20 @@ module hampm_material
       real(dp) :: density = 0                    !! in the reference configuration [kg/m3]
       real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
       real(dp) :: mu = 0                         !! shear modulus [Pa]
+      integer :: columns = 0                     !! how many numbers a particle of it remembers
+      logical :: on_trial = .false.              !! whether states are tried that are not kept
+      real(dp) :: elapsed = 0                    !! since the last that was kept [s]
+      type(j2_constants_t), private :: j2
+      type(prony_t), private :: prony
    contains
+      procedure :: law_name
+      procedure :: has_history
+      procedure :: is_finite
+      procedure :: yields
+      procedure :: follow
+      procedure :: equivalent_plastic_strain
+      procedure :: plastic_dissipation
+      procedure :: viscous_dissipation
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
       procedure :: conjugate_change
@@ -38,13 +61,16 @@ module hampm_material
 contains
 
    !> A material from its engineering constants.
-   pure function new_material(name, law, plane_stress, young, poisson, density) result(m)
+   pure function new_material(name, law, plane_stress, young, poisson, density, yield_stress, hardening, moduli, &
+                              relaxation_times) result(m)
       character(*), intent(in) :: name
       character(*), intent(in) :: law            !! one of `laws`
       logical, intent(in) :: plane_stress        !! else plane strain
       real(dp), intent(in) :: young              !! [Pa]
       real(dp), intent(in) :: poisson            !! [-], below 0.5
       real(dp), intent(in) :: density            !! [kg/m3]
+      real(dp), intent(in), optional :: yield_stress, hardening !! of 'j2_plastic', which else does not yield [Pa]
+      real(dp), intent(in), optional :: moduli(:), relaxation_times(:) !! of 'viscoelastic', which else does not relax [Pa, s]
       type(material_t) :: m
       m%name = name
       m%law = findloc(laws, law, dim=1)
@@ -56,12 +82,140 @@ contains
       m%mu = young/(2*(1 + poisson))
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
       if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
+      if (m%law == j2_plastic) then
+         m%j2 = j2_constants_t(m%lambda, m%mu, plane_stress, sqrt(huge(1.0_dp)))
+         if (present(yield_stress)) m%j2%yield_stress = yield_stress
+         if (present(hardening)) m%j2%hardening = hardening
+         m%columns = j2_columns
+      else if (m%law == viscoelastic) then
+         m%prony = prony_t(m%lambda + 2*m%mu/3, m%mu, plane_stress, rest=m%mu)
+         if (present(moduli)) m%prony = new_prony(m%prony%kappa, m%mu, plane_stress, moduli, relaxation_times)
+         m%columns = prony_columns(m%prony)
+      end if
    end function new_material
 
-   !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
-   pure function kirchhoff_stress(self, h) result(stress)
+   !> The name of its law in scenes.
+   pure function law_name(self) result(name)
+      class(material_t), intent(in) :: self
+      character(:), allocatable :: name
+      name = trim(laws(self%law))
+   end function law_name
+
+   !> Whether stress depends on what has been.
+   elemental logical function has_history(self)
+      class(material_t), intent(in) :: self
+      has_history = self%columns > 0
+   end function has_history
+
+   !> Whether the law is meant for any rotation and strain, with which bodies may buckle.
+   elemental logical function is_finite(self)
+      class(material_t), intent(in) :: self
+      is_finite = self%law == neo_hookean
+   end function is_finite
+
+   !> Whether the law is one of plasticity.
+   elemental logical function yields(self)
+      class(material_t), intent(in) :: self
+      yields = self%law == j2_plastic
+   end function yields
+
+   !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
+   pure subroutine follow(self, h, dt, past)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(inout) :: past(:)         !! what the particle remembers
+      select case (self%law)
+       case (j2_plastic)
+         call j2_follow(self%j2, h, past)
+       case (viscoelastic)
+         call prony_follow(self%prony, h, dt, past)
+      end select
+   end subroutine follow
+
+   !> What a particle would remember of the present state: of a trial state more than it does.
+   pure function present_of(self, h, past) result(now)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      real(dp) :: now(size(past))
+      now = past
+      if (self%on_trial) call self%follow(h, self%elapsed, now)
+   end function present_of
+
+   !> Equivalent plastic strain [-].
+   pure real(dp) function equivalent_plastic_strain(self, past) result(strain)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: past(:)
+      strain = 0
+      if (self%law == j2_plastic) strain = past(j2_equivalent)
+   end function equivalent_plastic_strain
+
+   !> Work on the plastic strain per reference volume [J/m3].
+   pure real(dp) function plastic_dissipation(self, h, past) result(work)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      work = 0
+      if (self%law == j2_plastic) work = j2_dissipation(self%j2, present_of(self, h, past))
+   end function plastic_dissipation
+
+   !> Energy that viscosity has taken per reference volume [J/m3].
+   pure real(dp) function viscous_dissipation(self, h, past) result(energy)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      energy = 0
+      if (self%law == viscoelastic) energy = prony_dissipation(present_of(self, h, past))
+   end function viscous_dissipation
+
+   !> Stress of the laws with a history [Pa].
+   pure function remembered_stress(self, h, past) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), intent(in), optional :: past(:)
+      real(dp) :: stress(ndim, ndim)
+      stress = ieee_value(1.0_dp, ieee_quiet_nan)
+      if (.not. present(past)) return
+      if (self%law == j2_plastic) then
+         stress = j2_stress(self%j2, h, present_of(self, h, past))
+      else
+         stress = prony_stress(self%prony, h, self%elapsed, past)
+      end if
+   end function remembered_stress
+
+   !> What a small change of H makes of that stress: while `on_trial` along the step, else as sudden strains do [Pa].
+   pure function remembered_change(self, h, dh, past) result(change)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim)
+      real(dp), intent(in), optional :: past(:)
+      real(dp) :: change(ndim, ndim)
+      change = ieee_value(1.0_dp, ieee_quiet_nan)
+      if (self%law == viscoelastic) then
+         change = prony_change(self%prony, dh, self%elapsed)
+      else if (.not. self%on_trial) then
+         change = linear_stress(self%small_strain_lambda(), self%mu, dh)
+      else if (present(past)) then
+         change = j2_change(self%j2, h, dh, past)
+      end if
+   end function remembered_change
+
+   !> Elastic energy per reference volume of the laws with a history [J/m3].
+   pure real(dp) function remembered_energy_density(self, h, past) result(energy)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), intent(in), optional :: past(:)
+      energy = ieee_value(1.0_dp, ieee_quiet_nan)
+      if (.not. present(past)) return
+      if (self%law == j2_plastic) then
+         energy = j2_energy_density(self%j2, h, present_of(self, h, past))
+      else
+         energy = prony_energy_density(self%prony, h, present_of(self, h, past))
+      end if
+   end function remembered_energy_density
+
+   !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
+   pure function kirchhoff_stress(self, h, past) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
       stress = 0
       select case (self%law)
@@ -69,13 +223,16 @@ contains
          stress = linear_stress(self%lambda, self%mu, h)
        case (neo_hookean)
          stress = neo_hookean_kirchhoff(self%lambda, self%mu, self%plane_stress, h)
+       case (j2_plastic, viscoelastic)
+         stress = remembered_stress(self, h, past)
       end select
    end function kirchhoff_stress
 
    !> The stress whose product with the change of H is the change of the energy density [Pa].
-   pure function conjugate_stress(self, h) result(stress)
+   pure function conjugate_stress(self, h, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
       stress = 0
       select case (self%law)
@@ -83,14 +240,17 @@ contains
          stress = linear_stress(self%lambda, self%mu, h)
        case (neo_hookean)
          stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
+       case (j2_plastic, viscoelastic)
+         stress = remembered_stress(self, h, past)
       end select
    end function conjugate_stress
 
    !> What a small change of H makes of `conjugate_stress` [Pa].
-   pure function conjugate_change(self, h, dh) result(change)
+   pure function conjugate_change(self, h, dh, past) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
+      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: change(ndim, ndim)
       change = 0
       select case (self%law)
@@ -98,32 +258,38 @@ contains
          change = linear_stress(self%lambda, self%mu, dh)
        case (neo_hookean)
          change = neo_hookean_piola_change(self%lambda, self%mu, self%plane_stress, h, dh)
+       case (j2_plastic, viscoelastic)
+         change = remembered_change(self, h, dh, past)
       end select
    end function conjugate_change
 
    !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
-   pure function mapped_stress(self, h, total_frame) result(stress)
+   pure function mapped_stress(self, h, total_frame, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
+      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
       if (total_frame) then
-         stress = self%conjugate_stress(h)
+         stress = self%conjugate_stress(h, past)
       else
-         stress = self%kirchhoff_stress(h)
+         stress = self%kirchhoff_stress(h, past)
       end if
    end function mapped_stress
 
    !> Elastic energy per reference volume [J/m3].
-   pure real(dp) function energy_density(self, h)
+   pure real(dp) function energy_density(self, h, past)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
       energy_density = 0
       select case (self%law)
        case (linear_elastic)
          energy_density = linear_energy_density(self%lambda, self%mu, h)
        case (neo_hookean)
          energy_density = neo_hookean_energy_density(self%lambda, self%mu, self%plane_stress, h)
+       case (j2_plastic, viscoelastic)
+         energy_density = remembered_energy_density(self, h, past)
       end select
    end function energy_density
 

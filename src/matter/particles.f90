@@ -16,7 +16,7 @@ module hampm_particles
    use hampm_text, only: to_text
    implicit none
    private
-   public :: particles_t, new_particles, add_history, take_particles, keep_particles
+   public :: particles_t, new_particles, add_history, take_particles, keep_particles, remembered
 
    !> All material points: the first `n` entries of each array are used.
    type :: particles_t
@@ -44,6 +44,8 @@ module hampm_particles
       procedure :: position
       procedure :: place_in_grid
       procedure :: gradient_of
+      procedure :: history_of
+      procedure :: columns
       procedure :: visit_columns
    end type particles_t
 
@@ -296,4 +298,29 @@ contains
       real(dp) :: h(ndim, ndim)
       h = self%gradient(i, :, :)
    end function gradient_of
+
+   !> What particle `i` remembers; nothing where no law has a history.
+   pure function history_of(self, i) result(past)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(dp) :: past(self%columns())
+      if (allocated(self%history)) past = self%history(i, :)
+   end function history_of
+
+   !> The same; zeros of none, whose number is 0.
+   pure function remembered(p, i) result(past)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: past(p%columns())
+      if (.not. allocated(p%history)) return
+      past = 0
+      if (i > 0) past = p%history(i, :)
+   end function remembered
+
+   !> How many numbers a particle remembers.
+   pure integer function columns(self)
+      class(particles_t), intent(in) :: self
+      columns = 0
+      if (allocated(self%history)) columns = size(self%history, 2)
+   end function columns
 end module hampm_particles

@@ -5,6 +5,9 @@
 !> where the tangent at the start points to, or has not stored the work of the loads. Where there is no such path, as beyond a limit
 !> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it.
 !>
+!> Laws with a history go on from the last state that was kept: when the load step, or a part of it, has ended in equilibrium. Where no
+!> law is meant for large rotations there are no limit points but those of the material, and no other path: nothing is looked at.
+!>
 !> Which pairs of nodes on faces are pressed together, and which nodes on supports that only push, is found by turns: tie what would
 !> overlap, let go what would pull.
 !>
@@ -14,7 +17,7 @@ module hampm_equilibrium
    use hampm_basis, only: shape_functions
    use hampm_face_springs, only: face_springs_t, have_friction, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_motion, only: motion_t, stored_energy
+   use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
    use hampm_nodal_state, only: external_force
    use hampm_rigid_motions, only: pin_t, find_pins
@@ -87,8 +90,9 @@ contains
       do while (done < 1)
          none = failure_t()
          call remember(m, start)
+         m%materials%elapsed = part*(time - m%time)
          call go_to(self, m, between(first, last, done), between(first, last, done + part), none)
-         if (.not. (none%failed() .or. all(m%materials%linear))) call look_at_path(self, m, start, none)
+         if (any(m%materials%is_finite()) .and. .not. none%failed()) call look_at_path(self, m, start, none)
          if (none%failed()) then
             divisions = divisions + 1
             part = part/2
@@ -96,6 +100,7 @@ contains
             call go_back(m, start)
          else
             call settle_slip(m%springs)
+            call keep_history(m)
             done = done + part
             part = min(2*part, 1 - done)
             divisions = max(0, divisions - 1)
@@ -160,7 +165,7 @@ contains
       type(start_t), intent(out) :: start
       if (all(m%materials%linear)) return        ! there is no second try
       start%external_work = m%external_work
-      start%stored = stored_energy(m)
+      start%stored = stored_energy(m) + dissipated_energy(m)
       if (m%springs%n > 0) start%springs = m%springs
       start%displacement = m%particles%displacement
       start%gradient = m%particles%gradient
@@ -214,7 +219,8 @@ contains
          if (.not. changed) exit
          if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       end do
-      if (.not. (all(m%materials%linear) .or. failure%failed()) .and. differ(before, after)) call look_at_way(self, moved, failure)
+      if (any(m%materials%is_finite()) .and. .not. failure%failed() .and. differ(before, after)) &
+         call look_at_way(self, moved, failure)
       if (turn > most_turns) call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
       m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, moved)
       if (.not. is_driven) return
@@ -333,7 +339,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: work, stored
       work = m%external_work - start%external_work
-      stored = stored_energy(m) - start%stored
+      stored = stored_energy(m) + dissipated_energy(m) - start%stored
       if (.not. self%newton%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')
       else if (abs(work - stored) > off_path*max(abs(work), abs(stored))) then

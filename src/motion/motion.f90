@@ -6,7 +6,7 @@ module hampm_motion
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
    use hampm_cuts, only: crosses
    use hampm_driven_nodes, only: driven_work_t
-   use hampm_energy, only: strain_energy
+   use hampm_energy, only: strain_energy, plastic_dissipation, viscous_dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_face_springs, only: face_springs_t, spring_energy
    use hampm_failure, only: failure_t, exit_computation
@@ -27,7 +27,7 @@ module hampm_motion
    implicit none
    private
    public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, rebuild_operators, &
-             refresh_grid, pass_on, stored_energy
+             refresh_grid, pass_on, stored_energy, dissipated_energy, keep_history
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -106,6 +106,28 @@ contains
       type(motion_t), intent(in) :: m
       stored_energy = strain_energy(m%particles, m%materials) + spring_energy(m%springs)
    end function stored_energy
+
+   !> Energy that plastic flow and viscosity have taken [J].
+   real(dp) function dissipated_energy(m)
+      type(motion_t), intent(in) :: m
+      dissipated_energy = plastic_dissipation(m%particles, m%materials) + viscous_dissipation(m%particles, m%materials)
+   end function dissipated_energy
+
+   !> Keep the present states of particles whose laws have a history: a step has ended.
+   subroutine keep_history(m)
+      type(motion_t), intent(inout) :: m
+      real(dp) :: past(m%particles%columns())
+      integer :: i
+      if (.not. any(m%materials%has_history())) return
+      associate (p => m%particles)
+         do i = 1, p%n
+            past = p%history(i, :)
+            call m%materials(p%material(i))%follow(p%gradient_of(i), m%materials(p%material(i))%elapsed, past)
+            p%history(i, :) = past
+         end do
+      end associate
+      m%materials%elapsed = 0
+   end subroutine keep_history
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)

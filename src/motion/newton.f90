@@ -29,7 +29,8 @@ module hampm_newton
    integer, parameter :: most_with_contact = 200 !! with springs between faces that close, open and slide
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
-   real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left
+   real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left where bodies may buckle; elsewhere r
+                                                 !! belongs to a convex potential, and none may be added
 
    !> How equilibrium is found, and what it took.
    type :: newton_t
@@ -187,8 +188,8 @@ contains
       real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
       type(pass_report_t) :: report
       m%fields%velocity(:, :, v_next) = du
-      call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, move=.true., map_force=.true.), 1.0_dp, m%materials, &
-                         m%particles, m%blocks, m%fields, report)
+      call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, keeps_history=.false., move=.true., map_force=.true.), &
+                         1.0_dp, m%materials, m%particles, m%blocks, m%fields, report)
       call stretch_springs(m%springs, du, 1.0_dp)
       m%fields%velocity(:, :, v_next) = 0
    end subroutine displace
@@ -205,7 +206,9 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: r(:, :)
       integer :: halving, crushed
+      real(dp) :: left                           ! part of the work that may be left
       logical :: good
+      left = merge(lessened, 1.0_dp, any(m%materials%is_finite()))
       call look_at_size(m, du, failure)
       if (failure%failed()) return
       call displace(m, du)
@@ -215,7 +218,7 @@ contains
          if (.not. good) good = determinant_of(m%particles, crushed) > 0
          if (good) then
             call out_of_balance(m, applied, r)
-            good = has_offset .or. abs(work_of(m, r, du)) <= lessened*abs(work) &
+            good = has_offset .or. abs(work_of(m, r, du)) <= left*abs(work) &
                    .or. maxval(abs(self%k%on_unknowns(r))) <= sqrt(balanced)*largest_force(m, r)
          end if
          if (good) return

@@ -114,7 +114,7 @@ contains
       associate (p => m%particles)
          do i = 1, p%n
             gradient = shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i)))
-            stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame)
+            stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, p%history_of(i))
             do c = 1, corners
                associate (node => m%grid%element_nodes(c, p%cell(i)))
                   force(:, node) = force(:, node) - p%volume(i)*matmul(stress, gradient(c, :))
@@ -164,6 +164,7 @@ contains
             l = matmul(v(:, m%grid%element_nodes(:, p%cell(i))), shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i))))
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
+            if (p%columns() > 0) call m%materials(p%material(i))%follow(p%gradient_of(i), dt, p%history(i, :))
          end do
       end associate
    end subroutine strain

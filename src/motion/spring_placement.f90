@@ -183,7 +183,8 @@ contains
          associate (carrier => nearest_carrier(grid, blocks, e(side), x))
             do i = blocks%first_in(carrier), blocks%last_in(carrier), blocks%stride_in(carrier)
                volume = volume + p%volume(i)
-               traction = traction + p%volume(i)*matmul(materials(p%material(i))%conjugate_stress(p%gradient_of(i)), normal)
+               traction = traction + p%volume(i)*matmul(materials(p%material(i))%conjugate_stress( &
+                                                         p%gradient_of(i), p%history_of(i)), normal)
             end do
          end associate
       end do

@@ -239,12 +239,13 @@ contains
       type(stiffness_t), intent(in) :: stiffness !! its kind and its springs
       real(dp), intent(out) :: matrix(dofs, dofs)
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: products(dofs, dofs), h(ndim, ndim)
+      real(dp) :: products(dofs, dofs), h(ndim, ndim), past(m%particles%columns())
       integer :: i, k
       logical :: is_last
       matrix = 0
       products = 0
       h = 0
+      past = 0
       associate (p => m%particles, b => m%blocks, is_tangent => stiffness%kind%is_tangent)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (is_tangent) then
@@ -263,7 +264,8 @@ contains
                if (.not. is_last) is_last = p%material(i + b%stride_in(e)) /= p%material(i)
                if (.not. is_last) cycle
                if (is_tangent) h = p%gradient_of(i)
-               call add_products(moduli_of(material, h), products, matrix)
+               if (is_tangent) past = p%history_of(i)
+               call add_products(moduli_of(material, h, past), products, matrix)
                products = 0
             end associate
          end do
@@ -284,9 +286,10 @@ contains
    end subroutine sum_products
 
    !> Change of the stress, its components first, with those of the displacement gradient [Pa].
-   pure function moduli_of(material, h) result(moduli)
+   pure function moduli_of(material, h, past) result(moduli)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: past(:)            !! what the particle remembers
       real(dp) :: moduli(ndim, ndim, ndim, ndim)
       real(dp) :: unit(ndim, ndim)
       integer :: j, k
@@ -294,7 +297,7 @@ contains
          do j = 1, ndim
             unit = 0
             unit(j, k) = 1
-            moduli(:, :, j, k) = material%conjugate_change(h, unit)
+            moduli(:, :, j, k) = material%conjugate_change(h, unit, past)
          end do
       end do
    end function moduli_of
@@ -451,7 +454,8 @@ contains
                   gradient = gradient_at(m, i)
                   dh = matmul(u(:, at), gradient)
                   force(:, at) = force(:, at) + p%volume(i)*matmul( &
-                                 m%materials(p%material(i))%conjugate_change(p%gradient_of(i), dh), transpose(gradient))
+                                 m%materials(p%material(i))%conjugate_change(p%gradient_of(i), dh, p%history_of(i)), &
+                                                                    transpose(gradient))
                end do
             end associate
          end do

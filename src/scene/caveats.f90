@@ -5,6 +5,7 @@ module hampm_caveats
    use hampm_crack_placement, only: body_at
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes
    use hampm_placement, only: length_text, upper_corner
+   use hampm_material_consistency, only: has_history
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_static_consistency, only: unused_at_rest
    use hampm_text, only: to_text, three_digits
@@ -32,6 +33,7 @@ contains
       call look_at_gaps(scene, text)
       call look_at_points(scene, text)
       call look_at_interfaces(scene, text)
+      call look_at_dissipation(scene, text)
       if (grows_in_motion(scene) .and. any(scene%method%scheme == [character(5) :: 'usf', 'usavg'])) call add(text, &
          'with scheme = '''//trim(scene%method%scheme)//''' stresses are behind the tip of a crack that grows: J at a third '// &
          'of the speed of Rayleigh waves is '//merge('6', '3', scene%method%scheme == 'usf')//' % low; use ''musl''')
@@ -132,6 +134,16 @@ contains
          call add(text, 'the tip of the crack is between two materials: the parts of modes I and II have no meaning there, '// &
                   'only their sum has')
    end subroutine look_at_interfaces
+
+   !> J does not depend on the path in elastic material only.
+   pure subroutine look_at_dissipation(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      if (.not. (scene%energy_release%domain_integral .and. any(has_history(scene%materials%law)))) return
+      call add(text, 'where material yields or creeps J depends on its domain, and is no energy release rate: J_near_tip and '// &
+               'J_far_field are those of the smallest and of the largest one. At a tip in such material K, parts by modes and '// &
+               'estimated errors are not recorded')
+   end subroutine look_at_dissipation
 
    !> The material at a point, 0 for none.
    pure integer function material_at(scene, x)

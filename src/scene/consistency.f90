@@ -7,6 +7,7 @@ module hampm_consistency
    use hampm_joints, only: gap_between, groups_of_bodies
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
+   use hampm_material_consistency, only: check_laws
    use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, most_particles, &
@@ -53,6 +54,7 @@ contains
       call check_time_steps(scene, settings, mistakes)
       call check_static(scene, settings, mistakes)
       call check_implicit(scene, settings, mistakes)
+      call check_laws(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency

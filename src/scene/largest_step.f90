@@ -143,7 +143,7 @@ contains
       type(body_t), intent(in) :: body
       crosses = .false.
       if (scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
-      crosses = scene%materials(body%material_index)%law /= 'linear_elastic' &
+      crosses = scene%materials(body%material_index)%law == 'neo_hookean' &
                 .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
                 > small_move*scene%grid%cell/scene%run%end_time
    end function crosses_cells

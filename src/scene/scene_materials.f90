@@ -23,7 +23,8 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
       associate (spec => scene%materials(k))
-         material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density)
+         material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
+                                 spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times)
       end associate
    end function material_of
 end module hampm_scene_materials
