@@ -223,7 +223,7 @@ contains
       subroutine record_where_dissipated()
          associate (j => values%j)
             if (.not. scene%energy_release%domain_integral) return
-            call history%record('J', 'J/m2', 'J integral, mean over the domains, on which it depends', sum(j)/size(j))
+            call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(j)/size(j))
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(j) - minval(j))
             call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', j(1))
             call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', j(size(j)))

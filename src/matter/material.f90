@@ -32,6 +32,7 @@ module hampm_material
       real(dp) :: density = 0                    !! in the reference configuration [kg/m3]
       real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
       real(dp) :: mu = 0                         !! shear modulus [Pa]
+      logical :: mean_dilatation = .false.       !! whether its dilatation is the mean over a cell (`hampm_mean_dilatation`)
       integer :: columns = 0                     !! how many numbers a particle of it remembers
       logical :: on_trial = .false.              !! whether states are tried that are not kept
       real(dp) :: elapsed = 0                    !! since the last that was kept [s]

@@ -90,8 +90,7 @@ contains
       do while (done < 1)
          none = failure_t()
          call remember(m, start)
-         m%materials%elapsed = part*(time - m%time)
-         call go_to(self, m, between(first, last, done), between(first, last, done + part), none)
+         call go_to(self, m, between(first, last, done), between(first, last, done + part), part*(time - m%time), none)
          if (any(m%materials%is_finite()) .and. .not. none%failed()) call look_at_path(self, m, start, none)
          if (none%failed()) then
             divisions = divisions + 1
@@ -128,7 +127,7 @@ contains
       else
          call carry_over(m)
          call find_drive(m, m%time, drive)
-         call go_to(self, m, drive, drive, none)
+         call go_to(self, m, drive, drive, 0.0_dp, none)
       end if
       if (.not. (none%failed() .or. all(m%materials%linear))) then
          if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
@@ -176,6 +175,17 @@ contains
       start%touches = m%contact%touches
    end subroutine remember
 
+   !> Let time pass: what remembers relaxes before anything has moved.
+   subroutine let_pass(m, elapsed)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: elapsed            !! [s]
+      real(dp) :: stay(ndim, m%grid%n_points)
+      if (.not. any(m%materials%has_history())) return
+      m%materials%elapsed = elapsed
+      stay = 0
+      call displace(m, stay)
+   end subroutine let_pass
+
    !> Go back to where it began.
    subroutine go_back(m, start)
       type(motion_t), intent(inout) :: m
@@ -192,14 +202,16 @@ contains
          call m%constraints%fix(start%fixed)
       end if
       stay = 0
+      m%materials%elapsed = 0
       call displace(m, stay)
    end subroutine go_back
 
    !> Go to equilibrium from that with another drive. Fails where it is not found.
-   subroutine go_to(self, m, before, after, failure)
+   subroutine go_to(self, m, before, after, elapsed, failure)
       class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       type(drive_t), intent(in) :: before, after
+      real(dp), intent(in) :: elapsed            !! between them [s]
       type(failure_t), intent(inout) :: failure
       type(pin_t), allocatable :: pins(:)
       real(dp), allocatable :: moved(:, :), held(:, :), held_before(:, :)
@@ -210,6 +222,7 @@ contains
       call find_pins(m, pins)
       is_driven = any(abs(after%way - before%way) > 0)
       if (is_driven) call find_reactions(m, before%force, held_before)
+      call let_pass(m, elapsed)
       call move_supports(m%constraints, after%way - before%way)
       do turn = 1, most_turns
          call self%newton%balance(m, after%force, after%way - before%way, pins, moved, failure)

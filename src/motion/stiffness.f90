@@ -23,6 +23,7 @@ module hampm_stiffness
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_rigid_motions, only: pin_t
    use hampm_sparse, only: sparse_t
+   use hampm_tensors, only: identity, trace
    implicit none
    private
    public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads, small_stress, stiff_points, &
@@ -243,6 +244,10 @@ contains
       integer :: i, k
       logical :: is_last
       matrix = 0
+      if (stiffness%kind%is_tangent .and. shares_dilatation(m, e)) then
+         call tangent_by_means(m, e, matrix)
+         return
+      end if
       products = 0
       h = 0
       past = 0
@@ -271,6 +276,93 @@ contains
          end do
       end associate
    end subroutine element_stiffness
+
+   !> Whether particles of an element share their dilatation.
+   pure logical function shares_dilatation(m, e) result(shares)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      shares = any(m%materials%mean_dilatation)
+      if (shares) shares = any(m%materials(m%particles%material(m%blocks%first_in(e):m%blocks%last_in(e): &
+                                                               m%blocks%stride_in(e)))%mean_dilatation)
+   end function shares_dilatation
+
+   !> Mean gradients of the shape functions over the particles of an element that share their dilatation [1/m].
+   pure function mean_gradient_in(m, e) result(mean)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp) :: mean(corners, ndim), volume
+      integer :: i
+      mean = 0
+      volume = 0
+      if (.not. shares_dilatation(m, e)) return
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            if (.not. m%materials(p%material(i))%mean_dilatation) cycle
+            mean = mean + p%volume(i)*gradient_at(m, i)
+            volume = volume + p%volume(i)
+         end do
+      end associate
+      mean = mean/volume
+   end function mean_gradient_in
+
+   !> Tangent of an element whose particles share their dilatation, as `element_stiffness`: forces by the displacement of each corner in
+   !> each direction.
+   pure subroutine tangent_by_means(m, e, matrix)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp), intent(inout) :: matrix(dofs, dofs)
+      real(dp) :: gradient(corners, ndim), mean(corners, ndim), moduli(ndim, ndim, ndim, ndim), u(ndim, corners), &
+                  stress(ndim, ndim)
+      integer :: i, j, k
+      mean = mean_gradient_in(m, e)
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            associate (material => m%materials(p%material(i)))
+               gradient = gradient_at(m, i)
+               moduli = moduli_of(material, p%gradient_of(i), p%history_of(i))
+               do k = 1, dofs
+                  u = reshape([(merge(1.0_dp, 0.0_dp, j == k), j=1, dofs)], [ndim, corners])
+                  stress = product_of_moduli(moduli, strain_by(u, gradient, mean, material%mean_dilatation))
+                  matrix(:, k) = matrix(:, k) + p%volume(i)*reshape(forces_by(stress, gradient, mean, material%mean_dilatation), &
+                                                                    [dofs])
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine tangent_by_means
+
+   !> Stress of moduli and a displacement gradient [Pa].
+   pure function product_of_moduli(moduli, h) result(stress)
+      real(dp), intent(in) :: moduli(ndim, ndim, ndim, ndim), h(ndim, ndim)
+      real(dp) :: stress(ndim, ndim)
+      integer :: j, k
+      stress = 0
+      do k = 1, ndim
+         do j = 1, ndim
+            stress = stress + moduli(:, :, j, k)*h(j, k)
+         end do
+      end do
+   end function product_of_moduli
+
+   !> Displacement gradient at a particle by displacements of the corners, whose trace is the mean where it is shared [-].
+   pure function strain_by(u, gradient, mean, shares) result(h)
+      real(dp), intent(in) :: u(ndim, corners)   !! [m]
+      real(dp), intent(in) :: gradient(corners, ndim), mean(corners, ndim) !! [1/m]
+      logical, intent(in) :: shares
+      real(dp) :: h(ndim, ndim)
+      h = matmul(u, gradient)
+      if (shares) h = h + sum(transpose(u)*(mean - gradient))/2*identity
+   end function strain_by
+
+   !> Forces on the corners by the stress at a particle, per volume [N/m3]: the transpose of `strain_by`.
+   pure function forces_by(stress, gradient, mean, shares) result(force)
+      real(dp), intent(in) :: stress(ndim, ndim) !! [Pa]
+      real(dp), intent(in) :: gradient(corners, ndim), mean(corners, ndim) !! [1/m]
+      logical, intent(in) :: shares
+      real(dp) :: force(ndim, corners)
+      force = matmul(stress, transpose(gradient))
+      if (shares) force = force + trace(stress)/2*transpose(mean - gradient)
+   end function forces_by
 
    !> Add the products V N_a,k N_b,l of the gradients at a point.
    pure subroutine sum_products(volume, gradient, products)
@@ -443,19 +535,21 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
-      real(dp) :: dh(ndim, ndim), gradient(corners, ndim)
+      real(dp) :: gradient(corners, ndim), mean(corners, ndim)
       integer :: k, i
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, b => m%blocks)
          do k = 1, b%n_occupied
             associate (e => b%occupied(k), at => m%grid%element_nodes(:, b%occupied(k)))
                if (.not. any(abs(u(:, at)) > 0)) cycle
+               mean = mean_gradient_in(m, e)
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
                   gradient = gradient_at(m, i)
-                  dh = matmul(u(:, at), gradient)
-                  force(:, at) = force(:, at) + p%volume(i)*matmul( &
-                                 m%materials(p%material(i))%conjugate_change(p%gradient_of(i), dh, p%history_of(i)), &
-                                                                    transpose(gradient))
+                  associate (material => m%materials(p%material(i)))
+                     force(:, at) = force(:, at) + p%volume(i)*forces_by(material%conjugate_change( &
+                                    p%gradient_of(i), strain_by(u(:, at), gradient, mean, material%mean_dilatation), &
+                                    p%history_of(i)), gradient, mean, material%mean_dilatation)
+                  end associate
                end do
             end associate
          end do

@@ -34,6 +34,7 @@ contains
       call look_at_points(scene, text)
       call look_at_interfaces(scene, text)
       call look_at_dissipation(scene, text)
+      call look_at_locking(scene, text)
       if (grows_in_motion(scene) .and. any(scene%method%scheme == [character(5) :: 'usf', 'usavg'])) call add(text, &
          'with scheme = '''//trim(scene%method%scheme)//''' stresses are behind the tip of a crack that grows: J at a third '// &
          'of the speed of Rayleigh waves is '//merge('6', '3', scene%method%scheme == 'usf')//' % low; use ''musl''')
@@ -144,6 +145,19 @@ contains
                'J_far_field are those of the smallest and of the largest one. At a tip in such material K, parts by modes and '// &
                'estimated errors are not recorded')
    end subroutine look_at_dissipation
+
+   !> Cells that yield in plane strain lock where each of their points has a dilatation of its own.
+   pure subroutine look_at_locking(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      character(:), allocatable :: advice
+      if (scene%run%plane /= 'strain' .or. .not. any(scene%materials%law == 'j2_plastic' .and. &
+                                                     scene%materials%dilatation == 'point')) return
+      advice = '. Use dilatation = ''cell'''
+      if (scene%method%frame /= 'total') advice = advice//', with &method frame = ''total'''
+      call add(text, 'cells that yield in plane strain with &material dilatation = ''point'' are too stiff: loads go on rising '// &
+               'where the material has a limit'//advice)
+   end subroutine look_at_locking
 
    !> The material at a point, 0 for none.
    pure integer function material_at(scene, x)

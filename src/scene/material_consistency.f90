@@ -31,6 +31,7 @@ contains
          if (.not. settings%good(settings%find('material', k), 'law')) cycle
          call check_plastic(scene, settings, k, mistakes)
          call check_viscous(scene, settings, k, mistakes)
+         call check_dilatation(scene, settings, k, mistakes)
       end do
       k = findloc(has_history(scene%materials%law), .true., dim=1)
       if (k > 0) call check_rest(scene, settings, '&material law = '''//trim(scene%materials(k)%law)//'''', mistakes)
@@ -84,6 +85,26 @@ contains
             to_text(mu)//' [Pa], the shear modulus at once, young/(2 (1 + poisson)); theirs is '//to_text(sum(m%moduli)))
       end associate
    end subroutine check_viscous
+
+   !> The mean dilatation of a cell is there for some laws, in the plane in which volume may be hard to change, where material stays in
+   !> its cell.
+   pure subroutine check_dilatation(scene, settings, k, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: k                     !! of the material
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: key = 'dilatation', intro = '''cell'' goes with '
+      integer :: entry
+      entry = settings%find('material', k)
+      if (scene%materials(k)%dilatation /= 'cell') return
+      if (.not. has_history(scene%materials(k)%law)) call settings%complain(mistakes, entry, key, intro// &
+         'law = ''j2_plastic'' or ''viscoelastic'' only')
+      if (scene%run%plane /= 'strain') call settings%complain(mistakes, entry, key, intro//'&run plane = ''strain'' only: in '// &
+         'plane stress the thickness gives way, and no cell locks')
+      if (scene%method%frame /= 'total') call settings%complain(mistakes, entry, key, intro//'&method frame = ''total'' only')
+      if (scene%energy_release%energy_balance .and. scene%method%time == 'explicit') call settings%complain(mistakes, entry, key, &
+         'must be ''point'' with the estimator ''energy_balance'' of explicit steps: the audit books the work of each point')
+   end subroutine check_dilatation
 
    !> Check what else there is in a scene.
    pure subroutine check_rest(scene, settings, law, mistakes)

@@ -31,7 +31,9 @@ module hampm_material_group
       key_t('material', 'moduli', type_real, 0, most_branches, may, '', '', 'Pa', &
             positive, 'of law = ''viscoelastic'': the parts of the shear modulus at once that relax, a Prony series'), &
       key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
-            positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e')]
+            positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e'), &
+      key_t('material', 'dilatation', type_name, 1, 1, may, 'point', '', '', &
+            'point|cell', 'of laws with a history: each point has its own, or the mean of its cell, which does not lock')]
 
    !> &material: a law and its constants.
    type :: material_spec_t
@@ -40,6 +42,7 @@ module hampm_material_group
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! [kg/m3]
+      character(name_len) :: dilatation = ''     !! 'point' or 'cell'
       real(dp) :: yield_stress = 0               !! of 'j2_plastic' [Pa]
       real(dp) :: hardening = 0                  !! the same [Pa]
       real(dp), allocatable :: moduli(:)         !! of 'viscoelastic' [Pa]
@@ -69,6 +72,7 @@ contains
       material%young = settings%number(entry, 'young')
       material%poisson = settings%number(entry, 'poisson')
       material%density = settings%number(entry, 'density')
+      material%dilatation = settings%text(entry, 'dilatation')
       material%yield_stress = settings%number(entry, 'yield_stress')
       material%hardening = settings%number(entry, 'hardening')
       material%moduli = settings%numbers(entry, 'moduli')

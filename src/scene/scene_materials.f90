@@ -25,6 +25,7 @@ contains
       associate (spec => scene%materials(k))
          material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
                                  spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times)
+         material%mean_dilatation = spec%dilatation == 'cell'
       end associate
    end function material_of
 end module hampm_scene_materials
