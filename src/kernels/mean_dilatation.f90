@@ -32,6 +32,7 @@ contains
       integer, intent(in) :: listed(:)           !! blocks
       logical, intent(in) :: keeps_history
       real(dp), intent(in) :: dt                 !! [s]
+      real(dp) :: past(p%columns())
       integer :: k, l, i
       do k = 1, size(listed)
          do l = 1, count(blocks%cells(:, listed(k)) > 0)
@@ -39,7 +40,9 @@ contains
                call share_in_cell(materials, p, blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))
                if (.not. keeps_history) cycle
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  call materials(p%material(i))%follow(p%gradient_of(i), dt, p%history(i, :))
+                  past = p%history(i, :)
+                  call materials(p%material(i))%follow(p%gradient_of(i), dt, past)
+                  p%history(i, :) = past
                end do
             end associate
          end do

@@ -125,7 +125,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(inout) :: past(:)         !! what the particle remembers
+      real(dp), contiguous, intent(inout) :: past(:) !! what the particle remembers
       select case (self%law)
        case (j2_plastic)
          call j2_follow(self%j2, h, past)
@@ -137,7 +137,8 @@ contains
    !> What a particle would remember of the present state: of a trial state more than it does.
    pure function present_of(self, h, past) result(now)
       class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), contiguous, intent(in) :: past(:)
       real(dp) :: now(size(past))
       now = past
       if (self%on_trial) call self%follow(h, self%elapsed, now)
@@ -146,7 +147,7 @@ contains
    !> Equivalent plastic strain [-].
    pure real(dp) function equivalent_plastic_strain(self, past) result(strain)
       class(material_t), intent(in) :: self
-      real(dp), intent(in) :: past(:)
+      real(dp), contiguous, intent(in) :: past(:)
       strain = 0
       if (self%law == j2_plastic) strain = past(j2_equivalent)
    end function equivalent_plastic_strain
@@ -154,7 +155,8 @@ contains
    !> Work on the plastic strain per reference volume [J/m3].
    pure real(dp) function plastic_dissipation(self, h, past) result(work)
       class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), contiguous, intent(in) :: past(:)
       work = 0
       if (self%law == j2_plastic) work = j2_dissipation(self%j2, present_of(self, h, past))
    end function plastic_dissipation
@@ -162,7 +164,8 @@ contains
    !> Energy that viscosity has taken per reference volume [J/m3].
    pure real(dp) function viscous_dissipation(self, h, past) result(energy)
       class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), contiguous, intent(in) :: past(:)
       energy = 0
       if (self%law == viscoelastic) energy = prony_dissipation(present_of(self, h, past))
    end function viscous_dissipation
@@ -171,7 +174,7 @@ contains
    pure function remembered_stress(self, h, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), intent(in), optional :: past(:)
+      real(dp), contiguous, intent(in), optional :: past(:)
       real(dp) :: stress(ndim, ndim)
       stress = ieee_value(1.0_dp, ieee_quiet_nan)
       if (.not. present(past)) return
@@ -186,7 +189,7 @@ contains
    pure function remembered_change(self, h, dh, past) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim)
-      real(dp), intent(in), optional :: past(:)
+      real(dp), contiguous, intent(in), optional :: past(:)
       real(dp) :: change(ndim, ndim)
       change = ieee_value(1.0_dp, ieee_quiet_nan)
       if (self%law == viscoelastic) then
@@ -202,7 +205,7 @@ contains
    pure real(dp) function remembered_energy_density(self, h, past) result(energy)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), intent(in), optional :: past(:)
+      real(dp), contiguous, intent(in), optional :: past(:)
       energy = ieee_value(1.0_dp, ieee_quiet_nan)
       if (.not. present(past)) return
       if (self%law == j2_plastic) then
@@ -216,7 +219,7 @@ contains
    pure function kirchhoff_stress(self, h, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
       stress = 0
       select case (self%law)
@@ -233,7 +236,7 @@ contains
    pure function conjugate_stress(self, h, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
       stress = 0
       select case (self%law)
@@ -251,7 +254,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: change(ndim, ndim)
       change = 0
       select case (self%law)
@@ -269,7 +272,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
-      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
       if (total_frame) then
          stress = self%conjugate_stress(h, past)
@@ -282,7 +285,7 @@ contains
    pure real(dp) function energy_density(self, h, past)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       energy_density = 0
       select case (self%law)
        case (linear_elastic)

@@ -74,7 +74,7 @@ contains
       type(prony_t), intent(in) :: c
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(inout) :: past(:)         !! (prony_columns)
+      real(dp), contiguous, intent(inout) :: past(:) !! (prony_columns)
       real(dp) :: strain(n), before(n), change(n), q(n), v(n), x
       integer :: k
       strain = strain_of(c, h, dt, past)
@@ -94,7 +94,8 @@ contains
    !> Stress of a displacement gradient at the end of a step of length `dt` [Pa].
    pure function prony_stress(c, h, dt, past) result(stress)
       type(prony_t), intent(in) :: c
-      real(dp), intent(in) :: h(ndim, ndim), dt, past(:)
+      real(dp), intent(in) :: h(ndim, ndim), dt
+      real(dp), contiguous, intent(in) :: past(:)
       real(dp) :: stress(ndim, ndim), s(n), strain(n)
       strain = strain_of(c, h, dt, past)
       s = deviatoric_stress(c, deviator(strain), dt, past)
@@ -115,7 +116,8 @@ contains
    !> Energy that the springs store per volume after a step that has been remembered [J/m3].
    pure real(dp) function prony_energy_density(c, h, past) result(energy)
       type(prony_t), intent(in) :: c
-      real(dp), intent(in) :: h(ndim, ndim), past(:)
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), contiguous, intent(in) :: past(:)
       real(dp) :: strain(n), e(n)
       integer :: k
       strain = strain_of(c, h, 0.0_dp, past)
@@ -128,14 +130,15 @@ contains
 
    !> Energy that the dashpots have taken per volume, the integral of the sum of q_i : q_i/(2 eta_i) [J/m3].
    pure real(dp) function prony_dissipation(past) result(energy)
-      real(dp), intent(in) :: past(:)
+      real(dp), contiguous, intent(in) :: past(:)
       energy = past(n + 1)
    end function prony_dissipation
 
    !> Strain at the end of a step [-]; in plane stress with the eps_33 that leaves no stress_33.
    pure function strain_of(c, h, dt, past) result(strain)
       type(prony_t), intent(in) :: c
-      real(dp), intent(in) :: h(ndim, ndim), dt, past(:)
+      real(dp), intent(in) :: h(ndim, ndim), dt
+      real(dp), contiguous, intent(in) :: past(:)
       real(dp) :: strain(n), s(n), modulus
       integer :: k
       strain = [h(1, 1), h(2, 2), (h(1, 2) + h(2, 1))/2, 0.0_dp]
@@ -151,7 +154,8 @@ contains
    !> Deviator of the stress at the end of a step, by that of the strain [Pa].
    pure function deviatoric_stress(c, e, dt, past) result(s)
       type(prony_t), intent(in) :: c
-      real(dp), intent(in) :: e(n), dt, past(:)
+      real(dp), intent(in) :: e(n), dt
+      real(dp), contiguous, intent(in) :: past(:)
       real(dp) :: s(n), before(n)
       integer :: k
       before = deviator(past(:n))
@@ -172,7 +176,7 @@ contains
 
    !> Strain of the k-th dashpot [-].
    pure function dashpot(past, k) result(v)
-      real(dp), intent(in) :: past(:)
+      real(dp), contiguous, intent(in) :: past(:)
       integer, intent(in) :: k
       real(dp) :: v(n)
       associate (in_plane => past(first_of(k):first_of(k) + 2))

@@ -157,14 +157,17 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp) :: l(ndim, ndim)
+      real(dp) :: l(ndim, ndim), past(m%particles%columns())
       integer :: i
       associate (p => m%particles)
          do i = 1, p%n
             l = matmul(v(:, m%grid%element_nodes(:, p%cell(i))), shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i))))
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
-            if (p%columns() > 0) call m%materials(p%material(i))%follow(p%gradient_of(i), dt, p%history(i, :))
+            if (p%columns() == 0) cycle
+            past = p%history(i, :)
+            call m%materials(p%material(i))%follow(p%gradient_of(i), dt, past)
+            p%history(i, :) = past
          end do
       end associate
    end subroutine strain

@@ -92,7 +92,9 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
     running = path.replace("contact = 'friction' friction = 0.1", "") + "&growth law = 'toughness' toughness = 1e6 /\n"
     of_path = (*settings[:3], "energy_release.estimators=domain_integral,energy_balance", "energy_release.reference=none",
                "method.frame=total", "method.courant=0")
-    for name, scene, asked in (("line", LINE + held + REFINE, settings), ("zz", GOOD + REFINE.replace("gradient", "zz"), settings),
+    plastic = path.replace("law = 'linear_elastic'", "law = 'j2_plastic' yield_stress = 1e9")
+    viscous = path.replace("law = 'linear_elastic'", "law = 'viscoelastic' moduli = 1e9 relaxation_times = 1.0")
+    for name, scene, asked in (("plastic", plastic, of_path), ("viscous", viscous, of_path), ("line", LINE + held + REFINE, settings), ("zz", GOOD + REFINE.replace("gradient", "zz"), settings),
                                ("path", path, of_path), ("growth", growth, (*of_path, "method.time=static")), ("running", running, of_path)):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))

@@ -166,7 +166,7 @@ def test_a_double_edge_notched_bar_has_the_limit_load_of_prandtl(run):
     """A quarter of it. Cells whose points have a dilatation each never reach a limit load."""
     shared = limit_load(run, 0.5e-3, "cell")
     assert shared[-1] == pytest.approx(1.0, abs=0.03)
-    assert shared[-1] - shared[-3] < 0.005
+    assert shared[-1] - shared[-3] < 0.01
     locked = limit_load(run, 0.5e-3, "point")
     assert locked[-1] > 1.1
 
@@ -235,19 +235,16 @@ def talbot(transform, t, n=32):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_bar_relaxes_at_constant_strain(run, model):
-    """Uniaxial strain: K + 4/3 G(t), from the strain that comes within the first thousandth of a second."""
+    """Uniaxial strain: K + 4/3 G(t)."""
     part = MODELS[model]
-    grip = ("&constraint lower = 0.04, 0.0  upper = 0.04, 0.01  fix = 'x'  displacement = 4e-4, 0.0  name = 'grip'  history = 'ramp'\n"
-            "   rise_time = 1e-3 /\n" + HELD)
-    got = run(CREEP.format(plane="strain", drive=grip, modulus=part), "run.end_time=4.001")
-    t = got["time"][1:]
-    # the mean of exp(-(t - s)) over the rise, s from 0 to 1e-3
-    fall = np.exp(-t)*(math.exp(1e-3) - 1)/1e-3
-    expected = 0.01*(K + 4/3*(G - part + part*fall))
-    stress = got["reaction_grip_x"][1:]/1e-4
+    grip = "&constraint lower = 0.04, 0.0  upper = 0.04, 0.01  fix = 'x'  displacement = 4e-4, 0.0  name = 'grip' /\n" + HELD
+    got = run(CREEP.format(plane="strain", drive=grip, modulus=part))
+    expected = 0.01*(K + 4/3*(G - part + part*np.exp(-got["time"])))
+    stress = got["reaction_grip_x"]/1e-4
     print(f"\n{model}: largest relative error of the stress {np.max(np.abs(stress/expected - 1)):.1e}")
-    # the first step holds the rise: its rate is taken as constant over the whole step
-    assert stress[1:] == pytest.approx(expected[1:], rel=3e-2)
+    assert stress == pytest.approx(expected, rel=1e-6)
+    stored = got["strain_energy"] + got["viscous_dissipation"]
+    assert stored == pytest.approx(np.full(len(stored), stored[0]), rel=1e-9)
 
 
 # --- motion -----------------------------------------------------------------------------------------------------------
@@ -265,19 +262,21 @@ HIT = """
 """
 
 
-@pytest.mark.parametrize("frame", ["total", "updated"])
-def test_waves_of_yielding_material_are_slower(run, tmp_path, frame):
-    """A pressure that comes at once, in uniaxial strain: an elastic wave that yields, and behind it a plastic one of the speed
+@pytest.mark.parametrize("frame, pressure, cells", [("total", 1000e6, ("grid.cell=5e-4", "grid.cells=124,5")), ("updated", 700e6, ())],
+                         ids=["total", "updated"])
+def test_waves_of_yielding_material_are_slower(run, tmp_path, frame, pressure, cells):
+    """A pressure that comes in a short time, in uniaxial strain and with Poisson's ratio 0: an elastic wave that yields, and behind it a plastic one of the speed
     sqrt((kappa + 4/3 mu h/(3 mu + h))/rho). Material moves by what each of them brings, stress over density and speed."""
-    hardening, pressure = 20e9, 1500e6
-    run(STEEL + f" hardening = {hardening} /" + HIT.format(force=pressure*2e-5, rise=""), f"method.frame={frame}")
-    fast = math.sqrt((KAPPA + 4*MU/3)/7800)
-    slow = math.sqrt((KAPPA + 4*MU/3*hardening/(3*MU + hardening))/7800)
-    yields = YIELD*(KAPPA + 4*MU/3)/(2*MU)
+    hardening, mu, kappa = 20e9, E/2, E/3
+    run(STEEL + f" hardening = {hardening} /" + HIT.format(force=pressure*2e-5, rise="  history = 'ramp'  rise_time = 1.5e-6"),
+        f"method.frame={frame}", "material.poisson=0", *cells)
+    fast = math.sqrt(E/7800)
+    slow = math.sqrt((kappa + 4*mu/3*hardening/(3*mu + hardening))/7800)
+    yields = YIELD
     step = read_steps(tmp_path / "case.h5")[1][1][0]
-    x, stress, velocity = points(step)[:, 0], -field(step, "stress_xx"), field(step, "velocity")[:, 0]
+    x, stress, velocity = points(step)[:, 0], -field(step.GetPointData(), "stress_xx"), field(step.GetPointData(), "velocity")[:, 0]
     near = (x > 0.004) & (x < 0.6*slow*8e-6)
-    between = (x > 1.13*slow*8e-6) & (x < 0.92*fast*8e-6)
+    between = (x > 1.1*slow*8e-6) & (x < 0.95*fast*6.5e-6)
     speeds = yields/(7800*fast) + (pressure - yields)/(7800*slow), yields/(7800*fast)
     ratios = [np.mean(stress[near])/pressure, np.mean(stress[between])/yields, np.mean(velocity[near])/speeds[0],
               np.mean(velocity[between])/speeds[1]]
@@ -383,7 +382,7 @@ def test_a_resumed_run_has_the_bytes_of_an_unbroken_one(hampm, tmp_path, law, se
 
 def test_the_snapshot_has_the_equivalent_plastic_strain(run, tmp_path):
     run(TENSION["j2_plastic"], "method.time=static", "method.load_steps=10")
-    strain = field(read_steps(tmp_path / "case.h5")[1][-1][0], "plastic_strain")
+    strain = field(read_steps(tmp_path / "case.h5")[1][-1][0].GetPointData(), "plastic_strain")
     assert strain.max() > 1e-3 and strain.min() >= 0
 
 
@@ -391,9 +390,9 @@ def test_the_snapshot_has_the_equivalent_plastic_strain(run, tmp_path):
 @pytest.mark.parametrize("law", LAWS)
 def test_debug_and_release_agree(hampm, run, tmp_path, law):
     (tmp_path / "debug.nml").write_text(TENSION[law])
-    words = "--set", "run.end_time=4e-6", "--set", "material.dilatation=cell", "--set", "energy_release.estimators=domain_integral"
+    words = "--set", "run.end_time=4e-6", "--set", "output.snapshot_interval=0", "--set", "material.dilatation=cell", "--set", "energy_release.estimators=domain_integral"
     assert hampm("debug.nml", "--quiet", *words, program=DEBUG_PROGRAM).returncode == 0
-    got = run(TENSION[law], "run.end_time=4e-6", "material.dilatation=cell", "energy_release.estimators=domain_integral")
+    got = run(TENSION[law], "run.end_time=4e-6", "output.snapshot_interval=0", "material.dilatation=cell", "energy_release.estimators=domain_integral")
     with h5py.File(tmp_path / "debug.h5") as file:
         for name in ("strain_energy", "J", "external_work"):
             assert got[name] == pytest.approx(file[f"history/{name}"][:], rel=1e-9, abs=1e-12)
