@@ -72,7 +72,7 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
       real(dp), intent(in) :: dt                        !! [s]
-      real(dp), intent(in) :: past(:)                   !! what the particle remembers
+      real(dp), contiguous, intent(in) :: past(:)       !! what the particle remembers
       real(dp) :: next(size(past))
       next = past
       call material%follow(before + change, dt, next)

@@ -349,9 +349,15 @@ contains
       real(dp), intent(in) :: u(ndim, corners)   !! [m]
       real(dp), intent(in) :: gradient(corners, ndim), mean(corners, ndim) !! [1/m]
       logical, intent(in) :: shares
-      real(dp) :: h(ndim, ndim)
-      h = matmul(u, gradient)
-      if (shares) h = h + sum(transpose(u)*(mean - gradient))/2*identity
+      real(dp) :: h(ndim, ndim), missing
+      integer :: c
+      h = 0
+      missing = 0
+      do c = 1, corners
+         h = h + spread(u(:, c), 2, ndim)*spread(gradient(c, :), 1, ndim)
+         missing = missing + dot_product(u(:, c), mean(c, :) - gradient(c, :))
+      end do
+      if (shares) h = h + missing/2*identity
    end function strain_by
 
    !> Forces on the corners by the stress at a particle, per volume [N/m3]: the transpose of `strain_by`.
@@ -360,8 +366,11 @@ contains
       real(dp), intent(in) :: gradient(corners, ndim), mean(corners, ndim) !! [1/m]
       logical, intent(in) :: shares
       real(dp) :: force(ndim, corners)
-      force = matmul(stress, transpose(gradient))
-      if (shares) force = force + trace(stress)/2*transpose(mean - gradient)
+      integer :: c
+      do c = 1, corners
+         force(:, c) = matmul(stress, gradient(c, :))
+         if (shares) force(:, c) = force(:, c) + trace(stress)/2*(mean(c, :) - gradient(c, :))
+      end do
    end function forces_by
 
    !> Add the products V N_a,k N_b,l of the gradients at a point.
@@ -381,7 +390,7 @@ contains
    pure function moduli_of(material, h, past) result(moduli)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), intent(in) :: past(:)            !! what the particle remembers
+      real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
       real(dp) :: moduli(ndim, ndim, ndim, ndim)
       real(dp) :: unit(ndim, ndim)
       integer :: j, k

@@ -266,6 +266,42 @@ def test_what_local_time_steps_do_not_go_with(hampm, tmp_path, old, new, key, ph
     assert len(result.stderr.splitlines()) == 1
 
 
+PLASTIC = "law = 'j2_plastic'\n  yield_stress = 1e8"
+VISCOUS = "law = 'viscoelastic'\n  moduli = 1e9\n  relaxation_times = 1.0"
+ELASTIC = "law = 'linear_elastic'"
+NO_CLOSURE = "'stress_closure'", "'energy_balance'"
+AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = 'total'"), NO_CLOSURE
+
+
+@pytest.mark.parametrize(("law", "edits", "fragment", "phrase"), [
+    ("law = 'j2_plastic'", [NO_CLOSURE], "yield_stress = 0.0 (default): ", "must be given, above 0, with law = 'j2_plastic'"),
+    (ELASTIC + "\n  yield_stress = 1e8", [], "yield_stress = 1e8: ", "goes with law = 'j2_plastic' only"),
+    (ELASTIC + "\n  hardening = 1e8", [], "hardening = 1e8: ", "goes with law = 'j2_plastic' only"),
+    (PLASTIC + "\n  hardening = -1", [NO_CLOSURE], "hardening = -1: ", "must be in [0, inf) [Pa]"),
+    (ELASTIC + "\n  moduli = 1e8", [], "moduli = 1e8: ", "goes with law = 'viscoelastic' only"),
+    (PLASTIC + "\n  relaxation_times = 1", [NO_CLOSURE], "relaxation_times = 1: ", "goes with law = 'viscoelastic' only"),
+    ("law = 'viscoelastic'", [NO_CLOSURE], "&material moduli", "must be given with law = 'viscoelastic'"),
+    (VISCOUS.replace("1e9", "1e9, 2e9"), [NO_CLOSURE], "relaxation_times = 1.0: ", "must be as many as moduli: 2"),
+    (VISCOUS.replace("1e9", "3e10"), [NO_CLOSURE], "moduli = 3e10: ", "must have a sum of at most 2.6923076923076923e10 [Pa], the shear modulus"),
+    (PLASTIC + "\n  dilatation = 'cell'", [NO_CLOSURE, ("'updated'", "'total'")], "dilatation = 'cell': ", "'cell' goes with &run plane = 'strain'"),
+    (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'stress_closure'", "'domain_integral'")], "dilatation = 'cell': ",
+     "'cell' goes with &method frame = 'total' only"),
+    (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'"), NO_CLOSURE], "dilatation = 'cell': ",
+     "must be 'point' with the estimator 'energy_balance' of explicit steps"),
+    (ELASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'")], "dilatation = 'cell': ",
+     "'cell' goes with law = 'j2_plastic' or 'viscoelastic' only"),
+    (PLASTIC, [], "&energy_release estimators", "must be others than 'nodal_force' and 'stress_closure' with &material law = 'j2_plastic'"),
+    (VISCOUS, [("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'domain_integral'")], "time_steps = 'local': ",
+     "must be 'global' with &material law = 'viscoelastic'"),
+    (PLASTIC, [*AT_REST, ("&damping", "&refine indicator = 'zz' /\n&damping")], "&refine indicator = 'zz': ", "another mesh begins from"),
+    (VISCOUS, [*AT_REST, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")], "&crack contact", "must be 'none' with"),
+])
+def test_what_laws_that_remember_do_not_go_with(hampm, tmp_path, law, edits, fragment, phrase):
+    text = changed((ELASTIC, law), *edits)
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(hampm("case.nml"), 2, fragment, phrase)
+
+
 IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'updated'", "frame = 'total'")
 
 
