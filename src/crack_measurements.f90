@@ -219,7 +219,8 @@ contains
 
    contains
 
-      !> Record J at a tip in material that yields or creeps: it depends on the domain, and stress intensities are of elastic fields.
+      !> Record J at a tip in material that yields or creeps: it depends on the domain, and stress intensities are of elastic
+      !> fields.
       subroutine record_where_dissipated()
          associate (j => values%j)
             if (.not. scene%energy_release%domain_integral) return

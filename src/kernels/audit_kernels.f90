@@ -29,8 +29,8 @@ contains
       end do
    end function kick_energy
 
-   !> Work of the stress in the strain step that follows, by Simpson's rule [J]; of a linear law the stress in the middle is enough, and
-   !> of a law with a history there are those at the ends.
+   !> Work of the stress in the strain step that follows, by Simpson's rule [J]; of a linear law the stress in the middle is
+   !> enough, and of a law with a history there are those at the ends.
    pure real(dp) function strain_work(rows, ld, xi, a, materials, material, volume, h, total_frame, dt, p, number) &
       result(work)
       integer, intent(in) :: rows, ld, material(ld)

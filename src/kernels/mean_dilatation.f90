@@ -1,6 +1,6 @@
-!> The change of volume of material as the mean over a cell, for laws that ask for it in plane strain. Where material hardly changes its
-!> volume, as in plastic flow, a bilinear cell with 2 by 2 particles has as many constraints as displacements, and no limit load
-!> (Nagtegaal, Parks & Rice, Comput. Meth. Appl. Mech. Engng 4 (1974) 153-177). With one dilatation a cell it can flow.
+!> The change of volume of material as the mean over a cell, for laws that ask for it in plane strain. Where material hardly
+!> changes its volume, as in plastic flow, a bilinear cell with 2 by 2 particles has as many constraints as displacements, and no
+!> limit load (Nagtegaal, Parks & Rice, Comput. Meth. Appl. Mech. Engng 4 (1974) 153-177). With one dilatation a cell it can flow.
 !>
 !> The strain of the particles p of a cell, and the stress that acts on the nodes, are
 !>

@@ -95,8 +95,8 @@ contains
       if (report%left_cell) report%jumped = any_has_jumped(p, blocks, f)
    end subroutine look_for_leavers
 
-   !> Do a pass over some blocks by given fields at given points at the corners of the cells. Where particles share the dilatation of
-   !> their cell all of them are strained before any of them acts on the nodes.
+   !> Do a pass over some blocks by given fields at given points at the corners of the cells. Where particles share the dilatation
+   !> of their cell all of them are strained before any of them acts on the nodes.
    subroutine pass_between(pass, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! time step [s]

@@ -2,9 +2,9 @@
 !>
 !>    |s| <= sqrt(2/3) (yield_stress + hardening alpha),   eps_p' = gamma' s/|s|,   alpha' = sqrt(2/3) gamma',
 !>
-!> s being the deviator of stress = C (eps - eps_p), eps = sym(H), and alpha the equivalent plastic strain. Over a step the flow rule is
-!> integrated by the implicit rule of Euler, which returns the trial stress to the yield surface: along its radius in plane strain, where
-!> eps_33 = 0; by an equation for gamma in plane stress, where stress_33 = 0.
+!> s being the deviator of stress = C (eps - eps_p), eps = sym(H), and alpha the equivalent plastic strain. Over a step the flow
+!> rule is integrated by the implicit rule of Euler, which returns the trial stress to the yield surface: along its radius in
+!> plane strain, where eps_33 = 0; by an equation for gamma in plane stress, where stress_33 = 0.
 !>
 !> What a particle remembers: eps_p,11, eps_p,22, eps_p,12 and alpha; eps_p,33 = -(eps_p,11 + eps_p,22). The stress of a strain that
 !> has been remembered is elastic, C (eps - eps_p).
@@ -75,7 +75,8 @@ contains
       if (.not. c%plane_stress) stress = stress + c%lambda*(past(1) + past(2))*identity
    end function j2_stress
 
-   !> What a small change of H makes of the stress at the end of a step from `past` to `h`: the tangent consistent with the return [Pa].
+   !> What a small change of H makes of the stress at the end of a step from `past` to `h`: the tangent consistent with the return
+   !> [Pa].
    pure function j2_change(c, h, dh, past) result(change)
       type(j2_constants_t), intent(in) :: c
       real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim), past(j2_columns)
@@ -104,8 +105,8 @@ contains
       energy = 0.5_dp*c%lambda*trace(h)**2 + c%mu*(sum(elastic**2) + (past(1) + past(2))**2)
    end function j2_energy_density
 
-   !> Work of the stress on the plastic strain per volume, the integral of stress : d eps_p = (yield_stress + hardening alpha) d alpha
-   !> [J/m3].
+   !> Work of the stress on the plastic strain per volume, the integral of stress : d eps_p = (yield_stress + hardening alpha) d
+   !> alpha [J/m3].
    pure real(dp) function j2_dissipation(c, past) result(work)
       type(j2_constants_t), intent(in) :: c
       real(dp), intent(in) :: past(j2_columns)
@@ -162,10 +163,10 @@ contains
       if (r%flows) r%gamma = excess/(2*c%mu + 2*c%hardening/3)
    end function returned
 
-   !> Return a plane stress. Its parts a, b, c, the sum and difference of the normal stresses over sqrt(2) and the shear stress, fall to
-   !> a/(1 + A gamma), b/(1 + 2 mu gamma) and c/(1 + 2 mu gamma), with A = 2 (lambda' + mu)/3; |s|**2 = a**2/3 + b**2 + 2 c**2. The
-   !> equation for gamma, |s| (1 - 2/3 hardening gamma) = radius, has a left side that falls and is convex as long as it is positive:
-   !> Newton's iteration rises to the solution.
+   !> Return a plane stress. Its parts a, b, c, the sum and difference of the normal stresses over sqrt(2) and the shear stress,
+   !> fall to a/(1 + A gamma), b/(1 + 2 mu gamma) and c/(1 + 2 mu gamma), with A = 2 (lambda' + mu)/3; |s|**2 = a**2/3 + b**2 + 2
+   !> c**2. The equation for gamma, |s| (1 - 2/3 hardening gamma) = radius, has a left side that falls and is convex as long as it
+   !> is positive: Newton's iteration rises to the solution.
    pure subroutine return_in_plane_stress(c, trial, alpha, r)
       type(j2_constants_t), intent(in) :: c
       real(dp), intent(in) :: trial(ndim, ndim), alpha

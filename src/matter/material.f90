@@ -1,8 +1,8 @@
 !> A material: its law with its constants, and the stress and energy that follow from the displacement gradient.
 !>
-!> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the last state
-!> that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not: while `on_trial`,
-!> stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
+!> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the
+!> last state that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not:
+!> while `on_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_j2_plastic, only: j2_constants_t, j2_columns, j2_equivalent, j2_follow, j2_stress, j2_change, j2_energy_density, &

@@ -1,11 +1,12 @@
-!> Linear viscoelasticity at small strain: elastic in its volume, and in shear a spring beside Maxwell elements, a Prony series of the
-!> shear modulus,
+!> Linear viscoelasticity at small strain: elastic in its volume, and in shear a spring beside Maxwell elements, a Prony series of
+!> the shear modulus,
 !>
 !>    G(t) = mu - sum of G_i + sum of G_i exp(-t/tau_i),   stress = kappa tr(eps) I + 2 (mu - sum of G_i) e + sum of q_i,
 !>    q_i = 2 G_i (e - v_i),   v_i' = q_i/(2 eta_i),   eta_i = G_i tau_i,
 !>
-!> e being the deviator of eps = sym(H) and v_i the strain of the i-th dashpot. mu, and with it Young's modulus and Poisson's ratio, are
-!> those of sudden strains. Where the sum of the G_i is mu nothing is left of the shear stress in the end, as in a Maxwell fluid.
+!> e being the deviator of eps = sym(H) and v_i the strain of the i-th dashpot. mu, and with it Young's modulus and Poisson's
+!> ratio, are those of sudden strains. Where the sum of the G_i is mu nothing is left of the shear stress in the end, as in a
+!> Maxwell fluid.
 !>
 !> Over a step e is taken to change at a constant rate, of which the update, with x = dt/tau_i, is the solution:
 !>
@@ -13,8 +14,8 @@
 !>
 !> In plane strain eps_33 = 0. In plane stress eps_33 follows from stress_33 = 0 at the end of the step, a linear equation.
 !>
-!> What a particle remembers: eps_11, eps_22, eps_12, eps_33, the energy that its dashpots have taken per volume, and for each element
-!> v_11, v_22, v_12; v_33 = -(v_11 + v_22).
+!> What a particle remembers: eps_11, eps_22, eps_12, eps_33, the energy that its dashpots have taken per volume, and for each
+!> element v_11, v_22, v_12; v_33 = -(v_11 + v_22).
 !>
 !> Source: Taylor, Pister & Goudreau, Int. J. Numer. Meth. Engng 2 (1970) 45-59; Simo & Hughes, Computational Inelasticity (1998),
 !> sections 10.2 and 10.3.
@@ -44,8 +45,8 @@ module hampm_viscoelastic
 
 contains
 
-   !> The constants from those of sudden strains and those of the elements. Moduli whose sum is that of sudden strains but for what their
-   !> decimals tell leave nothing.
+   !> The constants from those of sudden strains and those of the elements. Moduli whose sum is that of sudden strains but for
+   !> what their decimals tell leave nothing.
    pure type(prony_t) function new_prony(kappa, mu, plane_stress, moduli, times) result(c)
       real(dp), intent(in) :: kappa              !! bulk modulus [Pa]
       real(dp), intent(in) :: mu                 !! shear modulus of sudden strains [Pa]

@@ -5,8 +5,9 @@
 !> where the tangent at the start points to, or has not stored the work of the loads. Where there is no such path, as beyond a limit
 !> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it.
 !>
-!> Laws with a history go on from the last state that was kept: when the load step, or a part of it, has ended in equilibrium. Where no
-!> law is meant for large rotations there are no limit points but those of the material, and no other path: nothing is looked at.
+!> Laws with a history go on from the last state that was kept: when the load step, or a part of it, has ended in equilibrium.
+!> Where no law is meant for large rotations there are no limit points but those of the material, and no other path: nothing is
+!> looked at.
 !>
 !> Which pairs of nodes on faces are pressed together, and which nodes on supports that only push, is found by turns: tie what would
 !> overlap, let go what would pull.

@@ -305,8 +305,8 @@ contains
       mean = mean/volume
    end function mean_gradient_in
 
-   !> Tangent of an element whose particles share their dilatation, as `element_stiffness`: forces by the displacement of each corner in
-   !> each direction.
+   !> Tangent of an element whose particles share their dilatation, as `element_stiffness`: forces by the displacement of each
+   !> corner in each direction.
    pure subroutine tangent_by_means(m, e, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e

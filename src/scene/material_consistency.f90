@@ -86,8 +86,8 @@ contains
       end associate
    end subroutine check_viscous
 
-   !> The mean dilatation of a cell is there for some laws, in the plane in which volume may be hard to change, where material stays in
-   !> its cell.
+   !> The mean dilatation of a cell is there for some laws, in the plane in which volume may be hard to change, where material
+   !> stays in its cell.
    pure subroutine check_dilatation(scene, settings, k, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings

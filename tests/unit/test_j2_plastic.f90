@@ -1,5 +1,5 @@
-!> Plasticity: closed forms of uniaxial stress, shear and hardening, work on the plastic strain, and a tangent that is the derivative of
-!> the stress, with which Newton's iteration converges quadratically.
+!> Plasticity: closed forms of uniaxial stress, shear and hardening, work on the plastic strain, and a tangent that is the
+!> derivative of the stress, with which Newton's iteration converges quadratically.
 program test_j2_plastic
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_kinds, only: dp, ndim

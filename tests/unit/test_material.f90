@@ -32,7 +32,8 @@ contains
       if (size(named) == size(laws)) call check(all(named == laws), 'laws have the names that the table of keys allows')
    end subroutine names
 
-   !> Every law differs from the linear one by the square of the strain; those of small strains that remember nothing yet, not at all.
+   !> Every law differs from the linear one by the square of the strain; those of small strains that remember nothing yet, not at
+   !> all.
    subroutine small_strains(law, stress_free_across)
       character(*), intent(in) :: law
       logical, intent(in) :: stress_free_across

@@ -1,5 +1,5 @@
-!> Viscoelasticity: steps that are exact for constant rates, relaxation and creep by closed forms, a tangent that is the derivative of the
-!> stress, and energy that is stored or dissipated.
+!> Viscoelasticity: steps that are exact for constant rates, relaxation and creep by closed forms, a tangent that is the
+!> derivative of the stress, and energy that is stored or dissipated.
 program test_viscoelastic
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_kinds, only: dp, ndim
@@ -29,8 +29,8 @@ contains
       m%on_trial = .true.
    end function polymer
 
-   !> One step of a constant rate from a state is many; in plane stress the strain across does not go at a constant rate, and many steps
-   !> tend to one as their length squared.
+   !> One step of a constant rate from a state is many; in plane stress the strain across does not go at a constant rate, and many
+   !> steps tend to one as their length squared.
    subroutine constant_rate(plane_stress, plane)
       logical, intent(in) :: plane_stress
       character(*), intent(in) :: plane
