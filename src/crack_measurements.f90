@@ -18,6 +18,7 @@ module hampm_crack_measurements
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_scene, only: scene_t
+   use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
    private
    public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack, best_rate
@@ -136,11 +137,12 @@ contains
          call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, state, extrapolation, found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
-         associate (best => crack%best(), doubt => crack%doubt(), modulus => effective_modulus(motion%materials(tip%material)))
+         associate (best => crack%best(), doubt => crack%doubt(), &
+                    field => new_tip_field(motion%materials(tip%material), tip%direction))
             errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt)
             errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt)
             errors%domain%relative = relative_errors(found%domain, best, doubt)
-            errors%intensity%relative = relative_errors(found%intensity, sqrt(modulus*abs(best)), doubt/2)
+            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2)
             if (chosen%domain_integral) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(doubt*best)/sum(best)]))
          end associate
@@ -292,6 +294,7 @@ contains
       type(nodal_state_t), intent(in) :: state
       type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
+      type(tip_field_t) :: field
       real(dp) :: k(modes, size(values%j))
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
@@ -308,8 +311,9 @@ contains
       end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
-      values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)
-      values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
+      field = new_tip_field(domain%material, domain%direction)
+      values%g_of_k = field%rate_of(values%intensity)
+      values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
          values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &
                                       /energy_factors(domain%material, tip%speed)), values%domain)

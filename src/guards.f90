@@ -230,10 +230,13 @@ contains
       type(motion_t), intent(in) :: motion
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
+      character(:), allocatable :: law
       real(dp) :: largest
       largest = largest_gradient(motion%particles, motion%materials)
       if (largest <= small_gradient) return
-      call warn(now//strained//to_text(largest)//'; the law ''linear_elastic'' is for small strains and rotations (below '// &
+      law = 'linear_elastic'
+      if (.not. all(motion%materials%isotropic)) law = 'orthotropic'
+      call warn(now//strained//to_text(largest)//'; the law '''//law//''' is for small strains and rotations (below '// &
                 to_text(small_gradient)//'). Use law = ''neo_hookean''', strained, warning)
    end subroutine look_at_strain
 

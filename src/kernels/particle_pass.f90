@@ -28,7 +28,8 @@ module hampm_particle_pass
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
-                                     add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
+                                     add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
+                                     add_stress, divergence
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    implicit none
@@ -111,7 +112,7 @@ contains
       real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
       real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
       real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
-      logical :: is_linear
+      logical :: is_linear, is_isotropic
       integer :: j, b, n, i, s, rows
       j = 1
       do while (j <= size(listed))
@@ -184,6 +185,7 @@ contains
          if (.not. is_linear) return
          associate (m => materials(blocks%material(b)))
             is_linear = m%linear
+            is_isotropic = m%isotropic
             lambda = m%lambda
             mu = m%mu
          end associate
@@ -243,8 +245,10 @@ contains
             end do
          end if
          if (pass%map_force) then
-            if (is_linear) then
+            if (is_linear .and. is_isotropic) then
                call linear_forces(n*rows, ld, lambda, mu, volume, h, t)
+            else if (is_linear) then
+               call anisotropic_forces(n*rows, ld, materials(blocks%material(b))%stiffness, volume, h, t)
             else
                call forces(n*rows, ld, materials, material, volume, h, p%total_frame, t)
             end if

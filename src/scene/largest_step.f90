@@ -4,6 +4,7 @@ module hampm_largest_step
    use hampm_bodies, only: points_along
    use hampm_critical_step, only: row_t, row_of_points, shifted, largest_courant, sample_cells
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
+   use hampm_orthotropic, only: n_voigt
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, body_t
    use hampm_scene_materials, only: materials_of, material_of
@@ -96,7 +97,7 @@ contains
       type(body_t), intent(in) :: body
       type(mass_choice_t), intent(in) :: mass
       type(row_t) :: rows(ndim), moved(ndim)
-      real(dp) :: start(ndim), length(ndim), speed, ratio, damping, shift(ndim, 0:size(entered))
+      real(dp) :: start(ndim), length(ndim), speed, moduli(n_voigt, n_voigt), damping, shift(ndim, 0:size(entered))
       integer :: n(ndim), d, i, j
       logical :: strains_last
       associate (cell => scene%grid%cell, material => material_of(scene, body%material_index))
@@ -104,14 +105,14 @@ contains
          length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(scene, body)
          speed = material%dilatational_wave_speed()
-         ratio = material%shear_wave_speed()/speed
+         moduli = material%small_strain_moduli()/(material%density*speed**2)
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
          if (.not. crosses_cells(scene, body)) then
             do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
                rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
             end do
-            limit = largest_courant(rows, ratio, mass, strains_last, damping)/speed
+            limit = largest_courant(rows, moduli, mass, strains_last, damping)/speed
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
@@ -127,10 +128,10 @@ contains
          limit = huge(limit)
          do j = 0, size(entered)
             do i = 0, size(entered)
-               if (i > j .and. n(1) == n(2)) exit          ! the same but for the names of the directions
+               if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
                moved(1) = shifted(rows(1), shift(1, i))
                moved(2) = shifted(rows(2), shift(2, j))
-               limit = min(limit, largest_courant(moved, ratio, mass, strains_last, damping)/speed)
+               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping)/speed)
             end do
          end do
       end associate
@@ -143,7 +144,7 @@ contains
       type(body_t), intent(in) :: body
       crosses = .false.
       if (scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
-      crosses = scene%materials(body%material_index)%law /= 'linear_elastic' &
+      crosses = .not. scene%materials(body%material_index)%is_linear() &
                 .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
                 > small_move*scene%grid%cell/scene%run%end_time
    end function crosses_cells

@@ -1,7 +1,8 @@
 !> The group &material: its row in the table of groups, its keys, and their values in a scene.
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive, any_number
+   use hampm_orthotropic, only: orthotropic_t, why_not_definite
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -15,21 +16,42 @@ module hampm_material_group
       key_t('material', 'name', type_name, 1, 1, must, '', 'aluminium', '', &
             '', 'name that bodies refer to'), &
       key_t('material', 'law', type_name, 1, 1, may, 'linear_elastic', '', '', &
-            'linear_elastic|neo_hookean', 'for small strains and rotations, or for any'), &
-      key_t('material', 'young', type_real, 1, 1, must, '', '70e9', 'Pa', &
-            positive, 'Young''s modulus, at small strain'), &
+            'linear_elastic|neo_hookean|orthotropic', 'for small strains and rotations, or for any'), &
+      key_t('material', 'young', type_real, 0, 1, may, '', '70e9', 'Pa', &
+            positive, 'Young''s modulus, at small strain; required of isotropic laws'), &
       key_t('material', 'poisson', type_real, 1, 1, may, '0.0', '0.3', '', &
             '(-1, 0.5)', 'Poisson''s ratio, at small strain'), &
       key_t('material', 'density', type_real, 1, 1, must, '', '2700.0', 'kg/m3', &
-            positive, 'mass per undeformed volume')]
+            positive, 'mass per undeformed volume'), &
+      key_t('material', 'young_1', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'of ''orthotropic'': Young''s modulus along axis 1 of the material'), &
+      key_t('material', 'young_2', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'the same along axis 2'), &
+      key_t('material', 'young_3', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'the same across the plane; required in plane strain'), &
+      key_t('material', 'shear_12', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'shear modulus in the plane, between axes 1 and 2'), &
+      key_t('material', 'poisson_12', type_real, 0, 1, may, '', '', '', &
+            any_number, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows'), &
+      key_t('material', 'poisson_13', type_real, 0, 1, may, '', '', '', &
+            any_number, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain'), &
+      key_t('material', 'poisson_23', type_real, 0, 1, may, '', '', '', &
+            any_number, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain'), &
+      key_t('material', 'angle', type_real, 1, 1, may, '0.0', '', 'degrees', &
+            any_number, 'of axis 1 of an orthotropic material from x, anticlockwise')]
 
    !> &material: a law and its constants.
    type :: material_spec_t
       character(name_len) :: name = ''
-      character(name_len) :: law = ''            !! 'linear_elastic' or 'neo_hookean'
+      character(name_len) :: law = ''            !! 'linear_elastic', 'neo_hookean' or 'orthotropic'
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! [kg/m3]
+      type(orthotropic_t) :: orthotropic         !! constants of that law
+   contains
+      procedure :: is_linear
+      procedure :: is_complete
+      procedure :: least_young
    end type material_spec_t
 
 contains
@@ -52,8 +74,52 @@ contains
       type(material_spec_t), intent(inout) :: material
       material%name = settings%text(entry, 'name')
       material%law = settings%text(entry, 'law')
-      material%young = settings%number(entry, 'young')
+      material%young = only_number(settings, entry, 'young')
       material%poisson = settings%number(entry, 'poisson')
       material%density = settings%number(entry, 'density')
+      associate (of => material%orthotropic)
+         of%young = [only_number(settings, entry, 'young_1'), only_number(settings, entry, 'young_2'), &
+                     only_number(settings, entry, 'young_3')]
+         of%shear_12 = only_number(settings, entry, 'shear_12')
+         of%poisson_12 = only_number(settings, entry, 'poisson_12')
+         of%poisson_13 = only_number(settings, entry, 'poisson_13')
+         of%poisson_23 = only_number(settings, entry, 'poisson_23')
+         of%angle = settings%number(entry, 'angle')
+      end associate
    end subroutine fill_material
+
+   !> The number of a key that may hold none; then 0.
+   pure real(dp) function only_number(settings, entry, key)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      only_number = sum(settings%numbers(entry, key))
+   end function only_number
+
+   !> Whether the stress is linear in the displacement gradient.
+   elemental logical function is_linear(self)
+      class(material_spec_t), intent(in) :: self
+      is_linear = self%law == 'linear_elastic' .or. self%law == 'orthotropic'
+   end function is_linear
+
+   !> Whether there is a material with these constants.
+   pure logical function is_complete(self, plane)
+      class(material_spec_t), intent(in) :: self
+      character(*), intent(in) :: plane            !! 'stress' or 'strain'
+      if (self%law /= 'orthotropic') then
+         is_complete = self%young > 0
+         return
+      end if
+      associate (of => self%orthotropic)
+         is_complete = minval(of%young(:merge(2, 3, plane == 'stress'))) > 0 .and. of%shear_12 > 0
+         if (is_complete) is_complete = len(why_not_definite(of, plane == 'stress')) == 0
+      end associate
+   end function is_complete
+
+   !> The smallest Young's modulus in the plane [Pa].
+   elemental real(dp) function least_young(self)
+      class(material_spec_t), intent(in) :: self
+      least_young = self%young
+      if (self%law == 'orthotropic') least_young = minval(self%orthotropic%young(:2))
+   end function least_young
 end module hampm_material_group
