@@ -240,6 +240,7 @@ contains
       associate (chosen => scene%energy_release)
          if (chosen%domain_integral .and. by_k) then
             estimator = 'domain_integral, (K_I**2 + K_II**2)/E'''
+            if (any(scene%materials%law == 'orthotropic')) estimator = 'domain_integral, of K_I and K_II'
             best = v%g_of_k
             error = v%errors%j%now
          else if (chosen%domain_integral) then

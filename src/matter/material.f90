@@ -18,14 +18,14 @@ module hampm_material
       character(name_len) :: name = ''
       integer, private :: law = linear_elastic   !! its place in `laws`
       logical :: linear = .true.                 !! whether that is a linear one
-      logical :: isotropic = .true.              !! else only the stiffness, `mu`, speeds and `density` below have a meaning
+      logical :: isotropic = .true.              !! else `young` and `poisson` have no meaning
       logical :: plane_stress = .true.           !! else plane strain
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! in the reference configuration [kg/m3]
-      real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
-      real(dp) :: mu = 0                         !! shear modulus, of an orthotropic material in its axes [Pa]
-      ! Of a material that is not isotropic, of the columns (11, 22, 12):
+      real(dp) :: lambda = 0                     !! Lame constant; of linear laws in plane stress lambda' [Pa]
+      real(dp) :: mu = 0                         !! shear modulus [Pa]
+      ! Of an orthotropic material, where lambda and mu are C_12 and C_66 in its axes; of the columns (11, 22, 12):
       real(dp) :: stiffness(n_voigt, n_voigt) = 0  !! in x and y [Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! its inverse [1/Pa]
       real(dp) :: in_its_axes(n_voigt, n_voigt) = 0 !! the compliance in the axes of the material [1/Pa]
@@ -81,17 +81,20 @@ contains
       type(orthotropic_t), intent(in) :: constants
       real(dp), intent(in) :: density            !! [kg/m3]
       type(material_t) :: m
+      real(dp) :: of_axes(n_voigt, n_voigt)      ! stiffness in the axes of the material [Pa]
       m%name = name
+      m%in_its_axes = plane_compliance(constants, plane_stress)
+      of_axes = inverse_of(m%in_its_axes)
       m%law = orthotropic
       m%isotropic = .false.
       m%plane_stress = plane_stress
       m%density = density
       m%mu = constants%shear_12
+      m%lambda = of_axes(1, 2)
       m%angle = constants%angle
-      m%in_its_axes = plane_compliance(constants, plane_stress)
       m%compliance = turned_compliance(m%in_its_axes, m%angle)
-      m%stiffness = turned_stiffness(inverse_of(m%in_its_axes), m%angle)
-      m%fastest = acoustic_modulus(inverse_of(m%in_its_axes))
+      m%stiffness = turned_stiffness(of_axes, m%angle)
+      m%fastest = acoustic_modulus(of_axes)
    end function new_orthotropic
 
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
