@@ -286,6 +286,9 @@ contains
    end subroutine keep_first
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
+   !>
+   !> How far behind its node a tip acts depends on the anisotropy of the material: there K has the ratio of modes by the
+   !> interaction integrals, and its size by J, which sees no origin.
    subroutine measure_domain(scene, motion, factors, tip, p, state, values)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
@@ -297,6 +300,7 @@ contains
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field
       real(dp) :: k(modes, size(values%j))
+      integer :: i
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
@@ -306,13 +310,18 @@ contains
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
+      field = new_tip_field(domain%material, domain%direction)
+      if (domain%cell > 0 .and. .not. domain%material%isotropic) then
+         do i = 1, size(values%j)
+            k(:, i) = field%of_rate(k(:, i), values%j(i))
+         end do
+      end if
       if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
          k(1, :) = max(k(1, :), 0.0_dp)
          if (is_closed_at(motion%springs, tip%now, 2*tip%nodes%spacing)) k(1, :) = 0
       end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
-      field = new_tip_field(domain%material, domain%direction)
       values%g_of_k = field%rate_of(values%intensity)
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest

@@ -24,6 +24,7 @@ module hampm_tip_field
       procedure :: opening
       procedure :: rate_of
       procedure :: intensities_of
+      procedure :: of_rate
       procedure :: shares
       procedure :: typical_intensities
    end type tip_field_t
@@ -103,6 +104,16 @@ contains
              /(2*over*(y(1, 1)*y(2, 2) - y(1, 2)**2))
       end associate
    end function intensities_of
+
+   !> Stress intensity factors in the ratio of some, of the size that goes with G; those themselves where G is not above 0 [Pa sqrt(m)].
+   pure function of_rate(self, k, g)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp), intent(in) :: g                  !! [J/m2]
+      real(dp) :: of_rate(modes)
+      of_rate = k
+      if (g > 0 .and. self%rate_of(k) > 0) of_rate = k*sqrt(g/self%rate_of(k))
+   end function of_rate
 
    !> What each mode has of G, their sum being 1: the work of the tractions ahead of the tip across the crack on its opening, and of those
    !> along it on its sliding. In an anisotropic material, where each K opens and slides the faces, one may be below 0.
