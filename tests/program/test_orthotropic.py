@@ -130,6 +130,8 @@ def test_isotropic_constants_give_what_the_isotropic_law_gives(hampm, plane, set
         unit = max(np.max(np.abs(column)) for key, column in results[1].items() if np.ndim(column) and key[:1] == name[:1])
         # K of a tip in orthotropic material has its size by J: it is as near as J and K are; shares of J are uncertain where K passes 0
         tolerance = 0.05 if name.startswith("K_") else 1e-4 if name.startswith("G_domain") else 1e-7
+        if "refine.indicator=zz" in settings:  # of cells with the same error rounding tells which is refined first
+            tolerance = max(tolerance, 1e-3)
         assert np.max(np.abs(results[0][name] - results[1][name])) <= tolerance * unit, name
         compared += 1
     assert compared > 5
@@ -180,7 +182,7 @@ def test_waves_in_a_bar_go_by_the_modulus_along_it(hampm, angle, modulus):
     found = run(hampm, "case.nml")
     largest = found["time"][np.argmax(found["strain_energy"])]  # at half of the period
     assert largest == pytest.approx(period / 2, rel=0.02)
-    assert found["strain_energy"].max() == pytest.approx((2 * 10.0) ** 2 / 3 * length / (modulus * 1e-6), rel=0.03)
+    assert found["strain_energy"].max() == pytest.approx((2 * 10.0) ** 2 / 2 * length / (modulus * 1e-6), rel=0.03)
 
 
 def test_a_resumed_run_and_threads_have_the_same_bytes(hampm):
@@ -191,7 +193,7 @@ def test_a_resumed_run_and_threads_have_the_same_bytes(hampm):
 &material name = 'b'  {LAMINATE}  young_3 = 9e9 poisson_13 = 0.25 poisson_23 = 0.4 angle = -30 /
 &body material = 'a'  lower = 0.0, 0.0  upper = 0.02, 4e-3 /
 &body material = 'b'  lower = 0.0, 4e-3  upper = 0.02, 8e-3 /
-&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 8e-3  force = -10.0, 5.0 /
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 4e-3  force = -10.0, 5.0 /
 &refine indicator = 'zz'  tolerance = 0.1  max_level = 1 /
 &output history_interval = 1e-6 /
 """)
