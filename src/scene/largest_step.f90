@@ -22,6 +22,8 @@ module hampm_largest_step
    real(dp), parameter :: crossing = 0.1_dp, crossing_full = 0.05_dp
    !> What several materials in contact leave of the limit of each by itself, at least: quarters of a square that meet in a point
    real(dp), parameter :: of_contrast = 0.9_dp
+   !> What waves along no grid line leave of the limit of a sample in orthotropic material: of 20 extreme ones 2 % was missing at most
+   real(dp), parameter :: of_anisotropy = 0.95_dp
    !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
    !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
@@ -50,6 +52,7 @@ contains
             step = min(step, body_limit(scene, scene%bodies(k), mass))
          end do
          limit = step*chosen_speed(scene)
+         if (any(scene%materials%law == 'orthotropic')) limit = limit*of_anisotropy
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%time_steps == 'local') limit = limit*of_local_steps

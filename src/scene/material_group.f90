@@ -74,27 +74,25 @@ contains
       type(material_spec_t), intent(inout) :: material
       material%name = settings%text(entry, 'name')
       material%law = settings%text(entry, 'law')
-      material%young = only_number(settings, entry, 'young')
+      material%young = only(settings%numbers(entry, 'young'))
       material%poisson = settings%number(entry, 'poisson')
       material%density = settings%number(entry, 'density')
       associate (of => material%orthotropic)
-         of%young = [only_number(settings, entry, 'young_1'), only_number(settings, entry, 'young_2'), &
-                     only_number(settings, entry, 'young_3')]
-         of%shear_12 = only_number(settings, entry, 'shear_12')
-         of%poisson_12 = only_number(settings, entry, 'poisson_12')
-         of%poisson_13 = only_number(settings, entry, 'poisson_13')
-         of%poisson_23 = only_number(settings, entry, 'poisson_23')
+         of%young = [only(settings%numbers(entry, 'young_1')), only(settings%numbers(entry, 'young_2')), &
+                     only(settings%numbers(entry, 'young_3'))]
+         of%shear_12 = only(settings%numbers(entry, 'shear_12'))
+         of%poisson_12 = only(settings%numbers(entry, 'poisson_12'))
+         of%poisson_13 = only(settings%numbers(entry, 'poisson_13'))
+         of%poisson_23 = only(settings%numbers(entry, 'poisson_23'))
          of%angle = settings%number(entry, 'angle')
       end associate
    end subroutine fill_material
 
    !> The number of a key that may hold none; then 0.
-   pure real(dp) function only_number(settings, entry, key)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      character(*), intent(in) :: key
-      only_number = sum(settings%numbers(entry, key))
-   end function only_number
+   pure real(dp) function only(list)
+      real(dp), intent(in) :: list(:)              !! of no or one number
+      only = sum(list)
+   end function only
 
    !> Whether the stress is linear in the displacement gradient.
    elemental logical function is_linear(self)
