@@ -13,12 +13,13 @@ module hampm_crack_measurements
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
    use hampm_mass_solver, only: mass_solver_t
-   use hampm_material_consistency, only: has_history
+   use hampm_history_consistency, only: has_history
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_scene, only: scene_t
+   use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
    private
    public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack, best_rate
@@ -137,11 +138,12 @@ contains
          call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, state, extrapolation, found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
-         associate (best => crack%best(), doubt => crack%doubt(), modulus => effective_modulus(motion%materials(tip%material)))
+         associate (best => crack%best(), doubt => crack%doubt(), &
+                    field => new_tip_field(motion%materials(tip%material), tip%direction))
             errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt)
             errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt)
             errors%domain%relative = relative_errors(found%domain, best, doubt)
-            errors%intensity%relative = relative_errors(found%intensity, sqrt(modulus*abs(best)), doubt/2)
+            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2)
             if (chosen%domain_integral) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(doubt*best)/sum(best)]))
          end associate
@@ -255,6 +257,7 @@ contains
       associate (chosen => scene%energy_release)
          if (chosen%domain_integral .and. by_k) then
             estimator = 'domain_integral, (K_I**2 + K_II**2)/E'''
+            if (any(scene%materials%law == 'orthotropic')) estimator = 'domain_integral, of K_I and K_II'
             best = v%g_of_k
             error = v%errors%j%now
          else if (chosen%domain_integral) then
@@ -300,6 +303,9 @@ contains
    end subroutine keep_first
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
+   !>
+   !> How far behind its node a tip acts depends on the anisotropy of the material: there K has the ratio of modes by the
+   !> interaction integrals, and its size by J, which sees no origin.
    subroutine measure_domain(scene, motion, factors, tip, p, state, values)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
@@ -309,7 +315,9 @@ contains
       type(nodal_state_t), intent(in) :: state
       type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
+      type(tip_field_t) :: field
       real(dp) :: k(modes, size(values%j))
+      integer :: i
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
@@ -319,14 +327,20 @@ contains
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
+      field = new_tip_field(domain%material, domain%direction)
+      if (domain%cell > 0 .and. .not. domain%material%isotropic) then
+         do i = 1, size(values%j)
+            k(:, i) = field%of_rate(k(:, i), values%j(i))
+         end do
+      end if
       if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
          k(1, :) = max(k(1, :), 0.0_dp)
          if (is_closed_at(motion%springs, tip%now, 2*tip%nodes%spacing)) k(1, :) = 0
       end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
       values%intensity = sum(k, dim=2)/size(values%j)
-      values%g_of_k = sum(values%intensity**2)/effective_modulus(domain%material)
-      values%domain = shares_of_modes(sum(values%j)/size(values%j), values%intensity)
+      values%g_of_k = field%rate_of(values%intensity)
+      values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
          values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &
                                       /energy_factors(domain%material, tip%speed)), values%domain)

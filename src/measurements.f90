@@ -105,11 +105,11 @@ contains
       end do
       do k = 1, size(scene%constraints)
          associate (motion => scene%constraints(k)%motion)
-            force = force + abs(motion%history%largest_factor())*minval(scene%materials%young)*scene%run%thickness &
+            force = force + abs(motion%history%largest_factor())*minval(scene%materials%least_young())*scene%run%thickness &
                     *(norm2(motion%displacement) + norm2(motion%velocity)*scene%run%end_time)
          end associate
       end do
-      energy = epsilon(energy)*force**2/(minval(scene%materials%young)*scene%run%thickness)
+      energy = epsilon(energy)*force**2/(minval(scene%materials%least_young())*scene%run%thickness)
    end function energy_of_rounding
 
    !> Estimate at the start how far off energy release rates will be. Fails where the nodal equations cannot be solved.

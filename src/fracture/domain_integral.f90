@@ -5,7 +5,7 @@ module hampm_domain_integral
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack_tip, only: frame_along
-   use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
+   use hampm_crack_tip_field, only: modes
    use hampm_face_springs, only: face_springs_t, look_at_faces
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
@@ -15,6 +15,7 @@ module hampm_domain_integral
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity
+   use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
    private
    public :: tip_domain_t, domain_integrals, shares_of_modes
@@ -39,6 +40,7 @@ module hampm_domain_integral
       type(material_t) :: material               !! in which the tip is
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
+      type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
    contains
       procedure :: in_axes
       procedure :: from_tip
@@ -90,6 +92,7 @@ contains
       type(tip_domain_t) :: domain
       integer :: n, i
       domain = unturned
+      domain%field = new_tip_field(domain%material, domain%direction)
       associate (grid => motion%grid, blocks => motion%blocks)
          call weight_nodes(domain, grid, q)
          call find_elements(grid, blocks, q, elements)
@@ -114,7 +117,9 @@ contains
          end do
       end associate
       j = j/domain%thickness
-      k = k*effective_modulus(domain%material)/(2*domain%thickness)
+      do n = 1, size(j)
+         k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
+      end do
       if (domain%half) then
          j = 2*j
          k(1, :) = 2*k(1, :)
@@ -122,14 +127,15 @@ contains
       end if
    end subroutine domain_integrals
 
-   !> G_I and G_II [J/m2]: J shared in proportion to the squares of K_I and K_II, each signed like its K. Their sizes add up to J,
-   !> which converges faster than K does.
-   pure function shares_of_modes(j, k) result(g)
+   !> G_I and G_II [J/m2]: J shared as the fields of K_I and K_II share it, each signed like its K. In an isotropic material that is in
+   !> proportion to their squares, and their sizes add up to J, which converges faster than K does.
+   pure function shares_of_modes(field, j, k) result(g)
+      type(tip_field_t), intent(in) :: field
       real(dp), intent(in) :: j                  !! [J/m2]
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
       real(dp) :: g(modes)
       g = 0
-      if (any(abs(k) > 0)) g = sign(j*(k/norm2(k))**2, k)
+      if (any(abs(k) > 0)) g = abs(j)*field%shares(k)*sign(1.0_dp, k)
    end function shares_of_modes
 
    !> q at the points of the grid: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
@@ -274,7 +280,8 @@ contains
                         + dot_product(s%divergence, s%slope)*q)
    end subroutine add_to_j
 
-   !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc.
+   !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
+   !> 2 B sum_n Y_mn K_n.
    pure subroutine add_to_interaction(s, domain, q, dq, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
@@ -286,15 +293,15 @@ contains
       do mode = 1, modes
          x = s%x + [setback(mode)*domain%cell, 0.0_dp]
          if (norm2(x) < singular*s%size) cycle
-         a = tip_gradient(domain%material, mode, x)
-         flux = matmul(a(:, 1), s%stress) + matmul(s%slope, tip_stress(domain%material, a))
+         a = domain%field%gradient(mode, x)
+         flux = matmul(a(:, 1), s%stress) + matmul(s%slope, domain%field%stress(a))
          k(mode, :) = k(mode, :) + s%volume*(matmul(dq, flux) - sum(s%stress*a)*dq(:, 1) &
                                              + dot_product(s%divergence, a(:, 1))*q)
       end do
    end subroutine add_to_interaction
 
    !> Add what the pressed faces contribute to the interaction: the force F at each pair times the mean of the slope -[a_2],1 of the
-   !> opening of unit K_I, weighted as the node gathers the pressure; K_II does not open. At the tip is one node, at which the
+   !> opening of a unit K, weighted as the node gathers the pressure; K_II opens in anisotropic material only. At the tip is one node, at which the
    !> forces of the faces cancel: the one there is continued from the first two pairs, as long as it presses.
    pure subroutine add_pressed_faces(domain, grid, q, state, k)
       type(tip_domain_t), intent(in) :: domain
@@ -303,19 +310,23 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(inout) :: k(:, :)
       real(dp), parameter :: to_tip(2) = [2.0_dp, -1.0_dp]  ! a line through the forces of the first and the second pair
-      real(dp) :: r, cell, at_tip
-      integer :: n, place
+      real(dp) :: r, cell, at_tip(modes)
+      integer :: n, place, mode
       at_tip = 0
       do n = 1, size(state%face_node)
          associate (node => state%face_node(n), f => state%pressing(n))
             r = dot_product(domain%tip - grid%node_position(:, node), domain%direction)
             cell = grid%smallest_leaf_at(node)
-            k(1, :) = k(1, :) + f*mean_slope_of_opening(domain, r, cell)*q(:, node)
             place = nint(r/cell)
-            if (any(place == [1, 2])) at_tip = at_tip + to_tip(place)*f*mean_slope_of_opening(domain, 0.0_dp, cell)
+            do mode = 1, modes
+               k(mode, :) = k(mode, :) + f*mean_slope_of_opening(domain, mode, r, cell)*q(:, node)
+               if (any(place == [1, 2])) at_tip(mode) = at_tip(mode) &
+                                              + to_tip(place)*f*mean_slope_of_opening(domain, mode, 0.0_dp, cell)
+            end do
          end associate
       end do
-      k(1, :) = k(1, :) + max(at_tip, 0.0_dp)
+      if (.not. at_tip(1) > 0) at_tip = 0
+      k = k + spread(at_tip, 2, size(k, 2))
    end subroutine add_pressed_faces
 
    !> Add what faces that press on each other by springs contribute to both integrals: the force f by which a spring resists the opening,
@@ -326,7 +337,7 @@ contains
       logical, intent(in) :: total_frame         !! whether springs are where their faces were in the reference configuration
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit
+      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim)
       logical :: is_there
       integer :: n, i, mode
       direction = domain%direction
@@ -345,7 +356,7 @@ contains
          x = domain%from_tip(springs%place(:, n), total_frame)
          do mode = 1, modes
             of_unit = 2*mean_slope_of_face(domain, mode, -x(1), springs%length(n)/2)
-            k(mode, :) = k(mode, :) + force(3 - mode)*of_unit*at_point
+            k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
          end do
       end do
    end subroutine add_faces_on_springs
@@ -373,8 +384,8 @@ contains
             j = j - dot_product(force, matmul(slope, frame_along(domain%direction)) - c)*at_point
             x = domain%from_tip(p%place_in_grid(host) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
-               k(mode, :) = k(mode, :) - force(3 - mode)*side*at_point &
-                                         *mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n)))
+               k(mode, :) = k(mode, :) - side*at_point &
+                                         *dot_product(force, mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n))))
             end do
          end associate
       end do
@@ -414,24 +425,30 @@ contains
       if (spread_y > y**2) slope = mean + moment/spread_y*(y - mean_y)
    end function slope_at_face
 
-   !> Mean of a,1 over a segment of the upper face, its component across the crack in mode I and along it in mode II: that of a face
-   !> is half of the opening or the sliding, which have the same size [1/(Pa sqrt(m))].
-   pure real(dp) function mean_slope_of_face(domain, mode, r, half) result(mean)
+   !> Mean of a,1 over a segment of the upper face, in the axes of the crack: that of a face is half of the sliding and of the opening
+   !> [1/(Pa sqrt(m))].
+   pure function mean_slope_of_face(domain, mode, r, half) result(mean)
       type(tip_domain_t), intent(in) :: domain
       integer, intent(in) :: mode
       real(dp), intent(in) :: r                  !! distance of its middle behind the tip [m]
       real(dp), intent(in) :: half               !! half of its length [m]
+      real(dp) :: mean(ndim)
       real(dp) :: near, far
+      integer :: d
       near = max(r - half - setback(mode)*domain%cell, 0.0_dp)
       far = max(r + half - setback(mode)*domain%cell, 0.0_dp)
       mean = 0
-      if (half > 0) mean = -(tip_opening(domain%material, far) - tip_opening(domain%material, near))/(4*half)
+      if (.not. half > 0) return
+      do d = 1, ndim
+         mean(d) = -(domain%field%opening(3 - d, mode, far) - domain%field%opening(3 - d, mode, near))/(4*half)
+      end do
    end function mean_slope_of_face
 
-   !> Mean of the slope of the opening of unit K_I around a place at the distance r behind the tip, weighted by the shape function
+   !> Mean of the slope of the opening of a unit K around a place at the distance r behind the tip, weighted by the shape function
    !> of a node there: the second difference of the integral of the opening, 2/3 x opening(x), over cell**2 [1/(Pa sqrt(m))].
-   pure real(dp) function mean_slope_of_opening(domain, r, cell) result(mean)
+   pure real(dp) function mean_slope_of_opening(domain, mode, r, cell) result(mean)
       type(tip_domain_t), intent(in) :: domain
+      integer, intent(in) :: mode
       real(dp), intent(in) :: r                  !! [m]
       real(dp), intent(in) :: cell               !! [m]
       real(dp), parameter :: difference(3) = [1.0_dp, -2.0_dp, 1.0_dp]
@@ -439,8 +456,8 @@ contains
       integer :: i
       mean = 0
       do i = 1, 3
-         x = max(r + (i - 2)*cell - setback(1)*domain%cell, 0.0_dp)
-         mean = mean + difference(i)*2*x/3*tip_opening(domain%material, x)/cell**2
+         x = max(r + (i - 2)*cell - setback(mode)*domain%cell, 0.0_dp)
+         mean = mean + difference(i)*2*x/3*domain%field%opening(1, mode, x)/cell**2
       end do
    end function mean_slope_of_opening
 end module hampm_domain_integral

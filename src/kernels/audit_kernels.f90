@@ -2,7 +2,6 @@
 module hampm_audit_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes
-   use hampm_linear_elastic, only: linear_stress
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t, remembered
    use hampm_tensors, only: product_of
@@ -55,7 +54,7 @@ contains
             if (.not. total_frame) change = change + product_of(change, before)
             associate (m => materials(material(k)))
                if (m%linear) then
-                  work = work + volume(k)*sum(change*linear_stress(m%lambda, m%mu, before + change/2))
+                  work = work + volume(k)*sum(change*m%conjugate_stress(before + change/2))
                else if (m%has_history()) then
                   work = work + volume(k)*remembered_work(m, before, change, dt, remembered(p, number(k)))
                else

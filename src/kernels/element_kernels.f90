@@ -42,8 +42,13 @@ contains
          if (pass%strain_fraction > 0) then
             factor = pass%strain_fraction*dt*inverse_size(:, b)
             call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
-            call apply_stiffness(materials(material(b))%lambda, materials(material(b))%mu, inverse_size(1, b), a, &
-                                 moments(1, 1, b), contribution(1, 1, of_force, b))
+            if (materials(material(b))%isotropic) then
+               call apply_stiffness(materials(material(b))%lambda, materials(material(b))%mu, inverse_size(1, b), a, &
+                                    moments(1, 1, b), contribution(1, 1, of_force, b))
+            else
+               call apply_anisotropic_stiffness(materials(material(b))%stiffness, inverse_size(1, b), a, moments(1, 1, b), &
+                                                contribution(1, 1, of_force, b))
+            end if
          end if
       end do
    end subroutine apply_operators
@@ -78,9 +83,9 @@ contains
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
       real(dp), intent(inout) :: sums(lanes, corners, ndim)
-      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), change(lanes, corners, n_sums)
+      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
       real(dp) :: l11, l21, l12, l22
-      integer :: l, c, d
+      integer :: l
       !$omp simd private(l11, l21, l12, l22)
       do l = 1, lanes
          l11 = a(l, 2, 1)*moments(l, 1) + a(l, 4, 1)*moments(l, 3)
@@ -106,6 +111,45 @@ contains
          moment(l, 3) = mu*(l12 + l21)
          moment(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
       end do
+      call add_divergence(inverse_size, total, moment, sums)
+   end subroutine apply_stiffness
+
+   !> The same by a stiffness of the columns (11, 22, 12).
+   pure subroutine apply_anisotropic_stiffness(c, inverse_size, a, moments, sums)
+      real(dp), intent(in) :: c(3, 3)                   !! [Pa]
+      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
+      real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
+      real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
+      real(dp), intent(inout) :: sums(lanes, corners, ndim)
+      integer, parameter :: with(3, 3) = reshape([1, 3, 2, 3, 6, 5, 2, 5, 4], [3, 3]) !! moments of 1, eta, xi with 1, eta and xi
+      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), stress(lanes, 3, 3)
+      real(dp) :: l11, l22, shear
+      integer :: l, k
+      do k = 1, 3                                       ! times 1, eta and xi
+         !$omp simd private(l11, l22, shear)
+         do l = 1, lanes
+            l11 = a(l, 2, 1)*moments(l, with(1, k)) + a(l, 4, 1)*moments(l, with(2, k))
+            l22 = a(l, 3, 2)*moments(l, with(1, k)) + a(l, 4, 2)*moments(l, with(3, k))
+            shear = a(l, 2, 2)*moments(l, with(1, k)) + a(l, 4, 2)*moments(l, with(2, k)) &
+                    + (a(l, 3, 1)*moments(l, with(1, k)) + a(l, 4, 1)*moments(l, with(3, k)))
+            stress(l, 1, k) = c(1, 1)*l11 + c(1, 2)*l22 + c(1, 3)*shear
+            stress(l, 2, k) = c(1, 3)*l11 + c(2, 3)*l22 + c(3, 3)*shear
+            stress(l, 3, k) = c(1, 2)*l11 + c(2, 2)*l22 + c(2, 3)*shear
+         end do
+      end do
+      total = stress(:, [1, 2, 2, 3], 1)
+      moment(:, :2) = stress(:, :2, 2)
+      moment(:, 3:) = stress(:, 2:, 3)
+      call add_divergence(inverse_size, total, moment, sums)
+   end subroutine apply_anisotropic_stiffness
+
+   !> Add the internal forces of the sums of V times stress, and of the same times the local coordinate across its direction.
+   pure subroutine add_divergence(inverse_size, total, moment, sums)
+      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
+      real(dp), intent(in) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp), intent(inout) :: sums(lanes, corners, ndim)
+      real(dp) :: change(lanes, corners, n_sums)
+      integer :: l, c, d
       call divergence(1, inverse_size, total, moment, change)
       do d = 1, ndim
          do c = 1, corners
@@ -115,7 +159,7 @@ contains
             end do
          end do
       end do
-   end subroutine apply_stiffness
+   end subroutine add_divergence
 
    !> Add a factor times a nodal field to a sum at some points.
    pure subroutine add_to_sum(factor, n, points, field, total)

@@ -12,7 +12,7 @@ module hampm_particle_kernels
    implicit none
    private
    public :: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
-             add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
+             add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, add_stress, divergence
 
    integer, parameter :: most_rows = 16          !! that are done at a time
 
@@ -348,6 +348,26 @@ contains
          end do
       end do
    end subroutine linear_forces
+
+   !> The same by a stiffness of the columns (11, 22, 12).
+   pure subroutine anisotropic_forces(rows, ld, c, volume, h, t)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: c(3, 3), volume(ld), h(ld, ndim, ndim)
+      real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
+      real(dp) :: shear
+      integer :: s, l, k
+      do s = 1, rows
+         k = lanes*(s - 1)
+         !$omp simd private(shear)
+         do l = 1, lanes
+            shear = h(k + l, 1, 2) + h(k + l, 2, 1)
+            t(l, 1, s) = volume(k + l)*(c(1, 1)*h(k + l, 1, 1) + c(1, 2)*h(k + l, 2, 2) + c(1, 3)*shear)
+            t(l, 2, s) = volume(k + l)*(c(1, 3)*h(k + l, 1, 1) + c(2, 3)*h(k + l, 2, 2) + c(3, 3)*shear)
+            t(l, 3, s) = t(l, 2, s)
+            t(l, 4, s) = volume(k + l)*(c(1, 2)*h(k + l, 1, 1) + c(2, 2)*h(k + l, 2, 2) + c(2, 3)*shear)
+         end do
+      end do
+   end subroutine anisotropic_forces
 
    !> Add to the sums from which the internal forces (7) follow: those of volume times stress, and of the same times the local
    !> coordinate across its direction; the second index is that of t in `linear_forces`.

@@ -29,7 +29,8 @@ module hampm_particle_pass
    use hampm_mean_dilatation, only: n_pressures, share_dilatation, add_pressures, share_pressures
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
-                                     add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, add_stress, divergence
+                                     add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
+                                     add_stress, divergence
    use hampm_particles, only: particles_t, remembered
    use hampm_pass, only: pass_t
    implicit none
@@ -138,7 +139,7 @@ contains
       real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
       real(dp) :: pressures(lanes, n_pressures, most_rows)
       real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
-      logical :: is_linear, shares_pressure
+      logical :: is_linear, is_isotropic, shares_pressure
       integer :: j, b, n, i, s, rows
       j = 1
       do while (j <= size(listed))
@@ -217,6 +218,7 @@ contains
          associate (m => materials(blocks%material(b)))
             is_linear = m%linear
             shares_pressure = m%mean_dilatation
+            is_isotropic = m%isotropic
             lambda = m%lambda
             mu = m%mu
          end associate
@@ -279,8 +281,10 @@ contains
             end do
          end if
          if (pass%map_force) then
-            if (is_linear) then
+            if (is_linear .and. is_isotropic) then
                call linear_forces(n*rows, ld, lambda, mu, volume, h, t)
+            else if (is_linear) then
+               call anisotropic_forces(n*rows, ld, materials(blocks%material(b))%stiffness, volume, h, t)
             else
                call forces(n*rows, ld, materials, material, volume, h, p, number_of, t)
                if (shares_pressure) call add_pressures(n, rows, ld, materials, material, volume, xi, t, pressures)

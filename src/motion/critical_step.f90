@@ -22,6 +22,7 @@ module hampm_critical_step
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_matrix, only: prepare_cell
    use hampm_mass_solver, only: by_lumped, by_fmpm
+   use hampm_orthotropic, only: n_voigt
    implicit none
    private
    public :: row_t, row_of_points, shifted, largest_courant, sample_cells
@@ -83,9 +84,9 @@ contains
    end function shifted
 
    !> Largest stable time step, times the dilatational wave speed over the size of a cell [-]; huge where nothing has a stiffness.
-   pure real(dp) function largest_courant(rows, speeds, mass, strains_last, damping) result(courant)
+   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping) result(courant)
       type(row_t), intent(in) :: rows(ndim)      !! the particles in each direction
-      real(dp), intent(in) :: speeds             !! shear over dilatational wave speed [-]
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! stiffness of the columns (11, 22, 12) over rho c**2 of dilatational waves [-]
       type(mass_choice_t), intent(in) :: mass    !! of a partial matrix the full part counts: it is the faster one
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
@@ -93,7 +94,7 @@ contains
       real(dp), allocatable :: inverse(:, :), q(:, :), root(:)
       real(dp) :: square
       integer :: i, n
-      call build_sample(rows, speeds, sample)
+      call build_sample(rows, moduli, sample)
       call build_inverse(sample, mass, inverse)
       q = matmul(inverse, matmul(sample%mass, inverse))
       if (strains_last) q = 2*inverse - q
@@ -110,9 +111,9 @@ contains
    end function largest_courant
 
    !> Sum the particles into the matrices.
-   pure subroutine build_sample(rows, speeds, s)
+   pure subroutine build_sample(rows, moduli, s)
       type(row_t), intent(in) :: rows(ndim)
-      real(dp), intent(in) :: speeds
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt)
       type(sample_t), intent(out) :: s
       real(dp) :: xi(ndim), shape(corners), gradient(corners, ndim), weight
       integer :: nodes(corners), i, j, c, d, e, n, at(ndim)
@@ -131,7 +132,7 @@ contains
             nodes = nodes_of(at, s%cells)
             do c = 1, corners
                s%cell(:, c, e) = s%cell(:, c, e) + weight*shape(c)*shape
-               call add_stiffness(weight, speeds**2, gradient, c, nodes, n, s%stiffness)
+               call add_stiffness(weight*moduli, gradient, c, nodes, n, s%stiffness)
             end do
          end do
       end do
@@ -151,19 +152,19 @@ contains
       nodes = at(1) + at(2)*(cells(1) + 1) + [1, 2, cells(1) + 2, cells(1) + 3]
    end function nodes_of
 
-   !> Add what a particle gives to the columns of a corner in the stiffness, of lambda = 1 - 2 mu and mu.
-   pure subroutine add_stiffness(weight, mu, gradient, c, nodes, n, stiffness)
-      real(dp), intent(in) :: weight, mu, gradient(corners, ndim)
+   !> Add what a particle gives to the columns of a corner in the stiffness: B^T C B.
+   pure subroutine add_stiffness(moduli, gradient, c, nodes, n, stiffness)
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt), gradient(corners, ndim)
       integer, intent(in) :: c, nodes(corners), n
       real(dp), intent(inout) :: stiffness(:, :)
-      real(dp) :: slope(corners)
+      integer, parameter :: voigt(ndim, ndim) = reshape([1, 3, 3, 2], [ndim, ndim])
+      real(dp) :: stress(ndim)                   ! on planes of either direction, of a unit displacement in direction k
       integer :: d, k
-      slope = mu*(gradient(:, 1)*gradient(c, 1) + gradient(:, 2)*gradient(c, 2))
-      do d = 1, ndim
-         do k = 1, ndim
+      do k = 1, ndim
+         do d = 1, ndim
+            stress = matmul(moduli(voigt(:, d), voigt(:, k)), gradient(c, :))
             associate (block => stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n))
-               stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n) = block + weight*( &
-                  merge(slope, 0*slope, d == k) + (1 - 2*mu)*gradient(:, d)*gradient(c, k) + mu*gradient(:, k)*gradient(c, d))
+               stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n) = block + matmul(gradient, stress)
             end associate
          end do
       end do

@@ -15,7 +15,6 @@ module hampm_stiffness
    use hampm_factorisation, only: factorisation_t
    use hampm_face_springs, only: spring_stiffness
    use hampm_failure, only: failure_t
-   use hampm_linear_elastic, only: linear_stress
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_product, only: has_matrix, find_concentrated_mass
    use hampm_material, only: material_t
@@ -459,7 +458,7 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! [-]
       real(dp) :: stress(ndim, ndim)
-      stress = linear_stress(material%small_strain_lambda(), material%mu, h)
+      stress = material%small_strain_stress(h)
    end function small_stress
 
    !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in a

@@ -5,7 +5,7 @@ module hampm_caveats
    use hampm_crack_placement, only: body_at
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes
    use hampm_placement, only: length_text, upper_corner
-   use hampm_material_consistency, only: has_history
+   use hampm_history_consistency, only: has_history
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_static_consistency, only: unused_at_rest
    use hampm_text, only: to_text, three_digits
@@ -177,6 +177,7 @@ contains
       if (are_alike .or. min(i, j) == 0) return
       associate (a => scene%materials(i), b => scene%materials(j))
          are_alike = a%law == b%law .and. .not. (abs(a%young - b%young) > 0 .or. abs(a%poisson - b%poisson) > 0)
+         are_alike = are_alike .and. all(abs(a%orthotropic%constants() - b%orthotropic%constants()) <= 0)
       end associate
    end function are_alike
 
@@ -185,10 +186,11 @@ contains
       type(material_spec_t), intent(in) :: material
       character(:), allocatable, intent(inout) :: text
       real(dp) :: speed
-      speed = sqrt(material%young/material%density)
+      speed = sqrt(material%least_young()/material%density)
       if (speed >= slowest .and. speed <= fastest .and. (speed >= slow_for_heavy .or. material%density < heavy)) return
       call add(text, '&material '''//trim(material%name)//''': waves would pass at '// &
-               three_digits(speed)//' m/s; young is in Pa, density in kg/m3 (steel: 210e9 and 7850)')
+               three_digits(speed)//' m/s; '//trim(merge('young_1', 'young  ', material%law == 'orthotropic'))// &
+               ' is in Pa, density in kg/m3 (steel: 210e9 and 7850)')
    end subroutine look_at_units
 
    !> What bodies do to each other.

@@ -7,7 +7,8 @@ module hampm_consistency
    use hampm_joints, only: gap_between, groups_of_bodies
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
-   use hampm_material_consistency, only: check_laws
+   use hampm_history_consistency, only: check_laws
+   use hampm_material_consistency, only: check_constants
    use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, most_particles, &
@@ -36,6 +37,7 @@ contains
       logical :: has_grid, has_bodies
       integer :: before
       call check_materials(scene, settings, mistakes)
+      call check_constants(scene, settings, mistakes)
       before = mistakes%count
       call check_grid(scene, settings, mistakes, has_grid)
       call check_bodies(scene, settings, has_grid, mistakes)

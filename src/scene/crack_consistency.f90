@@ -125,6 +125,13 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       character(*), parameter :: axis = 'xyz'
       integer :: normal, i, c
+      do i = 1, size(scene%materials)
+         associate (material => scene%materials(i))
+            if (material%law == 'orthotropic' .and. abs(material%orthotropic%angle - 90*anint(material%orthotropic%angle/90)) > 0) &
+               call settings%complain(mistakes, settings%find('material', i), 'angle', 'must be a multiple of 90 degrees with '// &
+                                      '&crack kind = ''symmetry'': else the other half is no mirror image. Use kind = ''line''')
+         end associate
+      end do
       do i = 1, size(scene%constraints)
          c = settings%find('constraint', i)
          if (.not. (settings%good(c, 'lower') .and. settings%good(c, 'upper') .and. settings%good(c, 'fix'))) return
@@ -267,6 +274,8 @@ contains
          call settings%complain(mistakes, entry, 'reference', '''dcb'' needs a group &crack')
       if (size(scene%bodies) > 1) call settings%complain(mistakes, entry, 'reference', '''dcb'' needs exactly one &body, not '// &
                                                          to_text(size(scene%bodies)))
+      if (any(scene%materials%law == 'orthotropic')) call settings%complain(mistakes, entry, 'reference', &
+         '''dcb'' is the closed form of isotropic material, not of law = ''orthotropic''; use ''value''')
       opens = .false.
       known = scene%crack%present .and. settings%good(settings%find('crack', 1), 'direction')
       do i = 1, size(scene%loads)

@@ -33,6 +33,10 @@ contains
       else
          call check_in_motion(scene, settings, mistakes)
       end if
+      do k = 1, size(scene%materials)
+         if (scene%materials(k)%law == 'orthotropic') call settings%complain(mistakes, settings%find('material', k), 'law', &
+            'must not be ''orthotropic'' '//intro//': where a crack goes and how it speeds up is known of isotropic material only')
+      end do
       if (any(scene%paths%friction > 0)) call settings%complain(mistakes, settings%find('crack', scene%paths( &
          findloc(scene%paths%friction > 0, .true., dim=1))%number), 'contact', 'must not be ''friction'' '//intro// &
          ': what has slid is not carried over when cells are cut anew')
@@ -54,7 +58,7 @@ contains
       end do
       do i = 1, size(scene%materials)
          entry = settings%find('material', i)
-         if (settings%good(entry, 'law') .and. scene%materials(i)%law /= 'linear_elastic') call settings%complain(mistakes, entry, &
+         if (settings%good(entry, 'law') .and. .not. scene%materials(i)%is_linear()) call settings%complain(mistakes, entry, &
             'law', 'must be ''linear_elastic'' '//intro//' of law = ''quasi_static'', under which loads are scaled')
       end do
       do i = 1, size(scene%constraints)

@@ -57,6 +57,7 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k
       do k = 1, size(scene%materials)
+         if (scene%materials(k)%law == 'orthotropic') cycle
          call settings%demand(mistakes, settings%find('material', k), 'law', 'linear_elastic', intro//': its steps solve '// &
                               'linear equations. time = ''explicit'' follows other laws')
       end do

@@ -115,7 +115,7 @@ contains
       type(key_t), intent(in) :: key
       logical, intent(in) :: as_example            !! whether the template is meant
       default_count = 1
-      if (key%most > 1) default_count = part_count(default_list(key, as_example), ',')
+      if (key%most > 1 .or. key%fewest == 0) default_count = part_count(default_list(key, as_example), ',')
    end function default_count
 
    !> One of these values.

@@ -4,6 +4,7 @@ module hampm_largest_step
    use hampm_bodies, only: points_along
    use hampm_critical_step, only: row_t, row_of_points, shifted, largest_courant, sample_cells
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
+   use hampm_orthotropic, only: n_voigt
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, body_t
    use hampm_scene_materials, only: materials_of, material_of
@@ -21,6 +22,8 @@ module hampm_largest_step
    real(dp), parameter :: crossing = 0.1_dp, crossing_full = 0.05_dp
    !> What several materials in contact leave of the limit of each by itself, at least: quarters of a square that meet in a point
    real(dp), parameter :: of_contrast = 0.9_dp
+   !> What waves along no grid line leave of the limit of a sample in orthotropic material: of 20 extreme ones 2 % was missing at most
+   real(dp), parameter :: of_anisotropy = 0.95_dp
    !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
    !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
@@ -49,6 +52,7 @@ contains
             step = min(step, body_limit(scene, scene%bodies(k), mass))
          end do
          limit = step*chosen_speed(scene)
+         if (any(scene%materials%law == 'orthotropic')) limit = limit*of_anisotropy
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%time_steps == 'local') limit = limit*of_local_steps
@@ -96,7 +100,7 @@ contains
       type(body_t), intent(in) :: body
       type(mass_choice_t), intent(in) :: mass
       type(row_t) :: rows(ndim), moved(ndim)
-      real(dp) :: start(ndim), length(ndim), speed, ratio, damping, shift(ndim, 0:size(entered))
+      real(dp) :: start(ndim), length(ndim), speed, moduli(n_voigt, n_voigt), damping, shift(ndim, 0:size(entered))
       integer :: n(ndim), d, i, j
       logical :: strains_last
       associate (cell => scene%grid%cell, material => material_of(scene, body%material_index))
@@ -104,14 +108,14 @@ contains
          length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(scene, body)
          speed = material%dilatational_wave_speed()
-         ratio = material%shear_wave_speed()/speed
+         moduli = material%small_strain_moduli()/(material%density*speed**2)
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
          if (.not. crosses_cells(scene, body)) then
             do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
                rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
             end do
-            limit = largest_courant(rows, ratio, mass, strains_last, damping)/speed
+            limit = largest_courant(rows, moduli, mass, strains_last, damping)/speed
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
@@ -127,10 +131,10 @@ contains
          limit = huge(limit)
          do j = 0, size(entered)
             do i = 0, size(entered)
-               if (i > j .and. n(1) == n(2)) exit          ! the same but for the names of the directions
+               if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
                moved(1) = shifted(rows(1), shift(1, i))
                moved(2) = shifted(rows(2), shift(2, j))
-               limit = min(limit, largest_courant(moved, ratio, mass, strains_last, damping)/speed)
+               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping)/speed)
             end do
          end do
       end associate

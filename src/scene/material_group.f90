@@ -1,7 +1,9 @@
 !> The group &material: its row in the table of groups, its keys, and their values in a scene.
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive, not_negative
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive, not_negative, &
+                             any_number
+   use hampm_orthotropic, only: orthotropic_t, why_not_definite
    use hampm_settings, only: settings_t
    use hampm_viscoelastic, only: most_branches
    implicit none
@@ -16,10 +18,10 @@ module hampm_material_group
       key_t('material', 'name', type_name, 1, 1, must, '', 'aluminium', '', &
             '', 'name that bodies refer to'), &
       key_t('material', 'law', type_name, 1, 1, may, 'linear_elastic', '', '', &
-            'linear_elastic|neo_hookean|j2_plastic|viscoelastic', &
+            'linear_elastic|neo_hookean|j2_plastic|viscoelastic|orthotropic', &
             'neo_hookean is for any strain and rotation, the others for small ones'), &
-      key_t('material', 'young', type_real, 1, 1, must, '', '70e9', 'Pa', &
-            positive, 'Young''s modulus, at small strain'), &
+      key_t('material', 'young', type_real, 0, 1, may, '', '70e9', 'Pa', &
+            positive, 'Young''s modulus, at small strain; required of isotropic laws'), &
       key_t('material', 'poisson', type_real, 1, 1, may, '0.0', '0.3', '', &
             '(-1, 0.5)', 'Poisson''s ratio, at small strain'), &
       key_t('material', 'density', type_real, 1, 1, must, '', '2700.0', 'kg/m3', &
@@ -33,7 +35,23 @@ module hampm_material_group
       key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
             positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e'), &
       key_t('material', 'dilatation', type_name, 1, 1, may, 'point', '', '', &
-            'point|cell', 'of laws with a history: each point has its own, or the mean of its cell, which does not lock')]
+            'point|cell', 'of laws with a history: each point has its own, or the mean of its cell, which does not lock'), &
+      key_t('material', 'young_1', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'of ''orthotropic'': Young''s modulus along axis 1 of the material'), &
+      key_t('material', 'young_2', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'the same along axis 2'), &
+      key_t('material', 'young_3', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'the same across the plane; required in plane strain'), &
+      key_t('material', 'shear_12', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'shear modulus in the plane, between axes 1 and 2'), &
+      key_t('material', 'poisson_12', type_real, 0, 1, may, '', '', '', &
+            any_number, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows'), &
+      key_t('material', 'poisson_13', type_real, 0, 1, may, '', '', '', &
+            any_number, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain'), &
+      key_t('material', 'poisson_23', type_real, 0, 1, may, '', '', '', &
+            any_number, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain'), &
+      key_t('material', 'angle', type_real, 1, 1, may, '0.0', '', 'degrees', &
+            any_number, 'of axis 1 of an orthotropic material from x, anticlockwise')]
 
    !> &material: a law and its constants.
    type :: material_spec_t
@@ -47,6 +65,11 @@ module hampm_material_group
       real(dp) :: hardening = 0                  !! the same [Pa]
       real(dp), allocatable :: moduli(:)         !! of 'viscoelastic' [Pa]
       real(dp), allocatable :: relaxation_times(:) !! the same [s]
+      type(orthotropic_t) :: orthotropic         !! constants of that law
+   contains
+      procedure :: is_linear
+      procedure :: is_complete
+      procedure :: least_young
    end type material_spec_t
 
 contains
@@ -69,7 +92,7 @@ contains
       type(material_spec_t), intent(inout) :: material
       material%name = settings%text(entry, 'name')
       material%law = settings%text(entry, 'law')
-      material%young = settings%number(entry, 'young')
+      material%young = only(settings%numbers(entry, 'young'))
       material%poisson = settings%number(entry, 'poisson')
       material%density = settings%number(entry, 'density')
       material%dilatation = settings%text(entry, 'dilatation')
@@ -77,5 +100,47 @@ contains
       material%hardening = settings%number(entry, 'hardening')
       material%moduli = settings%numbers(entry, 'moduli')
       material%relaxation_times = settings%numbers(entry, 'relaxation_times')
+      associate (of => material%orthotropic)
+         of%young = [only(settings%numbers(entry, 'young_1')), only(settings%numbers(entry, 'young_2')), &
+                     only(settings%numbers(entry, 'young_3'))]
+         of%shear_12 = only(settings%numbers(entry, 'shear_12'))
+         of%poisson_12 = only(settings%numbers(entry, 'poisson_12'))
+         of%poisson_13 = only(settings%numbers(entry, 'poisson_13'))
+         of%poisson_23 = only(settings%numbers(entry, 'poisson_23'))
+         of%angle = settings%number(entry, 'angle')
+      end associate
    end subroutine fill_material
+
+   !> The number of a key that may hold none; then 0.
+   pure real(dp) function only(list)
+      real(dp), intent(in) :: list(:)              !! of no or one number
+      only = sum(list)
+   end function only
+
+   !> Whether the stress is linear in the displacement gradient.
+   elemental logical function is_linear(self)
+      class(material_spec_t), intent(in) :: self
+      is_linear = self%law == 'linear_elastic' .or. self%law == 'orthotropic'
+   end function is_linear
+
+   !> Whether there is a material with these constants.
+   pure logical function is_complete(self, plane)
+      class(material_spec_t), intent(in) :: self
+      character(*), intent(in) :: plane            !! 'stress' or 'strain'
+      if (self%law /= 'orthotropic') then
+         is_complete = self%young > 0
+         return
+      end if
+      associate (of => self%orthotropic)
+         is_complete = minval(of%young(:merge(2, 3, plane == 'stress'))) > 0 .and. of%shear_12 > 0
+         if (is_complete) is_complete = len(why_not_definite(of, plane == 'stress')) == 0
+      end associate
+   end function is_complete
+
+   !> The smallest Young's modulus in the plane [Pa].
+   elemental real(dp) function least_young(self)
+      class(material_spec_t), intent(in) :: self
+      least_young = self%young
+      if (self%law == 'orthotropic') least_young = minval(self%orthotropic%young(:2))
+   end function least_young
 end module hampm_material_group

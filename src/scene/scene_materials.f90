@@ -1,6 +1,6 @@
 !> The materials of a scene as the method has them, from their keys.
 module hampm_scene_materials
-   use hampm_material, only: material_t, new_material
+   use hampm_material, only: material_t, new_material, new_orthotropic
    use hampm_scene, only: scene_t
    implicit none
    private
@@ -23,9 +23,13 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
       associate (spec => scene%materials(k))
-         material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
-                                 spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times)
-         material%mean_dilatation = spec%dilatation == 'cell'
+         if (spec%law == 'orthotropic') then
+            material = new_orthotropic(spec%name, scene%run%plane == 'stress', spec%orthotropic, spec%density)
+         else
+            material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
+                                    spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times)
+            material%mean_dilatation = spec%dilatation == 'cell'
+         end if
       end associate
    end function material_of
 end module hampm_scene_materials

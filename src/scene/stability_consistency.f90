@@ -94,6 +94,7 @@ contains
       known = known .and. all([(settings%good(settings%find('method', 1), trim(of_method(k))), k=1, size(of_method))])
       do i = 1, size(scene%materials)
          known = known .and. all([(settings%good(settings%find('material', i), trim(of_material(k))), k=1, size(of_material))])
+         if (known) known = scene%materials(i)%is_complete(scene%run%plane)
       end do
       if (settings%count_of('damping') > 0) known = known .and. settings%good(settings%find('damping', 1), 'rate')
       if (settings%count_of('refine') > 0) known = known .and. settings%good(settings%find('refine', 1), 'indicator') &

@@ -1,0 +1,211 @@
+!> Orthotropic linear elasticity for small strains: stress = C eps, eps = sym(H), with material axes 1 and 2 in the plane, axis 1 turned by
+!> an angle from x, and axis 3 across the plane.
+!>
+!> In the axes of the material (Lekhnitskii 1963; Jones 1999)
+!>
+!>    eps_1 = s_1/E_1 - nu_12 s_2/E_1 - nu_13 s_3/E_1,   eps_2 = -nu_12 s_1/E_1 + s_2/E_2 - nu_23 s_3/E_2,
+!>    eps_3 = -nu_13 s_1/E_1 - nu_23 s_2/E_2 + s_3/E_3,  2 eps_12 = s_12/G_12.
+!>
+!> In plane stress s_3 = 0; in plane strain eps_3 = 0, which leaves S_ij - S_i3 S_j3/S_33 of the compliances S. Matrices are those of the
+!> columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12). As with `hampm_linear_elastic`, rotations count as strain to second
+!> order, and the axes of the material do not turn with it.
+module hampm_orthotropic
+   use hampm_kinds, only: dp, ndim
+   implicit none
+   private
+   public :: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, voigt_stress, &
+             voigt_energy_density, voigt_stress_energy_density, acoustic_modulus, why_not_definite
+
+   integer, parameter :: n_voigt = 3             !! components 11, 22, 12
+   real(dp), parameter :: to_radians = acos(-1.0_dp)/180
+
+   !> The engineering constants.
+   type :: orthotropic_t
+      real(dp) :: young(3) = 0                   !! along the axes of the material [Pa]; the third counts in plane strain only
+      real(dp) :: shear_12 = 0                   !! [Pa]
+      real(dp) :: poisson_12 = 0                 !! -eps_2/eps_1 under s_1 alone [-]
+      real(dp) :: poisson_13 = 0                 !! -eps_3/eps_1 under s_1 alone [-]; in plane strain only, as the next
+      real(dp) :: poisson_23 = 0                 !! -eps_3/eps_2 under s_2 alone [-]
+      real(dp) :: angle = 0                      !! of axis 1 from x, anticlockwise [degrees]
+   contains
+      procedure :: constants
+   end type orthotropic_t
+
+contains
+
+   !> All of them, in the order in which they are declared.
+   pure function constants(self)
+      class(orthotropic_t), intent(in) :: self
+      real(dp) :: constants(8)
+      constants = [self%young, self%shear_12, self%poisson_12, self%poisson_13, self%poisson_23, self%angle]
+   end function constants
+
+   !> Compliance of the plane in the axes of the material [1/Pa].
+   pure function plane_compliance(m, plane_stress) result(s)
+      type(orthotropic_t), intent(in) :: m
+      logical, intent(in) :: plane_stress        !! else plane strain
+      real(dp) :: s(n_voigt, n_voigt)
+      real(dp) :: across(2)                      ! S_13 and S_23
+      integer :: i
+      s = 0
+      s(1, 1) = 1/m%young(1)
+      s(2, 2) = 1/m%young(2)
+      s(1, 2) = -m%poisson_12/m%young(1)
+      s(2, 1) = s(1, 2)
+      s(3, 3) = 1/m%shear_12
+      if (plane_stress) return
+      across = -[m%poisson_13/m%young(1), m%poisson_23/m%young(2)]
+      do i = 1, 2
+         s(:2, i) = s(:2, i) - across*across(i)*m%young(3)
+      end do
+   end function plane_compliance
+
+   !> What keeps the strain energy from being positive; '' where nothing does. Moduli are above 0.
+   pure function why_not_definite(m, plane_stress) result(why)
+      type(orthotropic_t), intent(in) :: m
+      logical, intent(in) :: plane_stress        !! else plane strain
+      character(:), allocatable :: why
+      real(dp) :: n12, n13, n23                  ! nu_ij sqrt(E_j/E_i), which are symmetric
+      why = ''
+      n12 = m%poisson_12*sqrt(m%young(2)/m%young(1))
+      if (.not. abs(n12) < 1) why = 'poisson_12**2 must be below young_1/young_2'
+      if (plane_stress .or. why /= '') return
+      n13 = m%poisson_13*sqrt(m%young(3)/m%young(1))
+      n23 = m%poisson_23*sqrt(m%young(3)/m%young(2))
+      if (.not. abs(n13) < 1) then
+         why = 'poisson_13**2 must be below young_1/young_3'
+      else if (.not. abs(n23) < 1) then
+         why = 'poisson_23**2 must be below young_2/young_3'
+      else if (.not. 1 - n12**2 - n13**2 - n23**2 - 2*n12*n13*n23 > 0) then
+         why = '1 - a**2 - b**2 - c**2 - 2 a b c must be above 0 with a = poisson_12 sqrt(young_2/young_1), '// &
+               'b = poisson_13 sqrt(young_3/young_1) and c = poisson_23 sqrt(young_3/young_2)'
+      end if
+   end function why_not_definite
+
+   !> Inverse of a matrix in the axes of the material, in which normal and shear components do not couple.
+   pure function inverse_of(a) result(inverse)
+      real(dp), intent(in) :: a(n_voigt, n_voigt)
+      real(dp) :: inverse(n_voigt, n_voigt)
+      inverse = 0
+      inverse(1, 1) = a(2, 2)
+      inverse(2, 2) = a(1, 1)
+      inverse(1, 2) = -a(1, 2)
+      inverse(2, 1) = -a(1, 2)
+      inverse = inverse/(a(1, 1)*a(2, 2) - a(1, 2)**2)
+      inverse(3, 3) = 1/a(3, 3)
+   end function inverse_of
+
+   !> Cosine and sine of an angle, exact at the multiples of 90 degrees.
+   pure function direction_of(angle) result(direction)
+      real(dp), intent(in) :: angle              !! [degrees]
+      real(dp) :: direction(ndim)
+      real(dp) :: rest
+      integer :: quarter, k
+      quarter = nint(modulo(angle, 360.0_dp)/90)
+      rest = (modulo(angle, 360.0_dp) - 90*quarter)*to_radians
+      direction = [cos(rest), sin(rest)]
+      do k = 1, quarter
+         direction = [-direction(2), direction(1)]
+      end do
+   end function direction_of
+
+   !> Matrix that gives the strain in axes that are turned by an angle, from that in the first ones.
+   pure function strain_in_turned(angle) result(r)
+      real(dp), intent(in) :: angle              !! [degrees]
+      real(dp) :: r(n_voigt, n_voigt)
+      real(dp) :: d(ndim)
+      d = direction_of(angle)
+      r = reshape([d(1)**2, d(2)**2, -2*d(1)*d(2), d(2)**2, d(1)**2, 2*d(1)*d(2), d(1)*d(2), -d(1)*d(2), d(1)**2 - d(2)**2], &
+                  [n_voigt, n_voigt])
+   end function strain_in_turned
+
+   !> A stiffness in axes from which those in which it is given are turned by an angle [Pa].
+   pure function turned_stiffness(c, angle) result(turned)
+      real(dp), intent(in) :: c(n_voigt, n_voigt)
+      real(dp), intent(in) :: angle              !! [degrees]
+      real(dp) :: turned(n_voigt, n_voigt)
+      real(dp) :: r(n_voigt, n_voigt)
+      r = strain_in_turned(angle)
+      turned = symmetric(matmul(transpose(r), matmul(c, r)))
+   end function turned_stiffness
+
+   !> The same of a compliance [1/Pa].
+   pure function turned_compliance(s, angle) result(turned)
+      real(dp), intent(in) :: s(n_voigt, n_voigt)
+      real(dp), intent(in) :: angle              !! [degrees]
+      real(dp) :: turned(n_voigt, n_voigt)
+      real(dp) :: r(n_voigt, n_voigt)
+      r = strain_in_turned(-angle)
+      turned = symmetric(matmul(r, matmul(s, transpose(r))))
+   end function turned_compliance
+
+   !> A matrix without what rounding has left of its antisymmetric part.
+   pure function symmetric(a)
+      real(dp), intent(in) :: a(n_voigt, n_voigt)
+      real(dp) :: symmetric(n_voigt, n_voigt)
+      symmetric = (a + transpose(a))/2
+   end function symmetric
+
+   !> Stress of a displacement gradient by a stiffness [Pa].
+   pure function voigt_stress(c, h) result(stress)
+      real(dp), intent(in) :: c(n_voigt, n_voigt) !! [Pa]
+      real(dp), intent(in) :: h(ndim, ndim)      !! [-]
+      real(dp) :: stress(ndim, ndim)
+      real(dp) :: shear
+      shear = h(1, 2) + h(2, 1)
+      stress(1, 1) = c(1, 1)*h(1, 1) + c(1, 2)*h(2, 2) + c(1, 3)*shear
+      stress(2, 2) = c(1, 2)*h(1, 1) + c(2, 2)*h(2, 2) + c(2, 3)*shear
+      stress(2, 1) = c(1, 3)*h(1, 1) + c(2, 3)*h(2, 2) + c(3, 3)*shear
+      stress(1, 2) = stress(2, 1)
+   end function voigt_stress
+
+   !> Energy density stress : eps / 2 [J/m3].
+   pure real(dp) function voigt_energy_density(c, h) result(density)
+      real(dp), intent(in) :: c(n_voigt, n_voigt), h(ndim, ndim)
+      density = 0.5_dp*sum(voigt_stress(c, h)*h)
+   end function voigt_energy_density
+
+   !> Energy density of a stress [J/m3].
+   pure real(dp) function voigt_stress_energy_density(s, stress) result(density)
+      real(dp), intent(in) :: s(n_voigt, n_voigt) !! compliance [1/Pa]
+      real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
+      real(dp) :: column(n_voigt)
+      column = [stress(1, 1), stress(2, 2), stress(1, 2)]
+      density = 0.5_dp*dot_product(column, matmul(s, column))
+   end function voigt_stress_energy_density
+
+   !> rho c**2 of the fastest plane wave [Pa]: the largest eigenvalue of the acoustic tensor over all directions n = (cos, sin).
+   !>
+   !> In the axes of the material that tensor has the components C_11 t + C_66 (1 - t), C_66 t + C_22 (1 - t) and (C_12 + C_66) cos sin,
+   !> t = cos**2, so that its larger eigenvalue is p + q t + sqrt(a t**2 + b t + c). It is largest at t of 0 or 1, or where its
+   !> derivative is 0, which are roots of a quadratic equation.
+   pure real(dp) function acoustic_modulus(stiffness) result(largest)
+      real(dp), intent(in) :: stiffness(n_voigt, n_voigt) !! in the axes of the material [Pa]
+      real(dp) :: p, q, a, b, c, root
+      associate (c11 => stiffness(1, 1), c22 => stiffness(2, 2), c66 => stiffness(3, 3), c12 => stiffness(1, 2))
+         p = (c66 + c22)/2
+         q = (c11 - c22)/2
+         ! half of the difference of the diagonal is u + v t
+         a = ((c11 + c22 - 2*c66)/2)**2 - (c12 + c66)**2
+         b = (c66 - c22)*(c11 + c22 - 2*c66)/2 + (c12 + c66)**2
+         c = ((c66 - c22)/2)**2
+         largest = max(c11, c22, c66)
+         ! the derivative is 0 where a (a - q**2) t**2 + b (a - q**2) t + b**2/4 - q**2 c is
+         if (abs(a) <= epsilon(a)*(c11 + c22)**2) then
+            if (abs(q*b) > 0) call look_at((b/q)**2/(4*b) - c/b)
+         else if (abs(a - q**2) > 0) then
+            root = (b/(2*a))**2 - (b**2/4 - q**2*c)/(a*(a - q**2))
+            if (root >= 0) call look_at(-b/(2*a) - sqrt(root))
+            if (root >= 0) call look_at(-b/(2*a) + sqrt(root))
+         end if
+      end associate
+
+   contains
+
+      !> Take the larger eigenvalue at a value of cos**2, where that is one, if it is the largest.
+      pure subroutine look_at(t)
+         real(dp), intent(in) :: t
+         if (t > 0 .and. t < 1) largest = max(largest, p + q*t + sqrt(max(a*t**2 + b*t + c, 0.0_dp)))
+      end subroutine look_at
+   end function acoustic_modulus
+end module hampm_orthotropic
