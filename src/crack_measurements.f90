@@ -301,6 +301,8 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
+      ! A pressure on such faces is a load for each direction along the axes
+      domain%pressure = sum(factors*motion%loads%pressure, mask=motion%loads%line == tip%crack)/(2*ndim)
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
       if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
          k(1, :) = max(k(1, :), 0.0_dp)

@@ -2,7 +2,6 @@
 module hampm_audit_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes
-   use hampm_linear_elastic, only: linear_stress
    use hampm_material, only: material_t
    use hampm_tensors, only: product_of
    implicit none
@@ -49,7 +48,7 @@ contains
             if (.not. total_frame) change = change + product_of(change, before)
             associate (m => materials(material(k)))
                if (m%linear) then
-                  work = work + volume(k)*sum(change*linear_stress(m%lambda, m%mu, before + change/2))
+                  work = work + volume(k)*sum(change*m%conjugate_stress(before + change/2))
                else
                   work = work + volume(k)/6*sum(change*(m%conjugate_stress(before) + 4*m%conjugate_stress(before + change/2) &
                                                         + m%conjugate_stress(before + change)))

@@ -183,7 +183,7 @@ contains
          is_linear = blocks%material(b) > 0
          if (.not. is_linear) return
          associate (m => materials(blocks%material(b)))
-            is_linear = m%linear
+            is_linear = m%linear .and. .not. m%has_eigenstrain
             lambda = m%lambda
             mu = m%mu
          end associate

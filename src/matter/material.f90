@@ -22,7 +22,12 @@ module hampm_material
       real(dp) :: density = 0                    !! in the reference configuration [kg/m3]
       real(dp) :: lambda = 0                     !! Lame constant; of the linear law in plane stress lambda' [Pa]
       real(dp) :: mu = 0                         !! shear modulus [Pa]
+      ! Strain without stress, of the linear law only: `give_eigenstrain`
+      logical :: has_eigenstrain = .false.
+      real(dp), private :: free(ndim, ndim) = 0  !! strain in the plane at which there is no stress in it [-]
+      real(dp), private :: out_of_plane = 0      !! energy density there, of the stress normal to it [J/m3]
    contains
+      procedure :: give_eigenstrain
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
       procedure :: conjugate_change
@@ -58,6 +63,22 @@ contains
       if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
    end function new_material
 
+   !> Give the linear law a strain eps0 at which there is no stress: stress = C : (eps - eps0), energy density (eps - eps0) : C : (eps - eps0)/2.
+   !> In plane strain what is kept from the strain normal to the plane, by a stress of -E eps0_zz where there is none in the plane, adds
+   !> nu eps0_zz to the strain in the plane.
+   pure subroutine give_eigenstrain(self, eigenstrain)
+      class(material_t), intent(inout) :: self
+      real(dp), intent(in) :: eigenstrain(4)     !! components xx, yy, xy and zz of the tensor [-]
+      associate (e => eigenstrain)
+         self%has_eigenstrain = any(abs(e) > 0)
+         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
+         if (self%plane_stress) return
+         self%free(1, 1) = self%free(1, 1) + self%poisson*e(4)
+         self%free(2, 2) = self%free(2, 2) + self%poisson*e(4)
+         self%out_of_plane = self%young*e(4)**2/2
+      end associate
+   end subroutine give_eigenstrain
+
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
    pure function kirchhoff_stress(self, h) result(stress)
       class(material_t), intent(in) :: self
@@ -66,7 +87,7 @@ contains
       stress = 0
       select case (self%law)
        case (linear_elastic)
-         stress = linear_stress(self%lambda, self%mu, h)
+         stress = linear_stress(self%lambda, self%mu, h - self%free)
        case (neo_hookean)
          stress = neo_hookean_kirchhoff(self%lambda, self%mu, self%plane_stress, h)
       end select
@@ -80,7 +101,7 @@ contains
       stress = 0
       select case (self%law)
        case (linear_elastic)
-         stress = linear_stress(self%lambda, self%mu, h)
+         stress = linear_stress(self%lambda, self%mu, h - self%free)
        case (neo_hookean)
          stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
       end select
@@ -121,7 +142,7 @@ contains
       energy_density = 0
       select case (self%law)
        case (linear_elastic)
-         energy_density = linear_energy_density(self%lambda, self%mu, h)
+         energy_density = linear_energy_density(self%lambda, self%mu, h - self%free) + self%out_of_plane
        case (neo_hookean)
          energy_density = neo_hookean_energy_density(self%lambda, self%mu, self%plane_stress, h)
       end select

@@ -175,7 +175,7 @@ contains
       integer :: i
       radius = distance_to_cracks(scene, tip, k)
       do i = 1, size(scene%loads)
-         if (scene%loads(i)%kind /= 'body') &
+         if (scene%loads(i)%kind /= 'body' .and. scene%loads(i)%has_place) &
             radius = min(radius, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
       end do
       do i = 1, size(scene%constraints)
