@@ -267,12 +267,14 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(load_t), allocatable :: loads(:)
-      integer :: k, n
+      integer :: k, n, i
       allocate (loads(sum([(parts_of(scene, scene%loads(k)), k=1, size(scene%loads))])))
       n = 0
       do k = 1, size(scene%loads)
          associate (parts => loads(n + 1:n + parts_of(scene, scene%loads(k))))
-            parts%history = scene%loads(k)%history
+            do i = 1, size(parts)
+               parts(i)%history = scene%loads(k)%history
+            end do
             call place_load(scene, scene%loads(k), m, parts)
             n = n + size(parts)
             if (.not. allocated(parts(1)%host)) cycle ! found below

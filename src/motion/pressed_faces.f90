@@ -53,9 +53,9 @@ contains
       type(motion_t), intent(inout) :: m
       type(edges_t), intent(in) :: edges
       type(load_t), intent(inout) :: load
-      real(dp), allocatable :: length(:)
+      real(dp) :: length                         ! of all of them together [m]
       integer, allocatable :: chosen(:)
-      integer :: i
+      integer :: i, n
       chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
       if (allocated(load%host)) then
          if (size(load%host) == size(chosen)) then
@@ -63,13 +63,15 @@ contains
          end if
          deallocate (load%fraction, load%host, load%offset, load%half)
       end if
-      allocate (length(size(chosen)))
-      length = 2*norm2(edges%half(:, chosen), dim=1)
-      load%force = load%pressure*m%springs%thickness*sum(length)*load%into
-      allocate (load%fraction, source=length/max(sum(length), tiny(1.0_dp)))
-      allocate (load%host, source=edges%host(chosen))
-      allocate (load%offset, source=edges%offset(:, chosen))
-      allocate (load%half, source=edges%half(:, chosen))
+      n = size(chosen)
+      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
+      load%host = edges%host(chosen)
+      load%offset = edges%offset(:, chosen)
+      load%half = edges%half(:, chosen)
+      load%fraction = norm2(load%half, dim=1)
+      length = 2*sum(load%fraction)
+      if (length > 0) load%fraction = 2*load%fraction/length
+      load%force = load%pressure*m%springs%thickness*length*load%into
       call note_hosts(load, m%particles)
       m%mapped = .false.                         ! which cells have operators depends on the hosts
    end subroutine take_edges
@@ -163,11 +165,13 @@ contains
       real(dp), intent(in) :: points(:, :)       !! of the line [m]
       integer, intent(in) :: i, j                !! the particle that is pressed, the other
       type(edges_t), intent(inout) :: edges
-      real(dp), dimension(ndim) :: size_i, size_j, from, to, apart
+      real(dp), dimension(ndim) :: size_i, size_j, x_i, x_j, from, to, apart
       integer :: d, o
       size_i = spacing_of(p, i)
       size_j = spacing_of(p, j)
-      apart = p%reference(j, :) - p%reference(i, :)
+      x_i = p%reference(i, :)
+      x_j = p%reference(j, :)
+      apart = x_j - x_i
       if (any(abs(apart) > (1 + touching)*(size_i + size_j)/2)) return
       do d = 1, ndim
          if (abs(abs(apart(d)) - (size_i(d) + size_j(d))/2) > touching*min(size_i(d), size_j(d))) cycle
@@ -175,7 +179,7 @@ contains
          from = max(-size_i/2, apart - size_j/2)
          to = min(size_i/2, apart + size_j/2)
          if (to(o) - from(o) <= touching*min(size_i(o), size_j(o))) cycle
-         if (.not. divides(points, p%reference(i, :), p%reference(j, :), cut%slack)) return
+         if (.not. divides(points, x_i, x_j, cut%slack)) return
          if (edges%n == size(edges%host)) call make_room(edges, 2*edges%n)
          edges%n = edges%n + 1
          edges%host(edges%n) = i
