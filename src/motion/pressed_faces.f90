@@ -112,14 +112,15 @@ contains
       integer, allocatable, intent(out) :: near(:)
       real(dp), intent(out) :: width
       logical :: is_near(p%n)
-      real(dp) :: edge
+      real(dp) :: edge, x(ndim)
       integer :: i, k
       width = 0
       do i = 1, p%n
          is_near(i) = .false.
          edge = maxval(spacing_of(p, i))
+         x = p%reference(i, :)
          do k = 2, size(points, 2)
-            is_near(i) = distance_to(p%reference(i, :), points(:, k - 1), points(:, k)) < 3*edge
+            is_near(i) = distance_to(x, points(:, k - 1), points(:, k)) < 3*edge
             if (is_near(i)) exit
          end do
          if (is_near(i)) width = max(width, edge)
