@@ -224,7 +224,8 @@ contains
                      if (.not. overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) cycle
                      if (are_alike(scene, i, body_at(scene, tip))) cycle
                      call settings%complain(mistakes, entry, 'radii', 'there must be one material within them around the tip '// &
-                                            point_text(tip)//'; body '//to_text(i)//' is of another one')
+                                            point_text(tip)//'; body '//to_text(i)//' is of another one, or has '// &
+                                            'another eigenstrain')
                      return
                   end associate
                end do
