@@ -21,20 +21,24 @@ def run(hampm, tmp_path, text, *options):
 
 
 def bodies(text, cells, lower, cell, *, plane="stress", time="time = 'static'", end=1.0, young=E, poisson=POISSON, estimators="",
-           rows=1):
+           rows=1, audited=True):
     return f"""\
 &run thickness = {B} plane = '{plane}' end_time = {end} /
 &grid lower = {lower} cell = {cell} cells = {cells} /
 {MATERIAL.format(young=young, poisson=poisson)}
 &method frame = 'total' {time} /
-&energy_release estimators = 'energy_balance' {estimators} /
+{f"&energy_release estimators = 'energy_balance' {estimators} /" if audited else ""}
 &output file = 'case.h5' history_interval = {end / rows} snapshot_interval = {end} /
 {text}
 """
 
 
 def particles(tmp_path):
-    return read_steps(tmp_path / "case.h5")[1][-1][0]
+    """Particles of the last snapshot: places X in the reference configuration, displacements, and the data."""
+    grid = read_steps(tmp_path / "case.h5")[1][-1][0]
+    data = grid.GetPointData()
+    u = field(data, "displacement")[:, :2]
+    return points(grid)[:, :2] - u, u, data
 
 
 # Weight
@@ -61,9 +65,8 @@ def test_a_column_under_its_weight(hampm, tmp_path):
         errors.append(values["strain_energy"] / ((2000 * G)**2 * LENGTH**3 * WIDTH * B / (6 * YOUNG)) - 1)
         assert values["reaction_foot_y"] == pytest.approx(2000 * G * LENGTH * WIDTH * B, rel=1e-9)
         assert values["external_work"] == pytest.approx(values["strain_energy"], rel=1e-9)
-        data = particles(tmp_path)
-        y = points(data)[:, 1] - field(data, "displacement")[:, 1]
-        middle = (np.floor(y / cell) + 0.5) * cell                      # the strain of a cell is constant, and right in its middle
+        x, _, data = particles(tmp_path)
+        middle = (np.floor(x[:, 1] / cell) + 0.5) * cell                      # the strain of a cell is constant, and right in its middle
         assert field(data, "stress_yy") == pytest.approx(-2000 * G * (LENGTH - middle), rel=1e-9)
     assert abs(errors[1]) < 1e-3
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.01)
@@ -72,10 +75,10 @@ def test_a_column_under_its_weight(hampm, tmp_path):
 @pytest.mark.parametrize("time", ["", "mass = 'full'", "time_steps = 'local'", "time = 'implicit' time_step = 2e-5", "scheme = 'usavg'"])
 def test_the_audit_closes_with_weight(hampm, tmp_path, time):
     end = 2e-3
-    values = run(hampm, tmp_path, column(2e-3, time=time, end=end, rise=end).replace(
-        "'energy_balance'", "" if "local" in time else "'energy_balance'").replace("estimators =  /", "/"))
+    audited = not ("local" in time or "implicit" in time)
+    values = run(hampm, tmp_path, column(2e-3, time=time, end=end, rise=end, audited=audited))
     gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
-    assert gone == pytest.approx(values["external_work"], rel=0.02 if "local" in time else 1e-9)
+    assert gone == pytest.approx(values["external_work"], rel=1e-9 if audited else 0.02)
 
 
 def test_gravity_of_free_bodies_makes_them_fall(hampm, tmp_path):
@@ -83,7 +86,8 @@ def test_gravity_of_free_bodies_makes_them_fall(hampm, tmp_path):
         "history = 'ramp' rise_time = 1.0", "").replace("lower = 0, 0 upper = 0.008, 0.04 /", "lower = 0, 0.001 upper = 0.008, 0.038 /")
     values = run(hampm, tmp_path, text)
     assert values["kinetic_energy"] == pytest.approx(2000 * WIDTH * 0.037 * B * (G * 1e-3)**2 / 2, rel=1e-6)
-    assert values["external_work"] == pytest.approx(values["kinetic_energy"], rel=1e-6)
+    half_a_step = values["numerical_loss"]     # between the velocities at the ends of a step (docs/theory.md)
+    assert values["external_work"] == pytest.approx(values["kinetic_energy"] + half_a_step, rel=1e-6)
 
 
 def hanging(a, cell):
@@ -116,9 +120,7 @@ def test_a_free_body_takes_its_eigenstrain(hampm, tmp_path, plane, eigenstrain, 
     """Without stress; in plane strain nu eps_zz comes to the strain in the plane, and the energy of sigma_zz = -E eps_zz stays."""
     values = run(hampm, tmp_path, bodies(f"&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = {eigenstrain} /\n{extra}",
                                          "26, 12", "-0.004, -0.004", 2e-3, plane=plane))
-    data = particles(tmp_path)
-    u = field(data, "displacement")[:, :2]
-    x = points(data)[:, :2] - u
+    x, u, data = particles(tmp_path)
     found, *_ = np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), u, rcond=None)
     assert [found[0, 0], found[1, 1], (found[0, 1] + found[1, 0]) / 2] == pytest.approx(strain, abs=1e-14)
     for name in ("stress_xx", "stress_yy", "stress_xy"):
@@ -137,7 +139,7 @@ CLAMPED = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain =
 def test_a_bar_between_walls(hampm, tmp_path):
     values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3))
     assert values["reaction_left_x"] == pytest.approx(E * 1e-3 * 0.012 * B, rel=1e-12)
-    assert field(particles(tmp_path), "stress_xx") == pytest.approx(-E * 1e-3, rel=1e-12)
+    assert field(particles(tmp_path)[2], "stress_xx") == pytest.approx(-E * 1e-3, rel=1e-12)
 
 
 @pytest.mark.parametrize("time", ["", "mass = 'full' scheme = 'usf'", "mass = 'blend'", "time = 'implicit' time_step = 2e-7",
@@ -145,20 +147,19 @@ def test_a_bar_between_walls(hampm, tmp_path):
 def test_the_audit_closes_with_eigenstrain(hampm, tmp_path, time):
     """Suddenly there: the energy that it stores at first moves the bar, which swings around -E eps with the energy of no stress."""
     end = 2e-5
-    values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3, time=time, end=end))
+    audited = "implicit" not in time
+    values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3, time=time, end=end, audited=audited))
     first = E / (1 - POISSON) * 1e-6 * 0.04 * 0.012 * B
-    gone = values["kinetic_energy"] + values["strain_energy"] + values["numerical_loss"]
-    assert values["kinetic_energy"] > 0.05 * first
+    gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
+    assert values["kinetic_energy"] > 0.01 * first
     assert gone == pytest.approx(first, rel=1e-9)
 
 
 def test_a_damped_bar_and_local_time_steps(hampm, tmp_path):
     for time in ("", "time_steps = 'local'", "frame = 'updated'"):
-        text = bodies(CLAMPED + "&damping rate = 3e5 /\n", "26, 12", "-0.004, -0.004", 2e-3, time=time, end=1e-4)
+        text = bodies(CLAMPED + "&damping rate = 3e5 /\n", "26, 12", "-0.004, -0.004", 2e-3, time=time, end=1e-4, audited=False)
         if "updated" in time:
             text = text.replace("frame = 'total' ", "")
-        if "local" in time:
-            text = text.replace("estimators = 'energy_balance'", "")
         values = run(hampm, tmp_path, text)
         assert values["reaction_left_x"] == pytest.approx(E * 1e-3 * 0.012 * B, rel=5e-3), time
 
@@ -170,9 +171,7 @@ def test_a_strip_of_two_metals_bends(hampm, tmp_path):
 &body material = 'a' lower = 0, 0 upper = {length}, {h / 2} eigenstrain = {mismatch}, {mismatch}, 0 /
 &body material = 'a' lower = 0, {h / 2} upper = {length}, {h} /
 """, "84, 12", "-0.002, -0.002", 1e-3))
-    data = particles(tmp_path)
-    u = field(data, "displacement")[:, :2]
-    x = points(data)[:, :2] - u
+    x, u, _ = particles(tmp_path)
     middle = np.abs(x[:, 0] - length / 2) < length / 4
     row = middle & (np.abs(x[:, 1] - np.min(x[x[:, 1] > h / 2, 1])) < 1e-9)
     curvature = 2 * np.polyfit(x[row, 0], u[row, 1], 2)[0]
