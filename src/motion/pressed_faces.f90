@@ -57,21 +57,21 @@ contains
       integer, allocatable :: chosen(:)
       integer :: i, n
       chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
-      if (allocated(load%host)) then
-         if (size(load%host) == size(chosen)) then
+      n = size(chosen)
+      length = 2*sum(norm2(edges%half(:, chosen), dim=1))
+      load%force = load%pressure*m%springs%thickness*length*load%into
+      if (allocated(load%host)) then             ! as they are in a checkpoint, or on a mesh that has not changed here
+         if (size(load%host) == n) then
             if (all(load%host == edges%host(chosen)) .and. .not. any(abs(load%offset - edges%offset(:, chosen)) > 0)) return
          end if
          deallocate (load%fraction, load%host, load%offset, load%half)
       end if
-      n = size(chosen)
       allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
       load%host = edges%host(chosen)
       load%offset = edges%offset(:, chosen)
       load%half = edges%half(:, chosen)
       load%fraction = norm2(load%half, dim=1)
-      length = 2*sum(load%fraction)
       if (length > 0) load%fraction = 2*load%fraction/length
-      load%force = load%pressure*m%springs%thickness*length*load%into
       call note_hosts(load, m%particles)
       m%mapped = .false.                         ! which cells have operators depends on the hosts
    end subroutine take_edges

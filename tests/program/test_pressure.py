@@ -149,10 +149,10 @@ def test_a_damped_motion_comes_to_rest_where_statics_does(hampm, tmp_path):
     moved = last(run(hampm, tmp_path, scene(path(30), on_faces(end=1e-4), cell=2e-3, time="", end=6e-4,
                                             extra="&damping rate = 6e4 /")))
     for name in ("K_I", "K_I_tip2", "G"):
-        assert moved[name] == pytest.approx(rest[name], rel=3e-3), name    # explicit steps have weaker bonds at the tips
+        assert moved[name] == pytest.approx(rest[name], rel=0.015 if name[0] == "K" else 0.03), name  # bonds are weaker in explicit steps
 
 
-@pytest.mark.parametrize("time", ["", "time = 'static'"])
+@pytest.mark.parametrize("time", ["", "time = 'static' load_steps = 8"])
 def test_resumed_runs_have_the_same_bytes(hampm, tmp_path, time):
     end = 2e-5 if time == "" else 1.0
     text = scene(path(30), on_faces(end=end), time=time, end=end, rows=8, cell=2e-3,
@@ -171,8 +171,8 @@ def test_resumed_runs_have_the_same_bytes(hampm, tmp_path, time):
 def test_a_pressed_crack_grows(hampm, tmp_path):
     """The pressure follows new faces: after growth K is that of a crack of that length from the start; K sqrt(pi a) p = K_c, so that
     the pressure falls with 1/sqrt(a)."""
-    grown = run(hampm, tmp_path, scene(path(0), on_faces(), rows=4, extra="&growth law = 'quasi_static' toughness = 100 "
-                                       "increment = 2e-3 max_length = 0.028 /"))
+    grown = run(hampm, tmp_path, scene(path(0), on_faces(), time="time = 'static' load_steps = 2",
+                                       extra="&growth law = 'quasi_static' toughness = 100 increment = 2e-3 /"))
     last_grown = last(grown)
     long = A + 4e-3
     fresh = last(run(hampm, tmp_path, scene(
@@ -200,7 +200,7 @@ PLAIN = scene(path(30), on_faces())
     (scene(path(0, -0.02, key="name = 'a'") + path(0, 0.02, key="name = 'b'"), on_faces()), "must be the name of one of the cracks"),
     (PLAIN.replace("frame = 'total'", "frame = 'updated'").replace("time = 'static'", ""), "frame = 'total' only"),
     (PLAIN.replace("young", "law = 'neo_hookean' young"), "law = 'linear_elastic' only"),
-    (PLAIN.replace("on = 'crack'", "on = 'crack' lower = 0, 0"), "lower = 0.0, 0.0: does not go with kind = 'pressure' and on"),
+    (PLAIN.replace("on = 'crack'", "on = 'crack' lower = 0, 0"), "lower = 0, 0: does not go with kind = 'pressure' and on"),
     (PLAIN.replace("on = 'crack'", "on = 'edge'"), "must have 2 values with kind = 'pressure'"),
     (PLAIN.replace("pressure = 1000000.0", "pressure = 0"), "must not be 0"),
     (PLAIN.replace("kind = 'pressure'", "kind = 'gravity'"), "acceleration = 0.0, 0.0 .default.: must not be 0"),
