@@ -14,15 +14,17 @@ module hampm_assembly
    use hampm_grid, only: build_grid
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
-   use hampm_loads, only: load_on_points, load_on_particles
+   use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
+   use hampm_loads, only: load_t, load_on_points, load_on_particles
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius
    use hampm_placement, only: tolerance
+   use hampm_pressed_faces, only: press_faces
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
-   use hampm_scene_materials, only: materials_of
+   use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
@@ -138,7 +140,7 @@ contains
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
             body = body_at(scene, tip%place)
-            if (body > 0) tip%material = scene%bodies(body)%material_index
+            if (body > 0) tip%material = material_of_body(scene, body)
             if (.not. scene%energy_release%domain_integral) cycle
             if (scene%crack%present) then
                tip%radii = domain_radii(scene, largest_radius(scene, tip%place))
@@ -252,7 +254,7 @@ contains
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
             call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
-                                scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
+                                scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
             if (abs(b%spin) > 0) call add_spin(m%particles, first, first + product(points(:, k)) - 1, b%spin)
          end associate
          first = first + product(points(:, k))
@@ -260,42 +262,121 @@ contains
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
    end subroutine place_particles
 
-   !> Attach the loads to the particles.
+   !> Attach the loads to the particles. A pressure on a crack is several: one for each face along a grid line, or for each direction in which
+   !> edges of particles look.
    subroutine place_loads(scene, m, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      integer :: k
-      allocate (m%loads(size(scene%loads)))
-      do k = 1, size(m%loads)
-         associate (spec => scene%loads(k), load => m%loads(k))
-            load%force = spec%force
-            load%history = spec%history
-            if (spec%kind == 'body') then
-               call load_on_particles(m%particles, spec%lower, spec%upper, load)
-            else
-               associate (points => load_points(spec, scene))
-                  call load_on_points(m%particles, m%grid, m%blocks, points, (spec%upper - spec%lower)/(2*size(points, 2)), load, &
-                                      face_normal(scene, spec))
-               end associate
-            end if
-            if (size(load%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
+      type(load_t), allocatable :: loads(:)
+      integer :: k, n, i
+      allocate (loads(sum([(parts_of(scene, scene%loads(k)), k=1, size(scene%loads))])))
+      n = 0
+      do k = 1, size(scene%loads)
+         associate (parts => loads(n + 1:n + parts_of(scene, scene%loads(k))))
+            do i = 1, size(parts)
+               parts(i)%history = scene%loads(k)%history
+            end do
+            call place_load(scene, scene%loads(k), m, parts)
+            n = n + size(parts)
+            if (.not. allocated(parts(1)%host)) cycle ! found below
+            if (size(parts(1)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
                                            '): there is no particle within its box; give it a box that holds material')
          end associate
       end do
+      call move_alloc(loads, m%loads)
+      call press_faces(m)
    end subroutine place_loads
 
-   !> The places at which a point load or a traction acts: the point, or the centres of equal parts of the edge, as many as
-   !> the densest body has particles along it.
-   pure function load_points(spec, scene) result(x)
-      type(load_spec_t), intent(in) :: spec
+   !> How many loads of the motion a load of the scene is.
+   pure integer function parts_of(scene, spec)
       type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: spec
+      parts_of = 1
+      if (.not. is_on_faces(spec)) return
+      parts_of = 2*ndim
+      if (scene%crack%present) parts_of = size(into_faces(scene), 2)
+   end function parts_of
+
+   !> Attach a load to the particles.
+   subroutine place_load(scene, spec, m, parts)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: spec
+      type(motion_t), intent(in) :: m
+      type(load_t), intent(inout) :: parts(:)
+      real(dp), parameter :: everywhere(ndim) = huge(1.0_dp)
+      real(dp) :: normal(ndim)
+      integer :: sides
+      associate (load => parts(1))
+         load%force = spec%force
+         select case (spec%kind)
+         case ('body')
+            call load_on_particles(m%particles, spec%lower, spec%upper, load)
+         case ('gravity')
+            call load_on_particles(m%particles, -everywhere, everywhere, load)
+            load%force = sum(m%particles%mass(load%host))*spec%acceleration
+         case ('pressure')
+            if (is_on_faces(spec)) then
+               call place_on_faces(scene, spec, m, parts)
+            else
+               call find_edge_normal(scene, spec, normal, sides)
+               call press_segment(scene, m, spec%lower, spec%upper, -normal, spec%pressure, load)
+            end if
+         case default
+            call load_on_segment(scene, m, spec%lower, spec%upper, face_normal(scene, spec), load)
+         end select
+      end associate
+   end subroutine place_load
+
+   !> Let a pressure act on all faces of a crack.
+   subroutine place_on_faces(scene, spec, m, parts)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: spec
+      type(motion_t), intent(in) :: m
+      type(load_t), intent(inout) :: parts(:)
+      real(dp), allocatable :: normals(:, :)
+      integer :: k
+      if (.not. scene%crack%present) then
+         do k = 1, size(parts)
+            parts(k)%line = pressed_path(scene, spec)
+            parts(k)%pressure = spec%pressure
+            parts(k)%into(1 + (k - 1)/2) = 3 - 2*(1 + mod(k - 1, 2))
+         end do
+         return
+      end if
+      normals = into_faces(scene)
+      do k = 1, size(parts)
+         call press_segment(scene, m, face_start(scene), scene%crack%tip, normals(:, k), spec%pressure, parts(k))
+      end do
+   end subroutine place_on_faces
+
+   !> A pressure on a straight part of a surface: its resultant from its length, the unit vector into the material and the thickness.
+   subroutine press_segment(scene, m, from, to, into, pressure, load)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
+      real(dp), intent(in) :: into(ndim)
+      real(dp), intent(in) :: pressure           !! [Pa]
+      type(load_t), intent(inout) :: load
+      load%force = pressure*norm2(to - from)*scene%run%thickness*into
+      call load_on_segment(scene, m, from, to, into, load)
+   end subroutine press_segment
+
+   !> Attach a point load or a traction: at the point, or at the centres of equal parts of the segment, as many as the densest body has
+   !> particles along it.
+   subroutine load_on_segment(scene, m, from, to, toward, load)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
+      real(dp), intent(in) :: toward(ndim)       !! unit vector into the material at the face of a crack; 0 elsewhere
+      type(load_t), intent(inout) :: load
       real(dp), allocatable :: x(:, :)
       integer :: n, k
-      n = maxval(points_along(spec%lower, spec%upper, scene%grid%cell, maxval(scene%bodies%points_per_cell)))
+      n = maxval(points_along(min(from, to), max(from, to), scene%grid%cell, maxval(scene%bodies%points_per_cell)))
       allocate (x(ndim, n))
       do k = 1, n
-         x(:, k) = spec%lower + (k - 0.5_dp)/n*(spec%upper - spec%lower)
+         x(:, k) = from + (k - 0.5_dp)/n*(to - from)
       end do
-   end function load_points
+      call load_on_points(m%particles, m%grid, m%blocks, x, (to - from)/(2*n), load, toward)
+   end subroutine load_on_segment
 end module hampm_assembly

@@ -326,6 +326,8 @@ contains
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
+      ! A pressure on such faces is a load for each direction along the axes
+      domain%pressure = sum(factors*motion%loads%pressure, mask=motion%loads%line == tip%crack)/(2*ndim)
       call domain_integrals(domain, motion, factors, p, state, values%j, k)
       field = new_tip_field(domain%material, domain%direction)
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then

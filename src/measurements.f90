@@ -82,11 +82,14 @@ contains
       end select
    end subroutine new_measurements
 
-   !> Take the kinetic energy as that at the start of the run.
+   !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what
+   !> the loads had not put there.
    subroutine note_initial_energy(motion, m)
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(inout) :: m
       m%initial_energy = kinetic_energy(motion)
+      if (any(motion%materials%has_eigenstrain)) &
+         m%initial_energy = m%initial_energy + stored_energy(motion) - motion%external_work
    end subroutine note_initial_energy
 
    !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of

@@ -23,6 +23,7 @@ module hampm_simulation
    use hampm_measurements, only: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, &
                                  measure, take_row, declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
+   use hampm_pressed_faces, only: press_faces
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
    use hampm_rest, only: find_distance_from_rest
@@ -182,12 +183,13 @@ contains
          'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
    end subroutine look_for_interruption
 
-   !> Make time step, nodes around crack tips and extrapolations fit a new mesh.
+   !> Make time step, nodes around crack tips, pressures on their faces and extrapolations fit a new mesh.
    subroutine rebuild_on_mesh(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call limit_time_step(s)
       call s%cracks%find_nodes(s%motion%grid, failure)
+      call press_faces(s%motion)
       if (.not. failure%failed()) call rebuild_extrapolation(s%motion, s%measurements, failure)
    end subroutine rebuild_on_mesh
 

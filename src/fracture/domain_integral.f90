@@ -41,6 +41,7 @@ module hampm_domain_integral
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
+      real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, in small strain [Pa]
    contains
       procedure :: in_axes
       procedure :: from_tip
@@ -112,7 +113,7 @@ contains
          if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
          call add_faces_on_springs(domain, motion%springs, p%total_frame, q, j, k)
          do n = 1, size(motion%loads)
-            if (motion%loads(n)%by_mass) cycle
+            if (motion%loads(n)%by_mass .or. motion%loads(n)%line > 0) cycle
             call add_loaded_faces(domain, p, blocks, motion%loads(n), factors(n), q, c, j, k)
          end do
       end associate
@@ -266,9 +267,21 @@ contains
          s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i)), axes))
          s%energy = material%energy_density(h, p%history_of(i)) + material%plastic_dissipation(h, p%history_of(i)) &
                     + material%viscous_dissipation(h, p%history_of(i))
+         if (abs(domain%pressure) > 0) call take_off_pressure(domain%pressure, material, h, s)
          s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape))
       end associate
    end subroutine take_sample
+
+   !> Let a particle be as in a body whose faces carry no pressure: by superposition with a uniform tension of that size, of which u,1 is
+   !> constant and so does not matter.
+   pure subroutine take_off_pressure(pressure, material, h, s)
+      real(dp), intent(in) :: pressure           !! [Pa]
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      type(sample_t), intent(inout) :: s
+      s%stress = s%stress + pressure*identity
+      s%energy = material%energy_density(h + pressure/(2*(material%lambda + material%mu))*identity)
+   end subroutine take_off_pressure
 
    !> Add what a particle contributes to B J of each disc.
    pure subroutine add_to_j(s, q, dq, j)

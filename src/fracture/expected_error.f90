@@ -96,7 +96,7 @@ contains
    end function error_by_lengths
 
    !> Find the first of some tips, of one crack, at rest. `known` is false where the crack has less than two nodes behind the tip,
-   !> where the loads do not open it, and where there are too many unknowns.
+   !> where the loads do not open it, where eigenstrains load it, and where there are too many unknowns.
    subroutine find_crack_at_rest(m, tips, thickness, crack)
       type(motion_t), intent(inout) :: m
       type(crack_tip_t), intent(in) :: tips(:)
@@ -108,6 +108,7 @@ contains
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
+      if (any(m%materials%has_eigenstrain)) return
       call come_to_rest(m, rest, crack%u, crack%scale, done)
       if (.not. done) call rest%release()
       if (.not. done) return

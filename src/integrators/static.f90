@@ -13,6 +13,7 @@ module hampm_static
    !> How equilibrium is found.
    type, extends(integrator_t) :: static_t
       type(equilibrium_t) :: equilibrium
+      real(dp) :: at_first = 0                   !! energy of eigenstrains in the first equilibrium that is not work of loads [J]
    contains
       procedure :: choose_steps
       procedure :: advance
@@ -47,7 +48,7 @@ contains
       self%distance_from_rest = self%equilibrium%distance(m)
       if (failure%failed()) return
       call book_step(m, dt)
-      call book_loss(m)
+      call book_loss(self, m)
    end subroutine advance
 
    !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
@@ -61,8 +62,9 @@ contains
          call self%equilibrium%find_again(m, failure)
       else
          call self%equilibrium%find(m, m%time, failure)
+         if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%external_work
       end if
-      call book_loss(m)
+      call book_loss(self, m)
       self%distance_from_rest = self%equilibrium%distance(m)
    end subroutine settle
 
@@ -74,15 +76,16 @@ contains
       type(failure_t), intent(inout) :: failure
       call self%equilibrium%find(m, m%time, failure, factor)
       self%distance_from_rest = self%equilibrium%distance(m)
-      call book_loss(m)
+      call book_loss(self, m)
    end subroutine rescale
 
    !> Book for the audit what the loads have done and the material has not stored: with other laws than the linear one what the mean force
    !> of a load step does not tell, and what finer cells give way.
-   subroutine book_loss(m)
+   subroutine book_loss(self, m)
+      class(static_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
-      if (m%audit) m%numerical_loss = m%external_work - stored_energy(m) - dissipated_energy(m) - m%springs%loss &
-                                      - m%fracture_energy
+      if (m%audit) m%numerical_loss = m%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
+                                      - m%springs%loss - m%fracture_energy
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.
@@ -91,6 +94,7 @@ contains
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call archive%keep('have_begun', self%equilibrium%begun)
+      if (any(m%materials%has_eigenstrain)) call archive%keep('at_first', self%at_first)
    end subroutine keep
 
    !> Give back the memory of the last solution.

@@ -216,7 +216,7 @@ contains
          if (.not. is_linear) shares_pressure = any(materials%mean_dilatation)
          if (.not. is_linear) return
          associate (m => materials(blocks%material(b)))
-            is_linear = m%linear
+            is_linear = m%linear .and. .not. m%has_eigenstrain
             shares_pressure = m%mean_dilatation
             is_isotropic = m%isotropic
             lambda = m%lambda

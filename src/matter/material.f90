@@ -47,7 +47,12 @@ module hampm_material
       real(dp) :: in_its_axes(n_voigt, n_voigt) = 0 !! the compliance in the axes of the material [1/Pa]
       real(dp) :: angle = 0                      !! of its axis 1 from x [degrees]
       real(dp), private :: fastest = 0           !! rho c**2 of the fastest waves [Pa]
+      ! Strain without stress, of the linear law only: `give_eigenstrain`
+      logical :: has_eigenstrain = .false.
+      real(dp), private :: free(ndim, ndim) = 0  !! strain in the plane at which there is no stress in it [-]
+      real(dp), private :: out_of_plane = 0      !! energy density there, of the stress normal to it [J/m3]
    contains
+      procedure :: give_eigenstrain
       procedure :: law_name
       procedure :: has_history
       procedure :: is_finite
@@ -110,6 +115,22 @@ contains
          m%columns = prony_columns(m%prony)
       end if
    end function new_material
+
+   !> Give the linear law a strain eps0 at which there is no stress: stress = C : (eps - eps0), energy density (eps - eps0) : C : (eps - eps0)/2.
+   !> In plane strain what is kept from the strain normal to the plane, by a stress of -E eps0_zz where there is none in the plane, adds
+   !> nu eps0_zz to the strain in the plane.
+   pure subroutine give_eigenstrain(self, eigenstrain)
+      class(material_t), intent(inout) :: self
+      real(dp), intent(in) :: eigenstrain(4)     !! components xx, yy, xy and zz of the tensor [-]
+      associate (e => eigenstrain)
+         self%has_eigenstrain = any(abs(e) > 0)
+         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
+         if (self%plane_stress) return
+         self%free(1, 1) = self%free(1, 1) + self%poisson*e(4)
+         self%free(2, 2) = self%free(2, 2) + self%poisson*e(4)
+         self%out_of_plane = self%young*e(4)**2/2
+      end associate
+   end subroutine give_eigenstrain
 
    !> An orthotropic material, whose constants make it positive definite.
    pure function new_orthotropic(name, plane_stress, constants, density) result(m)
@@ -263,7 +284,7 @@ contains
       stress = 0
       select case (self%law)
        case (linear_elastic)
-         stress = linear_stress(self%lambda, self%mu, h)
+         stress = linear_stress(self%lambda, self%mu, h - self%free)
        case (orthotropic)
          stress = voigt_stress(self%stiffness, h)
        case (neo_hookean)
@@ -282,7 +303,7 @@ contains
       stress = 0
       select case (self%law)
        case (linear_elastic)
-         stress = linear_stress(self%lambda, self%mu, h)
+         stress = linear_stress(self%lambda, self%mu, h - self%free)
        case (orthotropic)
          stress = voigt_stress(self%stiffness, h)
        case (neo_hookean)
@@ -334,7 +355,7 @@ contains
       energy_density = 0
       select case (self%law)
        case (linear_elastic)
-         energy_density = linear_energy_density(self%lambda, self%mu, h)
+         energy_density = linear_energy_density(self%lambda, self%mu, h - self%free) + self%out_of_plane
        case (orthotropic)
          energy_density = voigt_energy_density(self%stiffness, h)
        case (neo_hookean)

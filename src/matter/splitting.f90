@@ -38,7 +38,8 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp) :: spacing(ndim)
-      spacing = scale(p%spacing(:, p%body(i)), -p%level(i))
+      spacing = p%spacing(:, p%body(i))
+      if (allocated(p%level)) spacing = scale(spacing, -p%level(i))
    end function spacing_of
 
    !> Where child `c` of particle `i` stands from it in the reference configuration: dX [m].

@@ -16,7 +16,7 @@ module hampm_loads
    implicit none
    private
    public :: load_t, load_on_points, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
-             book_work_late, force_at_node, factors_at, largest_factors, all_settle, settling_time, keep_loads
+             book_work_late, force_at_node, factors_at, largest_factors, all_settle, settling_time, note_hosts, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -28,6 +28,10 @@ module hampm_loads
       logical :: by_mass = .false.               !! whether it acts on all material of its hosts, else at the points
       real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
                                                  !! (ndim, points)
+      ! Of a pressure on the faces of a crack that cuts cells: `hampm_pressed_faces` finds its points
+      integer :: line = 0                        !! number of the crack, 0 for other loads
+      real(dp) :: pressure = 0                   !! [Pa]
+      real(dp) :: into(ndim) = 0                 !! unit vector into the material on which it presses
       ! Where its points were in the grid when `place_loads` looked last
       integer, allocatable :: node(:, :)         !! nodes of the cell of each point, (corners, points)
       real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], (corners, points)
@@ -74,6 +78,13 @@ contains
       load%by_mass = .true.
       allocate (load%offset(ndim, size(load%host)), load%half(ndim, size(load%host)), source=0.0_dp)
    end subroutine load_on_particles
+
+   !> Note how the hosts move, after points of a load have been found anew.
+   subroutine note_hosts(load, p)
+      type(load_t), intent(inout) :: load
+      type(particles_t), intent(in) :: p
+      if (load%begun) load%host_velocity = velocity_of_hosts(load, p)
+   end subroutine note_hosts
 
    !> After a sort of the particles: follow the hosts to their new places.
    subroutine follow_sort(loads, new_place)

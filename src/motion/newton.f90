@@ -20,6 +20,7 @@ module hampm_newton
    use hampm_rigid_motions, only: pin_t, check_pins
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_supports, only: follow_supports
+   use hampm_tensors, only: identity
    use hampm_text, only: to_text, three_digits
    implicit none
    private
@@ -157,9 +158,14 @@ contains
    pure real(dp) function largest_force(m, r)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance [N]
+      integer :: k
       largest_force = max(maxval(abs(r)), tiny(1.0_dp))
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
+      do k = 1, size(m%materials)                ! a body that is free to take its eigenstrain has no forces at rest
+         if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, m%springs%thickness*m%grid%forest%cell/2 &
+                                                                 *maxval(abs(m%materials(k)%conjugate_stress(0*identity))))
+      end do
    end function largest_force
 
    !> By how much nodes are to move whatever the forces: held ones with their constraints, and the lower ones of pairs that touch,

@@ -25,7 +25,9 @@ module hampm_body_group
       key_t('body', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
             any_number, 'initial velocity of its middle'), &
       key_t('body', 'spin', type_real, 1, 1, may, '0.0', '', 'rad/s', &
-            any_number, 'initial angular velocity around its middle, anticlockwise')]
+            any_number, 'initial angular velocity around its middle, anticlockwise'), &
+      key_t('body', 'eigenstrain', type_real, 3, 4, may, '0.0, 0.0, 0.0', '', '', &
+            '[-0.05, 0.05]', 'strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz')]
 
    !> &body: a piece of material.
    type :: body_t
@@ -37,6 +39,7 @@ module hampm_body_group
       integer :: points_per_cell = 0             !! material points per cell and direction
       real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
       real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
+      real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
    end type body_t
 
 contains
@@ -64,5 +67,8 @@ contains
       body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
       body%velocity = settings%vector(entry, 'velocity')
       body%spin = settings%number(entry, 'spin')
+      associate (numbers => settings%numbers(entry, 'eigenstrain'))
+         body%eigenstrain(:size(numbers)) = numbers
+      end associate
    end subroutine fill_body
 end module hampm_body_group

@@ -2,6 +2,7 @@
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_crack_consistency, only: check_crack, check_energy_release
+   use hampm_eigenstrain_consistency, only: check_eigenstrains
    use hampm_growth_consistency, only: check_growth
    use hampm_implicit_consistency, only: check_implicit
    use hampm_joints, only: gap_between, groups_of_bodies
@@ -44,6 +45,7 @@ contains
       if (has_grid .and. mistakes%count == before) call check_particle_number(scene, settings, mistakes)
       has_bodies = has_grid .and. bodies_good(settings) .and. mistakes%count == before
       if (has_bodies) call check_joints(scene, settings, mistakes)
+      call check_eigenstrains(scene, settings, mistakes)
       call check_refine(scene, settings, has_bodies, mistakes)
       call check_constraints(scene, settings, has_grid, mistakes)
       call check_loads(scene, settings, has_grid, mistakes)

@@ -1,11 +1,13 @@
 !> Whether the crack lies where a crack can be, and whether the energy release rate asked for is defined.
 module hampm_crack_consistency
+   use hampm_load_placement, only: is_on_faces
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered, is_on_crack
    use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_path_radii
    use hampm_placement, only: tolerance, upper_corner, nearest_node, within, overlap, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
+   use hampm_scene_materials, only: are_alike
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -198,7 +200,8 @@ contains
       integer :: i
       any_on = .false.
       do i = 1, size(scene%loads)
-         if (scene%loads(i)%kind == 'traction') &
+         any_on = any_on .or. is_on_faces(scene%loads(i))
+         if (scene%loads(i)%kind == 'traction' .or. scene%loads(i)%kind == 'pressure') &
             any_on = any_on .or. is_on_crack(scene, scene%loads(i)%lower, scene%loads(i)%upper)
       end do
    end function any_on_faces
@@ -237,9 +240,9 @@ contains
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
             if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid)) .and. &
-                body%material /= scene%bodies(body_at(scene, tip))%material) then
+                .not. are_alike(scene, i, body_at(scene, tip))) then
                call settings%complain(mistakes, entry, 'radii', 'there must be one material within them; body '//to_text(i)// &
-                                      ' is of another one than the tip''s')
+                                      ' is of another one than the tip''s, or has another eigenstrain')
                return
             end if
          end associate
@@ -280,6 +283,9 @@ contains
       known = scene%crack%present .and. settings%good(settings%find('crack', 1), 'direction')
       do i = 1, size(scene%loads)
          known = known .and. settings%good(settings%find('load', i), 'force')
+         if (scene%loads(i)%kind == 'pressure' .or. scene%loads(i)%kind == 'gravity') &
+            call settings%complain(mistakes, entry, 'reference', '''dcb'' is that of forces, and not of a &load of kind = '''// &
+                                   trim(scene%loads(i)%kind)//'''')
          opens = opens .or. any(abs(scene%loads(i)%force) > 0 .and. .not. abs(scene%crack%direction) > 0)
       end do
       if (known .and. .not. opens) call settings%complain(mistakes, entry, 'reference', &

@@ -175,8 +175,9 @@ contains
       integer :: i
       distance = huge(distance)
       do i = 1, size(scene%loads)
-         if (scene%loads(i)%kind == 'body') cycle
-         if (scene%loads(i)%kind == 'traction' .and. is_on_crack(scene, scene%loads(i)%lower, scene%loads(i)%upper)) cycle
+         if (scene%loads(i)%kind == 'body' .or. .not. scene%loads(i)%has_place) cycle
+         if ((scene%loads(i)%kind == 'traction' .or. scene%loads(i)%kind == 'pressure') .and. &
+             is_on_crack(scene, scene%loads(i)%lower, scene%loads(i)%upper)) cycle
          distance = min(distance, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
       end do
    end function distance_to_loads

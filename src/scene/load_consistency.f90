@@ -2,8 +2,9 @@
 module hampm_load_consistency
    use hampm_history_values, only: check_history
    use hampm_joints, only: holds_material
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: is_on_crack
+   use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: tolerance, within, overlap, nodes_touched, on_face, point_text
    use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
@@ -116,7 +117,11 @@ contains
       do i = 1, size(scene%loads)
          entry = settings%find('load', i)
          call check_history(scene%loads(i)%history, entry, settings, mistakes)
-         if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. settings%good(entry, 'kind'))) cycle
+         if (.not. settings%good(entry, 'kind')) cycle
+         call check_keys(scene%loads(i), entry, settings, mistakes)
+         if (is_on_faces(scene%loads(i))) call check_pressed(scene, scene%loads(i), entry, settings, mistakes)
+         if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= ndim) .or. &
+             .not. scene%loads(i)%has_place) cycle
          if (any(scene%loads(i)%upper < scene%loads(i)%lower)) then
             call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
          else if (has_geometry) then
@@ -124,6 +129,90 @@ contains
          end if
       end do
    end subroutine check_loads
+
+   !> A load has the keys of its kind, and no others.
+   pure subroutine check_keys(load, entry, settings, mistakes)
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: entry                 !! position of the group
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: is_force
+      is_force = load%kind /= 'pressure' .and. load%kind /= 'gravity'
+      call check_vector(load, entry, settings, 'lower', load%has_place, mistakes)
+      call check_vector(load, entry, settings, 'upper', load%has_place, mistakes)
+      call check_vector(load, entry, settings, 'force', is_force, mistakes)
+      if (abs(load%pressure) > 0 .and. load%kind /= 'pressure') &
+         call settings%complain(mistakes, entry, 'pressure', 'goes with kind = ''pressure'' only')
+      if (any(abs(load%acceleration) > 0) .and. load%kind /= 'gravity') &
+         call settings%complain(mistakes, entry, 'acceleration', 'goes with kind = ''gravity'' only')
+      if (settings%text(entry, 'on') == 'crack' .and. load%kind /= 'pressure') &
+         call settings%complain(mistakes, entry, 'on', '''crack'' goes with kind = ''pressure'' only')
+      if (load%crack /= '' .and. .not. is_on_faces(load)) &
+         call settings%complain(mistakes, entry, 'crack', 'goes with kind = ''pressure'' and on = ''crack'' only')
+      if (load%kind == 'pressure' .and. settings%good(entry, 'pressure') .and. .not. abs(load%pressure) > 0) &
+         call settings%complain(mistakes, entry, 'pressure', 'must not be 0 [Pa] with kind = ''pressure''')
+      if (load%kind == 'gravity' .and. settings%good(entry, 'acceleration') .and. .not. any(abs(load%acceleration) > 0)) &
+         call settings%complain(mistakes, entry, 'acceleration', 'must not be 0 [m/s2] with kind = ''gravity''')
+      if (settings%good(entry, 'face') .and. load%face /= 'none' .and. .not. is_force) &
+         call settings%complain(mistakes, entry, 'face', 'must be ''none'' with kind = '''//trim(load%kind)//'''')
+   end subroutine check_keys
+
+   !> A vector is given where a load needs it, and only there.
+   pure subroutine check_vector(load, entry, settings, key, is_needed, mistakes)
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: entry                 !! position of the group
+      type(settings_t), intent(in) :: settings
+      character(*), intent(in) :: key
+      logical, intent(in) :: is_needed
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: kind
+      integer :: n
+      if (.not. settings%good(entry, key)) return
+      n = size(settings%numbers(entry, key))
+      kind = 'kind = '''//trim(load%kind)//''''
+      if (is_on_faces(load)) kind = kind//' and on = ''crack'''
+      if (is_needed .and. n /= ndim) then
+         call settings%complain(mistakes, entry, key, 'must have 2 values with '//kind)
+      else if (n > 0 .and. .not. is_needed) then
+         call settings%complain(mistakes, entry, key, 'does not go with '//kind)
+      end if
+   end subroutine check_vector
+
+   !> There is a crack whose faces are pressed, in a way that the method can follow.
+   pure subroutine check_pressed(scene, load, entry, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: entry                 !! position of the group
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: intro = '''crack'' with a &crack of kind = ''path'' '
+      integer :: path, i
+      path = pressed_path(scene, load)
+      if (.not. scene%crack%present .and. size(scene%paths) == 0) then
+         call settings%complain(mistakes, entry, 'on', '''crack'' needs a group &crack')
+      else if (scene%crack%present) then
+         if (load%crack /= '') call settings%complain(mistakes, entry, 'crack', 'goes with a &crack of kind = ''path'' only')
+      else if (path == 0 .and. load%crack == '') then
+         call settings%complain(mistakes, entry, 'crack', 'must be the name of one of the cracks, as there are several')
+      else if (path == 0) then
+         call settings%complain(mistakes, entry, 'crack', 'must be the name of a &crack of kind = ''path''')
+      else
+         if (scene%method%frame /= 'total' .and. settings%good(settings%find('method', 1), 'frame')) &
+            call settings%complain(mistakes, entry, 'on', intro//'goes with &method frame = ''total'' only: in the other '// &
+                                   'faces and their cells are found anew as the material moves')
+         do i = 1, size(scene%materials)
+            if (scene%materials(i)%law == 'linear_elastic' .or. .not. settings%good(settings%find('material', i), 'law')) cycle
+            call settings%complain(mistakes, entry, 'on', intro//'goes with materials of law = ''linear_elastic'' only: J '// &
+                                   'and K are those of a superposition')
+            exit
+         end do
+         do i = 1, size(scene%growth)
+            if (scene%growth(i)%path == path .and. .not. scene%growth(i)%is_at_rest()) &
+               call settings%complain(mistakes, entry, 'on', intro//'that grows goes with &growth law = ''quasi_static'' only: '// &
+                                      'in motion bonds hold cells that are cut ahead of the tip, which must not be pressed')
+         end do
+      end if
+   end subroutine check_pressed
 
    !> Whether the corners of all bodies are known.
    pure logical function bodies_good(settings)
@@ -155,7 +244,7 @@ contains
             select case (load%kind)
              case ('point')
                found = found .or. within(load%lower, load%lower, body%lower, body%upper, tol)
-             case ('traction')
+             case ('traction', 'pressure')
                found = found .or. on_face(load%lower, load%upper, body, tol)
              case ('body')
                found = found .or. overlap(load%lower, load%upper, body%lower, body%upper, tol)
@@ -165,7 +254,7 @@ contains
       if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
          call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
-         return
+         if (load%kind == 'pressure') call check_edge(scene, load, entry, settings, mistakes)
       else if (load%kind == 'point') then
          call settings%complain(mistakes, entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then
@@ -173,12 +262,26 @@ contains
                                 ' must contain material of a body')
       else if (count(load%upper - load%lower <= tol) /= 1) then
          call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
-                                ' in exactly one direction: a traction acts on an edge')
+                                ' in exactly one direction: a '//trim(load%kind)//' acts on an edge')
       else
          call settings%complain(mistakes, entry, 'lower', 'the line up to '//point_text(load%upper)// &
-                                ' must lie on one edge of a body: a traction acts on an edge')
+                                ' must lie on one edge of a body: a '//trim(load%kind)//' acts on an edge')
       end if
    end subroutine check_place
+
+   !> The edge on which a pressure acts is one of a body on one side of it, and of no crack.
+   pure subroutine check_edge(scene, load, entry, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: load
+      integer, intent(in) :: entry                 !! position of the group
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp) :: normal(ndim)
+      integer :: sides
+      call find_edge_normal(scene, load, normal, sides)
+      if (sides > 1) call settings%complain(mistakes, entry, 'lower', 'the line up to '//point_text(load%upper)// &
+                                            ' is the edge of bodies on both sides: a pressure acts on a free edge')
+   end subroutine check_edge
 
    !> Look whether a load misses the face of a crack: a face is one of a crack of kind 'line', and what acts on the line of such a
    !> crack needs to say on which.
@@ -192,7 +295,7 @@ contains
       logical :: has_faces, on_crack
       integer :: crack
       misses = .false.
-      if (.not. settings%good(entry, 'face')) return
+      if (.not. settings%good(entry, 'face') .or. load%kind == 'pressure') return
       crack = settings%find('crack', 1)
       has_faces = scene%crack%present
       if (has_faces) has_faces = scene%crack%kind == 'line' .and. settings%good(crack, 'tip') .and. &

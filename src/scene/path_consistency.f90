@@ -7,6 +7,7 @@ module hampm_path_consistency
                                    last_end
    use hampm_placement, only: tolerance, upper_corner, overlap, point_text, length_text
    use hampm_scene, only: scene_t
+   use hampm_scene_materials, only: are_alike
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -221,9 +222,10 @@ contains
                do i = 1, size(scene%bodies)
                   associate (body => scene%bodies(i), reach => maxval(radii))
                      if (.not. overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) cycle
-                     if (body%material == scene%bodies(body_at(scene, tip))%material) cycle
+                     if (are_alike(scene, i, body_at(scene, tip))) cycle
                      call settings%complain(mistakes, entry, 'radii', 'there must be one material within them around the tip '// &
-                                            point_text(tip)//'; body '//to_text(i)//' is of another one')
+                                            point_text(tip)//'; body '//to_text(i)//' is of another one, or has '// &
+                                            'another eigenstrain')
                      return
                   end associate
                end do

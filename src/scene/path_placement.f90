@@ -173,9 +173,9 @@ contains
       real(dp), intent(in) :: tip(ndim)          !! its place [m]
       integer, intent(in) :: k
       integer :: i
-      radius = distance_to_cracks(scene, tip, k)
+      radius = min(distance_to_cracks(scene, tip, k), sum(scene%grid%cells)*scene%grid%cell) ! else there may be no bound
       do i = 1, size(scene%loads)
-         if (scene%loads(i)%kind /= 'body') &
+         if (scene%loads(i)%kind /= 'body' .and. scene%loads(i)%has_place) &
             radius = min(radius, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
       end do
       do i = 1, size(scene%constraints)

@@ -4,19 +4,51 @@ module hampm_scene_materials
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: materials_of, material_of
+   public :: materials_of, material_of, material_of_body, are_alike
 
 contains
 
-   !> All materials of a scene.
+   !> All materials of a scene, and behind them one for each body with an eigenstrain.
    pure function materials_of(scene) result(materials)
       type(scene_t), intent(in) :: scene
-      type(material_t) :: materials(size(scene%materials))
-      integer :: k
-      do k = 1, size(materials)
+      type(material_t), allocatable :: materials(:)
+      integer :: k, n
+      allocate (materials(size(scene%materials) + count([(has_eigenstrain(scene, k), k=1, size(scene%bodies))])))
+      n = size(scene%materials)
+      do k = 1, n
          materials(k) = material_of(scene, k)
       end do
+      do k = 1, size(scene%bodies)
+         if (.not. has_eigenstrain(scene, k)) cycle
+         n = n + 1
+         materials(n) = material_of(scene, scene%bodies(k)%material_index)
+         call materials(n)%give_eigenstrain(scene%bodies(k)%eigenstrain)
+      end do
    end function materials_of
+
+   !> Where the material of a body is among all.
+   pure integer function material_of_body(scene, body) result(material)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: body
+      integer :: k
+      material = scene%bodies(body)%material_index
+      if (has_eigenstrain(scene, body)) material = size(scene%materials) + count([(has_eigenstrain(scene, k), k=1, body)])
+   end function material_of_body
+
+   !> Whether a body has an eigenstrain.
+   pure logical function has_eigenstrain(scene, body)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: body
+      has_eigenstrain = any(abs(scene%bodies(body)%eigenstrain) > 0)
+   end function has_eigenstrain
+
+   !> Whether two bodies are of one material with one eigenstrain.
+   pure logical function are_alike(scene, a, b)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: a, b
+      are_alike = scene%bodies(a)%material == scene%bodies(b)%material .and. &
+                  .not. any(abs(scene%bodies(a)%eigenstrain - scene%bodies(b)%eigenstrain) > 0)
+   end function are_alike
 
    !> One of them.
    pure type(material_t) function material_of(scene, k) result(material)

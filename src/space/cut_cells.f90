@@ -16,7 +16,7 @@ module hampm_cut_cells
    use hampm_forest, only: forest_t, outside, level_width
    implicit none
    private
-   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy
+   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides
 
    integer, parameter :: samples = 16            !! of a leaf in each direction
    integer, parameter :: near = 2                !! samples from a point within which one tells its piece
@@ -58,7 +58,7 @@ module hampm_cut_cells
       integer, allocatable, private :: first_near(:), near(:) !! the segments near each entry, in rows
       integer, allocatable, private :: n_pieces(:) !! of each entry
       integer, allocatable, private :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
-      real(dp), private :: slack = 0             !! distance within which a point is on a line [m]
+      real(dp) :: slack = 0                      !! distance within which a point is on a line [m]
    contains
       procedure :: are_there
       procedure :: pieces_of
@@ -66,6 +66,7 @@ module hampm_cut_cells
       procedure :: follow
       procedure :: find_nearest
       procedure :: divide
+      procedure :: cut_part
       procedure :: side_at
       procedure, private :: certain_piece_at
       procedure, private :: is_near
@@ -451,6 +452,20 @@ contains
          if (divide) return
       end do
    end function divide
+
+   !> A line with its ends where the cut of the cells ends [m].
+   pure function cut_part(self, line) result(points)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: line
+      real(dp), allocatable :: points(:, :)
+      integer :: k
+      points = self%lines(line)%points
+      do k = 1, size(self%ends)
+         associate (end => self%ends(k))
+            if (end%line == line .and. end%leaf > 0) points(:, merge(1, size(points, 2), end%end == 1)) = end%front
+         end associate
+      end do
+   end function cut_part
 
    !> Whether a polyline runs between two points.
    pure logical function divides(points, p, q, slack)

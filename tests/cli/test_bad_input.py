@@ -119,6 +119,13 @@ CONSISTENCY = [
     (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, 0.011"), "lower = 0.0, 0.0\n  upper = 0.0, 0.011", "must lie on one edge of a body"),
     (TRACTION, TRACTION.replace("= 0.0,", "= 0.02,"), "lower = 0.02", "must lie on one edge of a body"),
     (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, -0.01"), "upper = 0.0, -0.01", "must not be below lower"),
+    (TRACTION, TRACTION.replace("traction", "pressure"), "&load", "pressure = 0.0 (default): must not be 0 [Pa] with kind = 'pressure'"),
+    (TRACTION, TRACTION.replace("traction", "gravity"), "&load", "(default): must not be 0 [m/s2] with kind = 'gravity'"),
+    (TRACTION, TRACTION + "  pressure = 1.0\n", "pressure = 1.0", "goes with kind = 'pressure' only"),
+    (TRACTION, TRACTION + "  acceleration = 0.0, 1.0\n", "acceleration =", "goes with kind = 'gravity' only"),
+    (TRACTION, TRACTION + "  on = 'crack'\n", "on =", "'crack' goes with kind = 'pressure' only"),
+    (TRACTION, TRACTION + "  crack = 'a'\n", "crack =", "goes with kind = 'pressure' and on = 'crack' only"),
+    (BODY, BODY + "  eigenstrain = 1e-3, 1e-3, 1e-4\n", "eigenstrain =", "must have no shear, the third value"),
     (TRACTION, TRACTION.replace("traction", "point"), "upper = 0.0, 0.01", "must equal lower = (0.0, 0.0) for a point load"),
     (TRACTION, TRACTION.replace("traction", "body"), "lower = 0.0, 0.0\n  upper = 0.0, 0.01", "must contain material of a body"),
     (

@@ -1,0 +1,211 @@
+!> Pressure on the faces of cracks that cut cells in any direction (`hampm_cut_cells`).
+!>
+!> The particles on both sides of such a crack fill rectangles, whose edges between particles of different sides are stairs along the
+!> crack. The pressure acts on these edges: with the shape functions of the particles' own cells its nodal forces are then just those with which
+!> the particles, under a uniform stress of the same size, would press on their faces. So faces under a pressure p and a body under a remote
+!> tension p have the same K but for rounding, whatever the place and the direction of the crack; with the pressure along the line itself they would
+!> differ by what the cells cannot say of its place. The resultant of each face is that of its line but for a part of a particle.
+!>
+!> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by bonds, which are
+!> pressed as much from both sides.
+!>
+!> The edges are those between particles in the reference configuration: this is for the total frame.
+module hampm_pressed_faces
+   use hampm_kinds, only: dp, ndim
+   use hampm_cut_cells, only: cut_cells_t, divides
+   use hampm_loads, only: load_t, note_hosts
+   use hampm_motion, only: motion_t
+   use hampm_particles, only: particles_t
+   use hampm_splitting, only: spacing_of
+   implicit none
+   private
+   public :: press_faces
+
+   real(dp), parameter :: touching = 1e-3_dp     !! part of a particle by which rectangles that touch may be apart
+
+   !> Edges of particles that are faces of a crack.
+   type :: edges_t
+      integer :: n = 0
+      integer, allocatable :: host(:)            !! the particle that is pressed, (n)
+      real(dp), allocatable :: into(:, :)        !! unit vector into it, (ndim, n)
+      real(dp), allocatable :: offset(:, :)      !! of the middle of the edge from it [m], (ndim, n)
+      real(dp), allocatable :: half(:, :)        !! half of the edge [m], (ndim, n)
+   end type edges_t
+
+contains
+
+   !> Find where the pressures on faces act, now that cells are cut and particles are as they are.
+   subroutine press_faces(m)
+      type(motion_t), intent(inout) :: m
+      type(edges_t) :: edges
+      integer :: k, found
+      found = 0
+      do k = 1, size(m%loads)
+         if (m%loads(k)%line == 0) cycle
+         if (m%loads(k)%line /= found) call find_edges(m%particles, m%grid%cut_cells, m%loads(k)%line, edges)
+         found = m%loads(k)%line
+         call take_edges(m, edges, m%loads(k))
+      end do
+   end subroutine press_faces
+
+   !> Let a load press on those edges on which it pushes in its direction.
+   subroutine take_edges(m, edges, load)
+      type(motion_t), intent(inout) :: m
+      type(edges_t), intent(in) :: edges
+      type(load_t), intent(inout) :: load
+      real(dp) :: length                         ! of all of them together [m]
+      integer, allocatable :: chosen(:)
+      integer :: i, n
+      chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
+      n = size(chosen)
+      length = 2*sum(norm2(edges%half(:, chosen), dim=1))
+      load%force = load%pressure*m%springs%thickness*length*load%into
+      if (allocated(load%host)) then             ! as they are in a checkpoint, or on a mesh that has not changed here
+         if (size(load%host) == n) then
+            if (all(load%host == edges%host(chosen)) .and. .not. any(abs(load%offset - edges%offset(:, chosen)) > 0)) return
+         end if
+         deallocate (load%fraction, load%host, load%offset, load%half)
+      end if
+      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
+      load%host = edges%host(chosen)
+      load%offset = edges%offset(:, chosen)
+      load%half = edges%half(:, chosen)
+      load%fraction = norm2(load%half, dim=1)
+      if (length > 0) load%fraction = 2*load%fraction/length
+      call note_hosts(load, m%particles)
+      m%mapped = .false.                         ! which cells have operators depends on the hosts
+   end subroutine take_edges
+
+   !> Find the edges between particles on different sides of a line, in the order of the particles.
+   pure subroutine find_edges(p, cut, line, edges)
+      type(particles_t), intent(in) :: p
+      type(cut_cells_t), intent(in) :: cut
+      integer, intent(in) :: line
+      type(edges_t), intent(out) :: edges
+      real(dp), allocatable :: points(:, :)
+      integer, allocatable :: near(:), first(:), bin(:), order(:)
+      real(dp) :: lower(ndim), upper(ndim), width
+      integer :: axis, a, b, n_bins
+      points = cut%cut_part(line)
+      call list_near(p, points, near, width)
+      call make_room(edges, 64)
+      if (size(near) == 0) return
+      lower = minval(p%reference(near, :), dim=1)
+      upper = maxval(p%reference(near, :), dim=1)
+      axis = maxloc(upper - lower, dim=1)
+      n_bins = min(int((upper(axis) - lower(axis))/width) + 1, size(near))
+      width = max(width, (upper(axis) - lower(axis))/n_bins)
+      allocate (bin(size(near)))
+      bin = min(int((p%reference(near, axis) - lower(axis))/width) + 1, n_bins)
+      call sort_into_bins(bin, n_bins, first, order)
+      do a = 1, size(near)
+         do b = first(max(bin(a) - 1, 1)), first(min(bin(a) + 1, n_bins) + 1) - 1
+            if (order(b) /= a) call look_at_pair(p, cut, points, near(a), near(order(b)), edges)
+         end do
+      end do
+   end subroutine find_edges
+
+   !> List the particles near a polyline, and the largest edge of any of them [m].
+   pure subroutine list_near(p, points, near, width)
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: points(:, :)       !! [m]
+      integer, allocatable, intent(out) :: near(:)
+      real(dp), intent(out) :: width
+      logical :: is_near(p%n)
+      real(dp) :: edge, x(ndim)
+      integer :: i, k
+      width = 0
+      do i = 1, p%n
+         is_near(i) = .false.
+         edge = maxval(spacing_of(p, i))
+         x = p%reference(i, :)
+         do k = 2, size(points, 2)
+            is_near(i) = distance_to(x, points(:, k - 1), points(:, k)) < 3*edge
+            if (is_near(i)) exit
+         end do
+         if (is_near(i)) width = max(width, edge)
+      end do
+      width = (1 + touching)*width
+      near = pack([(i, i=1, p%n)], is_near)
+   end subroutine list_near
+
+   !> Distance of a place from the segment between two others [m].
+   pure real(dp) function distance_to(x, a, b) result(distance)
+      real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! [m]
+      real(dp) :: t
+      t = dot_product(x - a, b - a)/max(sum((b - a)**2), tiny(t))
+      distance = norm2(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
+   end function distance_to
+
+   !> Order numbers by their bins; those of a bin stay in their order.
+   pure subroutine sort_into_bins(bin, n_bins, first, order)
+      integer, intent(in) :: bin(:)
+      integer, intent(in) :: n_bins
+      integer, allocatable, intent(out) :: first(:) !! place in `order` at which each bin begins, (n_bins + 1)
+      integer, allocatable, intent(out) :: order(:)
+      integer :: k
+      allocate (first(n_bins + 1), source=0)
+      do k = 1, size(bin)
+         first(bin(k)) = first(bin(k)) + 1
+      end do
+      do k = 2, n_bins + 1
+         first(k) = first(k - 1) + first(k)
+      end do
+      allocate (order(size(bin)))
+      do k = size(bin), 1, -1
+         order(first(bin(k))) = k
+         first(bin(k)) = first(bin(k)) - 1
+      end do
+      first = first + 1
+   end subroutine sort_into_bins
+
+   !> Add the edge by which a particle touches another one, if a line runs between them.
+   pure subroutine look_at_pair(p, cut, points, i, j, edges)
+      type(particles_t), intent(in) :: p
+      type(cut_cells_t), intent(in) :: cut
+      real(dp), intent(in) :: points(:, :)       !! of the line [m]
+      integer, intent(in) :: i, j                !! the particle that is pressed, the other
+      type(edges_t), intent(inout) :: edges
+      real(dp), dimension(ndim) :: size_i, size_j, x_i, x_j, from, to, apart
+      integer :: d, o
+      size_i = spacing_of(p, i)
+      size_j = spacing_of(p, j)
+      x_i = p%reference(i, :)
+      x_j = p%reference(j, :)
+      apart = x_j - x_i
+      if (any(abs(apart) > (1 + touching)*(size_i + size_j)/2)) return
+      do d = 1, ndim
+         if (abs(abs(apart(d)) - (size_i(d) + size_j(d))/2) > touching*min(size_i(d), size_j(d))) cycle
+         o = 3 - d
+         from = max(-size_i/2, apart - size_j/2)
+         to = min(size_i/2, apart + size_j/2)
+         if (to(o) - from(o) <= touching*min(size_i(o), size_j(o))) cycle
+         if (.not. divides(points, x_i, x_j, cut%slack)) return
+         if (edges%n == size(edges%host)) call make_room(edges, 2*edges%n)
+         edges%n = edges%n + 1
+         edges%host(edges%n) = i
+         edges%into(:, edges%n) = 0
+         edges%into(d, edges%n) = -sign(1.0_dp, apart(d))
+         edges%offset(d, edges%n) = sign(size_i(d)/2, apart(d))
+         edges%offset(o, edges%n) = (from(o) + to(o))/2
+         edges%half(:, edges%n) = 0
+         edges%half(o, edges%n) = (to(o) - from(o))/2
+      end do
+   end subroutine look_at_pair
+
+   !> Room for a number of edges; those that there are stay.
+   pure subroutine make_room(edges, most)
+      type(edges_t), intent(inout) :: edges
+      integer, intent(in) :: most
+      type(edges_t) :: more
+      more%n = edges%n
+      allocate (more%host(most), more%into(ndim, most), more%offset(ndim, most), more%half(ndim, most))
+      if (edges%n > 0) then
+         more%host(:edges%n) = edges%host(:edges%n)
+         more%into(:, :edges%n) = edges%into(:, :edges%n)
+         more%offset(:, :edges%n) = edges%offset(:, :edges%n)
+         more%half(:, :edges%n) = edges%half(:, :edges%n)
+      end if
+      edges = more
+   end subroutine make_room
+end module hampm_pressed_faces

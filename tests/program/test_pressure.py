@@ -1,0 +1,220 @@
+"""Pressure on edges and on faces of cracks: by superposition G, J and K are those of a remote tension."""
+
+import math
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+from history import History
+
+HALF, A, P, THICKNESS = 0.05, 0.01, 1e6, 0.01
+RAMP = "history = 'ramp' rise_time = {end}"
+
+
+def scene(crack, loads, *, half=HALF, cell=1e-3, time="time = 'static'", end=1.0, plane="stress", poisson=0.3, extra="", rows=2):
+    cells = round(2 * half / cell) + 4
+    return f"""\
+&run thickness = {THICKNESS} plane = '{plane}' end_time = {end} /
+&grid lower = {-half - 2 * cell}, {-half - 2 * cell} cell = {cell} cells = {cells}, {cells} /
+&material name = 'a' young = 70e9 poisson = {poisson} density = 2700 /
+&body material = 'a' lower = {-half}, {-half} upper = {half}, {half} /
+{crack}
+&energy_release estimators = 'domain_integral', 'energy_balance' /
+&method frame = 'total' {time} /
+&output file = 'plate.h5' history_interval = {end / rows} /
+{extra}
+{loads}
+"""
+
+
+def path(degrees, x=0.0, y=0.0, key=""):
+    c, s = A * math.cos(math.radians(degrees)), A * math.sin(math.radians(degrees))
+    return f"&crack kind = 'path' points = {x - c}, {y - s}, {x + c}, {y + s} {key} /\n"
+
+
+def on_faces(pressure=P, end=1.0, name=""):
+    return f"&load kind = 'pressure' on = 'crack' {name} pressure = {pressure} {RAMP.format(end=end)} /\n"
+
+
+def from_afar(pressure=P, end=1.0, half=HALF):
+    corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
+    loads = ""
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        loads += (f"&load kind = 'pressure' pressure = {-pressure} lower = {min(a[0], b[0])}, {min(a[1], b[1])} "
+                  f"upper = {max(a[0], b[0])}, {max(a[1], b[1])} {RAMP.format(end=end)} /\n")
+    return loads
+
+
+def run(hampm, tmp_path, text, *options):
+    (tmp_path / "plate.nml").write_text(text)
+    result = hampm("plate.nml", "--quiet", "--force", *options)
+    assert result.returncode == 0, result.stderr
+    return History(tmp_path / "plate.h5").columns
+
+
+def last(columns):
+    return {name: values[-1] for name, values in columns.items()}
+
+
+@pytest.mark.parametrize(("crack", "options"), [
+    (path(30), {}),
+    (path(0), {}),
+    (path(90, 3e-4, 1e-4), {"plane": "strain", "poisson": 0.2}),
+    (path(17, 1e-4, 2e-4), {"extra": "&refine indicator = 'tip' max_level = 2 rings = 4 /"}),
+    ("&crack kind = 'path' points = -0.06, 0.001, -0.035, 0.004, -0.025, 0.012 /\n", {}),
+    (path(50, key="contact = 'frictionless'"), {})],
+    ids=["slanted", "along the grid", "upright", "refined", "edge, kinked", "contact"])
+def test_pressed_faces_of_paths_are_a_remote_tension(hampm, tmp_path, crack, options):
+    faces, afar = (last(run(hampm, tmp_path, scene(crack, loads, **options))) for loads in (on_faces(), from_afar()))
+    for name in [name for name in faces if re.fullmatch(r"(G|J|K_I|K_II|mouth_opening)(_tip2)?", name)]:
+        assert faces[name] == pytest.approx(afar[name], rel=1e-9, abs=1e-9 * afar[name[0] + "_I" if name[0] == "K" else name]), name
+    assert faces["external_work"] == pytest.approx(faces["strain_energy"], rel=1e-9)
+    assert abs(faces["numerical_loss"]) < 1e-9 * faces["strain_energy"]
+
+
+@pytest.mark.parametrize("degrees", [0, 30])
+def test_a_crack_under_pressure_in_a_large_plate(hampm, tmp_path, degrees):
+    """K_I = p sqrt(pi a) (Griffith) in an infinite plate; in a square one of twelve half-lengths the finite width adds
+    (a/b)**2 (0.6 for a long strip, about 1.2 for a square of two free pairs of edges), 0.8 % at most."""
+    half = 0.12
+    values = last(run(hampm, tmp_path, scene(path(degrees), on_faces(), half=half, cell=half / 30,
+                                             extra="&refine indicator = 'tip' max_level = 3 rings = 5 /")))
+    for tip in ("", "_tip2"):
+        assert values["K_I" + tip] == pytest.approx(1.004 * P * math.sqrt(math.pi * A), rel=0.01)
+        assert abs(values["K_II" + tip]) < 0.005 * values["K_I" + tip]
+
+
+def test_cracks_by_name(hampm, tmp_path):
+    """Only the crack that is named is pressed; both pressed are both pulled."""
+    two = path(0, -0.02, 0.0, "name = 'a'") + path(40, 0.02, 0.01, "name = 'b'")
+    def k(loads):
+        values = last(run(hampm, tmp_path, scene(two, loads)))
+        return np.array([values[name + tip] for tip in ("", "_tip2", "_tip3", "_tip4") for name in ("K_I", "K_II")])
+    first, second = (k(on_faces(name=f"crack = '{name}'")) for name in "ab")
+    assert first + second == pytest.approx(k(from_afar()), abs=1e-9 * P * math.sqrt(math.pi * A))
+    assert min(first[:3:2]) > 0.9 * P * math.sqrt(math.pi * A) > 5 * max(abs(first[4:]))
+
+
+LINE = "&crack kind = 'line' tip = 0.01, 0 direction = 1, 0 length = 0.02 /\n"
+EDGE = "&crack kind = 'line' tip = -0.02, 0 direction = 1, 0 /\n"
+
+
+@pytest.mark.parametrize("crack", [LINE, EDGE], ids=["centre", "edge"])
+def test_pressed_faces_of_lines_are_a_remote_tension(hampm, tmp_path, crack):
+    faces, afar = (last(run(hampm, tmp_path, scene(crack, loads))) for loads in (on_faces(), from_afar()))
+    for name, tolerance in (("G", 1e-6), ("J", 1e-6), ("K_I", 2e-4)):
+        assert faces[name] == pytest.approx(afar[name], rel=tolerance), name
+
+
+def test_pressed_faces_on_a_symmetry_plane(hampm, tmp_path):
+    """Half of the plate with a centre line, whose estimators are those of the whole."""
+    radii = ("'energy_balance' /", "'energy_balance' radii = 0.005, 0.008 /")
+    whole = last(run(hampm, tmp_path, scene(LINE, on_faces()).replace(*radii)))
+    half = scene("&crack kind = 'symmetry' tip = 0.01, 0 direction = 1, 0 /\n", on_faces()).replace(*radii).replace(
+        f"lower = {-HALF}, {-HALF}", "lower = 0, 0").replace(f"lower = {-HALF - 2e-3}, {-HALF - 2e-3}", "lower = -2e-3, -2e-3")
+    half += "&constraint lower = 0.01, 0 upper = 1, 0 fix = 'y' /\n&constraint lower = 0, 0 upper = 0, 1 fix = 'x' /\n"
+    half = last(run(hampm, tmp_path, half))
+    for name, tolerance in (("G", 1e-6), ("J", 1e-6), ("K_I", 1e-6)):
+        assert half[name] == pytest.approx(whole[name], rel=tolerance), name
+
+
+MOTION = {"explicit, usf": "scheme = 'usf'", "explicit, full": "mass = 'full' scheme = 'musl'", "blend": "mass = 'blend'",
+          "usavg": "scheme = 'usavg'", "implicit": "time = 'implicit' time_step = 1e-6"}
+
+
+@pytest.mark.parametrize("way", MOTION)
+def test_the_audit_closes_in_motion(hampm, tmp_path, way):
+    """A pressure that rises: what the loads have done is stored, moves or is booked as lost; threads do not matter."""
+    text = scene(path(30), on_faces(end=1e-5), time=MOTION[way], end=2e-5, rows=4, cell=2e-3,
+                 extra="&refine indicator = 'tip' max_level = 1 rings = 3 /")
+    if way == "implicit":
+        text = text.replace(", 'energy_balance'", "")
+    columns = run(hampm, tmp_path, text, "--threads", "1")
+    loss = columns.get("numerical_loss", np.zeros(len(columns["time"])))
+    gone = columns["kinetic_energy"] + columns["strain_energy"] + loss
+    assert columns["external_work"][-1] > 0
+    assert gone == pytest.approx(columns["external_work"], abs=1e-9 * columns["external_work"][-1])
+    assert abs(loss[-1]) < 0.1 * columns["external_work"][-1]
+    with h5py.File(tmp_path / "plate.h5") as f:
+        once = {name: f["history"][name][:] for name in f["history"]}
+    run(hampm, tmp_path, text, "--threads", "2")
+    with h5py.File(tmp_path / "plate.h5") as f:
+        assert all(np.array_equal(once[name], f["history"][name][:]) for name in once)
+
+
+def test_a_damped_motion_comes_to_rest_where_statics_does(hampm, tmp_path):
+    rest = last(run(hampm, tmp_path, scene(path(30), on_faces(), cell=2e-3)))
+    moved = last(run(hampm, tmp_path, scene(path(30), on_faces(end=1e-4), cell=2e-3, time="", end=6e-4,
+                                            extra="&damping rate = 6e4 /")))
+    for name in ("K_I", "K_I_tip2", "G"):
+        assert moved[name] == pytest.approx(rest[name], rel=0.015 if name[0] == "K" else 0.03), name  # bonds are weaker in explicit steps
+
+
+@pytest.mark.parametrize("time", ["", "time = 'static' load_steps = 8"])
+def test_resumed_runs_have_the_same_bytes(hampm, tmp_path, time):
+    end = 2e-5 if time == "" else 1.0
+    text = scene(path(30), on_faces(end=end), time=time, end=end, rows=8, cell=2e-3,
+                 extra="&refine indicator = 'tip' max_level = 1 rings = 3 /")
+    run(hampm, tmp_path, text)
+    with h5py.File(tmp_path / "plate.h5") as f:
+        once = {name: f["history"][name][:] for name in f["history"]}
+    result = hampm("plate.nml", "--quiet", "--force", "--steps", "5")
+    assert result.returncode == 5, result.stderr
+    result = hampm("--resume", "plate.h5.checkpoint", "--quiet")
+    assert result.returncode == 0, result.stderr
+    with h5py.File(tmp_path / "plate.h5") as f:
+        assert all(np.array_equal(once[name], f["history"][name][:]) for name in once)
+
+
+def test_a_pressed_crack_grows(hampm, tmp_path):
+    """The pressure follows new faces: after growth K is that of a crack of that length from the start, and all is as under a remote
+    tension, whose work pays for the new faces."""
+    growth = "&growth law = 'quasi_static' toughness = 100 increment = 2e-3 /"
+    columns = {}
+    for loads in (on_faces(), from_afar()):
+        columns[loads] = run(hampm, tmp_path, scene(path(0), loads.replace(RAMP.format(end=1.0), ""), extra=growth,
+                                                    time="time = 'static' load_steps = 3"))
+    faces, afar = columns.values()
+    for name in ("load_factor", "K_I", "G", "fracture_energy"):
+        assert faces[name] == pytest.approx(afar[name], rel=1e-6, abs=1e-6 * afar["fracture_energy"][-1]), name
+    half = faces["crack_length"][-1] / 2
+    assert half > 1.5 * A
+    fresh = last(run(hampm, tmp_path, scene(f"&crack kind = 'path' points = {-half}, 0, {half}, 0 /\n",
+                                            on_faces(faces["load_factor"][-1] * P))))
+    assert faces["K_I"][-1] == pytest.approx(fresh["K_I"], rel=2e-4)     # the tip that has grown is beside its node by rounding
+    assert faces["G"][-1] == pytest.approx(100, rel=1e-6)
+    gone = faces["strain_energy"] + faces["fracture_energy"] + faces["numerical_loss"]
+    assert gone == pytest.approx(faces["external_work"], rel=1e-9)
+    assert abs(faces["numerical_loss"][-1]) < 0.01 * faces["fracture_energy"][-1]
+
+
+def test_pressure_on_an_edge_is_a_traction(hampm, tmp_path):
+    """The stress below a plate that is pressed all around is -p in all directions."""
+    values = last(run(hampm, tmp_path, scene("", from_afar(-P)).replace("'domain_integral', ", "")))
+    energy = (1 - 0.3) * P**2 / 70e9 * (2 * HALF)**2 * THICKNESS
+    assert values["strain_energy"] == pytest.approx(energy, rel=1e-9)
+
+
+PLAIN = scene(path(30), on_faces())
+
+
+@pytest.mark.parametrize(("text", "phrase"), [
+    (scene("", on_faces()).replace("'domain_integral', ", ""), "on = 'crack': 'crack' needs a group &crack"),
+    (PLAIN.replace("on = 'crack'", "on = 'crack' crack = 'b'"), "crack = 'b': must be the name of a &crack"),
+    (scene(path(0, -0.02, key="name = 'a'") + path(0, 0.02, key="name = 'b'"), on_faces()), "must be the name of one of the cracks"),
+    (PLAIN.replace("frame = 'total'", "frame = 'updated'").replace("time = 'static'", ""), "frame = 'total' only"),
+    (PLAIN.replace("young", "law = 'neo_hookean' young"), "law = 'linear_elastic' only"),
+    (PLAIN.replace("on = 'crack'", "on = 'crack' lower = 0, 0"), "lower = 0, 0: does not go with kind = 'pressure' and on"),
+    (PLAIN.replace("on = 'crack'", "on = 'edge'"), "must have 2 values with kind = 'pressure'"),
+    (PLAIN.replace("pressure = 1000000.0", "pressure = 0"), "must not be 0"),
+    (PLAIN.replace("kind = 'pressure'", "kind = 'gravity'"), "acceleration = 0.0, 0.0 .default.: must not be 0"),
+    (PLAIN.replace("time = 'static'", "") + "&growth law = 'prescribed' speed = 100 /\n", "that grows goes with &growth law = 'quasi_st"),
+    (scene("", "&load kind = 'pressure' pressure = 1 lower = -0.01, 0 upper = 0.01, 0 /").replace("'domain_integral', ", ""),
+     "must lie on one edge of a body: a pressure acts on an edge")])
+def test_what_has_no_meaning_is_refused(hampm, tmp_path, text, phrase):
+    (tmp_path / "plate.nml").write_text(text)
+    result = hampm("--check", "plate.nml")
+    assert result.returncode == 2, result.stdout
+    assert re.search(phrase, result.stderr), result.stderr

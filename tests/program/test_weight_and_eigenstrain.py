@@ -1,0 +1,215 @@
+"""The weight of bodies, and strains without stress: closed forms, path independence and superposition."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from history import History
+from snapshots import field, points, read_steps
+
+E, POISSON, B = 70e9, 0.3, 0.01
+MATERIAL = "&material name = 'a' young = {young} poisson = {poisson} density = 2000 /\n"
+
+
+def run(hampm, tmp_path, text, *options):
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml", "--quiet", "--force", *options)
+    assert result.returncode == 0, result.stderr
+    return {name: values[-1] for name, values in History(tmp_path / "case.h5").columns.items()}
+
+
+def bodies(text, cells, lower, cell, *, plane="stress", time="time = 'static'", end=1.0, young=E, poisson=POISSON, estimators="",
+           rows=1, audited=True):
+    return f"""\
+&run thickness = {B} plane = '{plane}' end_time = {end} /
+&grid lower = {lower} cell = {cell} cells = {cells} /
+{MATERIAL.format(young=young, poisson=poisson)}
+&method frame = 'total' {time} /
+{f"&energy_release estimators = 'energy_balance' {estimators} /" if audited else ""}
+&output file = 'case.h5' history_interval = {end / rows} snapshot_interval = {end} /
+{text}
+"""
+
+
+def particles(tmp_path):
+    """Particles of the last snapshot: places X in the reference configuration, displacements, and the data."""
+    grid = read_steps(tmp_path / "case.h5")[1][-1][0]
+    data = grid.GetPointData()
+    u = field(data, "displacement")[:, :2]
+    return points(grid)[:, :2] - u, u, data
+
+
+# Weight
+
+LENGTH, WIDTH, G, YOUNG = 0.04, 0.008, 9.81, 1e7
+
+
+def column(cell, **options):
+    return bodies(f"""\
+&body material = 'a' lower = 0, 0 upper = {WIDTH}, {LENGTH} /
+&constraint lower = -1, 0 upper = 1, 0 fix = 'y' name = 'foot' /
+&constraint lower = 0, 0 upper = 0, 0 fix = 'x' /
+&load kind = 'gravity' acceleration = 0, {-G} history = 'ramp' rise_time = {options.get('rise', 1.0)} /
+""", f"{round(WIDTH / cell) + 4}, {round(LENGTH / cell) + 2}", f"{-2 * cell}, 0", cell, young=YOUNG, poisson=0,
+                  **{name: value for name, value in options.items() if name != "rise"})
+
+
+def test_a_column_under_its_weight(hampm, tmp_path):
+    """sigma_yy = -rho g (l - y), linear in a cell; particles have that of the middle of their row, and the energy
+    (rho g)**2 l**3 A/6E an error of order 2."""
+    errors = []
+    for cell in (4e-3, 2e-3):
+        values = run(hampm, tmp_path, column(cell))
+        errors.append(values["strain_energy"] / ((2000 * G)**2 * LENGTH**3 * WIDTH * B / (6 * YOUNG)) - 1)
+        assert values["reaction_foot_y"] == pytest.approx(2000 * G * LENGTH * WIDTH * B, rel=1e-9)
+        assert values["external_work"] == pytest.approx(values["strain_energy"], rel=1e-9)
+        x, _, data = particles(tmp_path)
+        middle = (np.floor(x[:, 1] / cell) + 0.5) * cell                      # the strain of a cell is constant, and right in its middle
+        assert field(data, "stress_yy") == pytest.approx(-2000 * G * (LENGTH - middle), rel=1e-9)
+    assert abs(errors[1]) < 1e-3
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.01)
+
+
+@pytest.mark.parametrize("time", ["", "mass = 'full'", "time_steps = 'local'", "time = 'implicit' time_step = 2e-5", "scheme = 'usavg'"])
+def test_the_audit_closes_with_weight(hampm, tmp_path, time):
+    end = 2e-3
+    audited = not ("local" in time or "implicit" in time)
+    values = run(hampm, tmp_path, column(2e-3, time=time, end=end, rise=end, audited=audited))
+    gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
+    assert gone == pytest.approx(values["external_work"], rel=1e-9 if audited else 0.02)
+
+
+def test_gravity_of_free_bodies_makes_them_fall(hampm, tmp_path):
+    text = re.sub("&constraint.*\n", "", column(2e-3, time="frame = 'updated'", end=1e-3).replace("frame = 'total' ", "")).replace(
+        "history = 'ramp' rise_time = 1.0", "").replace("lower = 0, 0 upper = 0.008, 0.04 /", "lower = 0, 0.001 upper = 0.008, 0.038 /")
+    values = run(hampm, tmp_path, text)
+    assert values["kinetic_energy"] == pytest.approx(2000 * WIDTH * 0.037 * B * (G * 1e-3)**2 / 2, rel=1e-6)
+    half_a_step = values["numerical_loss"]     # between the velocities at the ends of a step (docs/theory.md)
+    assert values["external_work"] == pytest.approx(values["kinetic_energy"] + half_a_step, rel=1e-6)
+
+
+def hanging(a, cell):
+    return bodies(f"""\
+&body material = 'a' lower = 0, -0.04 upper = 0.04, 0.04 /
+&constraint lower = -1, 0.04 upper = 1, 0.04 fix = 'xy' /
+&load kind = 'gravity' acceleration = 0, -9810 history = 'ramp' rise_time = 1.0 /
+&crack kind = 'line' tip = {a}, 0 direction = 1, 0 /
+""", f"{round(0.044 / cell)}, {round(0.084 / cell)}", "-0.002, -0.042", cell, young=1e9, estimators=", 'domain_integral' radii = "
+                  "0.005, 0.008, 0.012")
+
+
+def test_a_crack_in_a_body_that_hangs(hampm, tmp_path):
+    """J is the same on all discs, and the change of the energy with the length of the crack, both under weight."""
+    energy = [run(hampm, tmp_path, hanging(a, 5e-4))["strain_energy"] for a in (0.0155, 0.0165)]
+    values = run(hampm, tmp_path, hanging(0.016, 5e-4))
+    assert values["J_spread"] < 1e-3 * values["J"]
+    assert values["J"] == pytest.approx((energy[1] - energy[0]) / (1e-3 * B), rel=5e-3)
+    assert math.hypot(values["K_I"], values["K_II"])**2 / 1e9 == pytest.approx(values["J"], rel=0.01)
+
+
+# Eigenstrain
+
+@pytest.mark.parametrize(("plane", "eigenstrain", "strain"), [
+    ("stress", "1e-3, -2e-3, 5e-4", (1e-3, -2e-3, 5e-4)),
+    ("strain", "1e-3, 1e-3, 0, 1e-3", (1.3e-3, 1.3e-3, 0))])
+@pytest.mark.parametrize("extra", ["", "&refine indicator = 'zz' tolerance = 0.1 max_level = 1 /",
+                                   "&crack kind = 'path' points = -0.001, 0.003, 0.02, 0.007 /\n"])
+def test_a_free_body_takes_its_eigenstrain(hampm, tmp_path, plane, eigenstrain, strain, extra):
+    """Without stress; in plane strain nu eps_zz comes to the strain in the plane, and the energy of sigma_zz = -E eps_zz stays."""
+    values = run(hampm, tmp_path, bodies(f"&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = {eigenstrain} /\n{extra}",
+                                         "26, 12", "-0.004, -0.004", 2e-3, plane=plane))
+    x, u, data = particles(tmp_path)
+    found, *_ = np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), u, rcond=None)
+    assert [found[0, 0], found[1, 1], (found[0, 1] + found[1, 0]) / 2] == pytest.approx(strain, abs=1e-14)
+    for name in ("stress_xx", "stress_yy", "stress_xy"):
+        assert np.max(np.abs(field(data, name))) < 1e-12 * E
+    assert values["strain_energy"] == pytest.approx(E * 1e-6 / 2 * 0.04 * 0.012 * B if plane == "strain" else 0, abs=1e-12)
+    assert abs(values["numerical_loss"]) < 1e-12
+
+
+CLAMPED = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = 1e-3, 1e-3, 0 /
+&constraint lower = 0, -1 upper = 0, 1 fix = 'x' name = 'left' /
+&constraint lower = 0.04, -1 upper = 0.04, 1 fix = 'x' /
+&constraint lower = 0, 0 upper = 0, 0 fix = 'y' /
+"""
+
+
+def test_a_bar_between_walls(hampm, tmp_path):
+    values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3))
+    assert values["reaction_left_x"] == pytest.approx(E * 1e-3 * 0.012 * B, rel=1e-12)
+    assert field(particles(tmp_path)[2], "stress_xx") == pytest.approx(-E * 1e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize("time", ["", "mass = 'full' scheme = 'usf'", "mass = 'blend'", "time = 'implicit' time_step = 2e-7",
+                                  "scheme = 'usavg'"])
+def test_the_audit_closes_with_eigenstrain(hampm, tmp_path, time):
+    """Suddenly there: the energy that it stores at first moves the bar, which swings around -E eps with the energy of no stress."""
+    end = 2e-5
+    audited = "implicit" not in time
+    values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3, time=time, end=end, audited=audited))
+    first = E / (1 - POISSON) * 1e-6 * 0.04 * 0.012 * B
+    gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
+    assert values["kinetic_energy"] > 0.01 * first
+    assert gone == pytest.approx(first, rel=1e-9)
+
+
+def test_a_damped_bar_and_local_time_steps(hampm, tmp_path):
+    for time in ("", "time_steps = 'local'", "frame = 'updated'"):
+        text = bodies(CLAMPED + "&damping rate = 3e5 /\n", "26, 12", "-0.004, -0.004", 2e-3, time=time, end=1e-4, audited=False)
+        if "updated" in time:
+            text = text.replace("frame = 'total' ", "")
+        values = run(hampm, tmp_path, text)
+        assert values["reaction_left_x"] == pytest.approx(E * 1e-3 * 0.012 * B, rel=5e-3), time
+
+
+def test_a_strip_of_two_metals_bends(hampm, tmp_path):
+    """Curvature 1.5 (mismatch)/h of two equal layers of one modulus, height h together (Timoshenko 1925), far from the ends."""
+    mismatch, h, length = 1e-3, 8e-3, 0.08
+    run(hampm, tmp_path, bodies(f"""\
+&body material = 'a' lower = 0, 0 upper = {length}, {h / 2} eigenstrain = {mismatch}, {mismatch}, 0 /
+&body material = 'a' lower = 0, {h / 2} upper = {length}, {h} /
+""", "84, 12", "-0.002, -0.002", 1e-3))
+    x, u, _ = particles(tmp_path)
+    middle = np.abs(x[:, 0] - length / 2) < length / 4
+    row = middle & (np.abs(x[:, 1] - np.min(x[x[:, 1] > h / 2, 1])) < 1e-9)
+    curvature = 2 * np.polyfit(x[row, 0], u[row, 1], 2)[0]
+    assert abs(curvature) == pytest.approx(1.5 * mismatch / h, rel=0.01)
+
+
+@pytest.mark.parametrize("crack", ["kind = 'line' tip = 0.01, 0 direction = 1, 0 length = 0.02",
+                                   "kind = 'path' points = -0.009, -0.004, 0.009, 0.004"])
+def test_a_crack_in_a_cooled_plate_that_is_held(hampm, tmp_path, crack):
+    """Held at all edges and cooled, the plate without a crack has sigma = E alpha dT/(1 - nu): K is that of this stress on the faces."""
+    half, cell, strain = 0.04, 1e-3, 1e-3
+    held = "".join(f"&constraint lower = {a}, {b} upper = {c}, {d} fix = 'xy' /\n" for a, b, c, d in (
+        (-half, -half, half, -half), (-half, half, half, half), (-half, -half, -half, half), (half, -half, half, half)))
+    body = f"&body material = 'a' lower = {-half}, {-half} upper = {half}, {half} "
+    grid = ("84, 84", "-0.042, -0.042", cell)
+    cooled = run(hampm, tmp_path, bodies(body + f"eigenstrain = {-strain}, {-strain}, 0 /\n&crack {crack} /\n" + held, *grid,
+                                         estimators=", 'domain_integral'"))
+    pressed = run(hampm, tmp_path, bodies(body + f"/\n&crack {crack} /\n" + held + "&load kind = 'pressure' on = 'crack' pressure = "
+                                          f"{E * strain / (1 - POISSON)} /\n", *grid, estimators=", 'domain_integral'"))
+    for name in ("K_I", "G", "J"):
+        assert cooled[name] == pytest.approx(pressed[name], rel=2e-4), name
+
+
+TWO = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = 1e-3, 1e-3, 0 /
+&body material = 'a' lower = 0, 0.012 upper = 0.04, 0.024 /
+&crack kind = 'path' points = -0.001, 0.010, 0.02, 0.010 /
+"""
+
+
+@pytest.mark.parametrize(("text", "phrase"), [
+    (bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3).replace("young", "law = 'neo_hookean' young"), "must be 0 but with &material law"),
+    (bodies(CLAMPED.replace("1e-3, 1e-3, 0 ", "1, 0, 0 "), "26, 12", "-0.004, -0.004", 2e-3), r"must be in \[-0.05, 0.05\]"),
+    (bodies(CLAMPED.replace("1e-3, 1e-3, 0 ", "1e-3 "), "26, 12", "-0.004, -0.004", 2e-3), "eigenstrain"),
+    (bodies(TWO, "24, 16", "-0.004, -0.004", 2e-3, estimators=", 'domain_integral' radii = 0.008"), "has another eigenstrain"),
+    (column(2e-3).replace("acceleration = 0, -9.81", "acceleration = 0, -9.81 force = 0, 1"), "does not go with kind = 'gravity'"),
+    (column(2e-3).replace("kind = 'gravity'", "kind = 'body'"), "must have 2 values with kind = 'body'")])
+def test_what_has_no_meaning_is_refused(hampm, tmp_path, text, phrase):
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("--check", "case.nml")
+    assert result.returncode == 2, result.stdout
+    assert re.search(phrase, result.stderr), result.stderr
