@@ -2,7 +2,8 @@
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
-   use hampm_bodies, only: points_along, fill_rectangle, add_spin
+   use hampm_bodies, only: pieces_t, points_along, cut_into_pieces, fill_rectangle, fill_outline, add_spin
+   use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
                                     largest_radius, domain_radii, face_normal
@@ -14,7 +15,8 @@ module hampm_assembly
    use hampm_grid, only: build_grid
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
-   use hampm_loads, only: load_on_points, load_on_particles
+   use hampm_loads, only: load_on_points, load_on_parts, load_on_particles
+   use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles
@@ -23,6 +25,7 @@ module hampm_assembly
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
    use hampm_scene_materials, only: materials_of
+   use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
@@ -43,11 +46,18 @@ contains
       type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
+      type(outline_t), allocatable :: bodies(:)  ! whose edges cut cells
       integer :: k
       refinement = refinement_of(scene)
       call place_cracks(scene, cracks)
       forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
-      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines())
+      if (has_shapes(scene) .and. scene%method%frame == 'total') then
+         allocate (bodies(size(scene%bodies)))
+         do k = 1, size(bodies)
+            bodies(k) = outline_of(scene%bodies(k))
+         end do
+      end if
+      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies)
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
@@ -236,24 +246,42 @@ contains
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      integer :: points(ndim, size(scene%bodies)), k, first
+      type(pieces_t) :: pieces(size(scene%bodies))
+      integer :: points(ndim, size(scene%bodies)), number(size(scene%bodies)), k, first
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
             points(:, k) = points_along(b%lower, b%upper, scene%grid%cell, b%points_per_cell)
+            number(k) = product(points(:, k))
+            if (.not. b%outline%is_there()) cycle
+            call cut_into_pieces(b%outline, scene%grid%lower, scene%grid%cell, b%points_per_cell, pieces(k))
+            number(k) = pieces(k)%n
          end associate
       end do
-      call new_particles(sum(product(points, dim=1)), m%particles, failure)
+      call new_particles(sum(number), m%particles, failure)
       if (failure%failed()) return
+      if (has_shapes(scene)) then
+         allocate (m%particles%outlines(size(scene%bodies)))
+         do k = 1, size(scene%bodies)
+            if (scene%bodies(k)%outline%is_there()) m%particles%outlines(k) = scene%bodies(k)%outline
+         end do
+         m%particles%lattice = scene%grid%lower
+         m%particles%thickness = scene%run%thickness
+      end if
       m%particles%total_frame = scene%method%frame == 'total'
       m%blocks%by_group = scene%method%time_steps == 'local'
       first = 1
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
-            call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
-                                scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
-            if (abs(b%spin) > 0) call add_spin(m%particles, first, first + product(points(:, k)) - 1, b%spin)
+            if (b%outline%is_there()) then
+               call fill_outline(m%particles, first, pieces(k), scene%run%thickness, &
+                                 scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
+            else
+               call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
+                                   scene%materials(b%material_index)%density, b%velocity, b%material_index, k)
+            end if
+            if (abs(b%spin) > 0) call add_spin(m%particles, first, first + number(k) - 1, b%spin)
          end associate
-         first = first + product(points(:, k))
+         first = first + number(k)
       end do
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
    end subroutine place_particles
@@ -271,6 +299,8 @@ contains
             load%history = spec%history
             if (spec%kind == 'body') then
                call load_on_particles(m%particles, spec%lower, spec%upper, load)
+            else if (spec%kind == 'traction' .and. size(loaded_parts(spec, scene)) > 0) then
+               call load_on_parts(m%particles, m%grid, m%blocks, loaded_parts(spec, scene), load)
             else
                associate (points => load_points(spec, scene))
                   call load_on_points(m%particles, m%grid, m%blocks, points, (spec%upper - spec%lower)/(2*size(points, 2)), load, &
@@ -282,6 +312,22 @@ contains
          end associate
       end do
    end subroutine place_loads
+
+   !> The parts of the edges of polygons and circles, and of bodies with holes, on which a traction acts: those in its box.
+   pure function loaded_parts(spec, scene) result(parts)
+      type(load_spec_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      type(edge_part_t), allocatable :: parts(:)
+      integer :: k
+      allocate (parts(0))
+      do k = 1, size(scene%bodies)
+         associate (body => scene%bodies(k), tol => tolerance(scene%grid))
+            if (body%outline%is_there()) &
+               parts = [parts, body%outline%parts_in_box(spec%lower - tol, spec%upper + tol, scene%grid%lower, &
+                                                         scene%grid%cell/body%points_per_cell)]
+         end associate
+      end do
+   end function loaded_parts
 
    !> The places at which a point load or a traction acts: the point, or the centres of equal parts of the edge, as many as
    !> the densest body has particles along it.
