@@ -2,7 +2,7 @@
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
-   use hampm_critical_step, only: row_t, row_of_points, shifted, largest_courant, sample_cells
+   use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_outer_nodes, only: least_fill
    use hampm_placement, only: tolerance
@@ -160,8 +160,8 @@ contains
          do i = 0, j
             fill = least_fill + [i, j]*(1 - least_fill)/parts
             if (product(fill) < least_fill) cycle
-            rows(1) = row_of_points(1 - fill(1), 3 + fill(1), nint((2 + 2*fill(1))*points_per_cell), sample_cells)
-            rows(2) = row_of_points(1 - fill(2), 3 + fill(2), nint((2 + 2*fill(2))*points_per_cell), sample_cells)
+            rows(1) = row_of_cut_cells(fill(1), points_per_cell)
+            rows(2) = row_of_cut_cells(fill(2), points_per_cell)
             limit = min(limit, largest_courant(rows, ratio, mass, strains_last, damping))
          end do
       end do
