@@ -181,7 +181,7 @@ def test_it_goes_on_after_a_checkpoint(hampm, tmp_path):
     """A disc with a crack, in motion, with cells that refine around its tips: the same bytes."""
     text = (INPUT / "brazilian_disc.nml").read_text().replace("cell = 1.0e-3", "cell = 5.0e-3").replace("104, 104", "22, 22")
     text = text.replace("lower = -52.0e-3, -52.0e-3", "lower = -55.0e-3, -55.0e-3").replace("time = 'static'", "time = 'explicit'").replace("max_level = 3", "max_level = 2")
-    text = text.replace("end_time = 1.0", "end_time = 1e-5").replace("snapshot_interval = 1.0", "snapshot_interval = 5e-6")
+    text = text.replace("end_time = 1.0", "end_time = 1e-5").replace("snapshot_interval = 1.0", "snapshot_interval = 5e-6\n   history_interval = 1e-6")
     (tmp_path / "scene.nml").write_text(text)
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     for folder in whole, parts:
