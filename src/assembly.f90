@@ -2,7 +2,8 @@
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
-   use hampm_bodies, only: points_along, fill_rectangle, add_spin
+   use hampm_bodies, only: pieces_t, points_along, cut_into_pieces, fill_rectangle, fill_outline, add_spin
+   use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
                                     largest_radius, domain_radii, face_normal
@@ -15,7 +16,8 @@ module hampm_assembly
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
-   use hampm_loads, only: load_t, load_on_points, load_on_particles
+   use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
+   use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles, add_history
@@ -25,6 +27,7 @@ module hampm_assembly
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
    use hampm_scene_materials, only: materials_of, material_of_body
+   use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
@@ -45,11 +48,18 @@ contains
       type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
+      type(outline_t), allocatable :: bodies(:)  ! whose edges cut cells
       integer :: k
       refinement = refinement_of(scene)
       call place_cracks(scene, cracks)
       forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
-      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines())
+      if (has_shapes(scene) .and. scene%method%frame == 'total') then
+         allocate (bodies(size(scene%bodies)))
+         do k = 1, size(bodies)
+            bodies(k) = outline_of(scene%bodies(k))
+         end do
+      end if
+      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies)
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
@@ -238,26 +248,44 @@ contains
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      integer :: points(ndim, size(scene%bodies)), k, first
+      type(pieces_t) :: pieces(size(scene%bodies))
+      integer :: points(ndim, size(scene%bodies)), number(size(scene%bodies)), k, first
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
             points(:, k) = points_along(b%lower, b%upper, scene%grid%cell, b%points_per_cell)
+            number(k) = product(points(:, k))
+            if (.not. b%outline%is_there()) cycle
+            call cut_into_pieces(b%outline, scene%grid%lower, scene%grid%cell, b%points_per_cell, pieces(k))
+            number(k) = pieces(k)%n
          end associate
       end do
-      call new_particles(sum(product(points, dim=1)), m%particles, failure)
+      call new_particles(sum(number), m%particles, failure)
       if (failure%failed()) return
       if (any(m%materials%has_history())) call add_history(m%particles, maxval(m%materials%columns))
       m%materials%on_trial = scene%method%time == 'static'
+      if (has_shapes(scene)) then
+         allocate (m%particles%outlines(size(scene%bodies)))
+         do k = 1, size(scene%bodies)
+            if (scene%bodies(k)%outline%is_there()) m%particles%outlines(k) = scene%bodies(k)%outline
+         end do
+         m%particles%lattice = scene%grid%lower
+         m%particles%thickness = scene%run%thickness
+      end if
       m%particles%total_frame = scene%method%frame == 'total'
       m%blocks%by_group = scene%method%time_steps == 'local'
       first = 1
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
-            call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
-                                scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
-            if (abs(b%spin) > 0) call add_spin(m%particles, first, first + product(points(:, k)) - 1, b%spin)
+            if (b%outline%is_there()) then
+               call fill_outline(m%particles, first, pieces(k), scene%run%thickness, &
+                                 scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
+            else
+               call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
+                                   scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
+            end if
+            if (abs(b%spin) > 0) call add_spin(m%particles, first, first + number(k) - 1, b%spin)
          end associate
-         first = first + product(points(:, k))
+         first = first + number(k)
       end do
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
    end subroutine place_particles
@@ -288,11 +316,30 @@ contains
       call press_faces(m)
    end subroutine place_loads
 
+   !> The parts of the edges of polygons and circles, and of bodies with holes, on which a traction acts: those in its box.
+   pure function loaded_parts(spec, scene) result(parts)
+      type(load_spec_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      type(edge_part_t), allocatable :: parts(:)
+      integer :: k
+      allocate (parts(0))
+      do k = 1, size(scene%bodies)
+         associate (body => scene%bodies(k), tol => tolerance(scene%grid))
+            if (body%outline%is_there()) &
+               parts = [parts, body%outline%parts_in_box(spec%lower - tol, spec%upper + tol, scene%grid%lower, &
+                                                         scene%grid%cell/body%points_per_cell)]
+         end associate
+      end do
+   end function loaded_parts
+
    !> How many loads of the motion a load of the scene is.
    pure integer function parts_of(scene, spec)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: spec
       parts_of = 1
+      if (spec%kind == 'pressure' .and. .not. is_on_faces(spec)) then
+         if (size(loaded_parts(spec, scene)) > 0) parts_of = ndim
+      end if
       if (.not. is_on_faces(spec)) return
       parts_of = 2*ndim
       if (scene%crack%present) parts_of = size(into_faces(scene), 2)
@@ -304,9 +351,10 @@ contains
       type(load_spec_t), intent(in) :: spec
       type(motion_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
+      type(edge_part_t), allocatable :: edge(:)
       real(dp), parameter :: everywhere(ndim) = huge(1.0_dp)
       real(dp) :: normal(ndim)
-      integer :: sides
+      integer :: sides, k
       associate (load => parts(1))
          load%force = spec%force
          select case (spec%kind)
@@ -318,15 +366,40 @@ contains
          case ('pressure')
             if (is_on_faces(spec)) then
                call place_on_faces(scene, spec, m, parts)
+            else if (size(parts) > 1) then
+               call press_parts(scene, spec, m, parts)
             else
                call find_edge_normal(scene, spec, normal, sides)
                call press_segment(scene, m, spec%lower, spec%upper, -normal, spec%pressure, load)
             end if
          case default
-            call load_on_segment(scene, m, spec%lower, spec%upper, face_normal(scene, spec), load)
+            edge = loaded_parts(spec, scene)
+            if (spec%kind == 'traction' .and. size(edge) > 0) then
+               call load_on_parts(m%particles, m%grid, m%blocks, edge, [(norm2(edge(k)%half), k=1, size(edge))] &
+                                  /sum([(norm2(edge(k)%half), k=1, size(edge))]), load)
+            else
+               call load_on_segment(scene, m, spec%lower, spec%upper, face_normal(scene, spec), load)
+            end if
          end select
       end associate
    end subroutine place_load
+
+   !> Let a pressure act on parts of slanted sides and arcs: a load for each component, whose parts go with the normals.
+   subroutine press_parts(scene, spec, m, loads)
+      type(scene_t), intent(in) :: scene
+      type(load_spec_t), intent(in) :: spec
+      type(motion_t), intent(in) :: m
+      type(load_t), intent(inout) :: loads(ndim)
+      type(edge_part_t), allocatable :: edge(:)
+      integer :: d, k
+      edge = loaded_parts(spec, scene)
+      do d = 1, ndim
+         loads(d)%force = 0
+         loads(d)%force(d) = -spec%pressure*scene%run%thickness
+         call load_on_parts(m%particles, m%grid, m%blocks, edge, &
+                            [(2*norm2(edge(k)%half)*edge(k)%normal(d), k=1, size(edge))], loads(d))
+      end do
+   end subroutine press_parts
 
    !> Let a pressure act on all faces of a crack.
    subroutine place_on_faces(scene, spec, m, parts)

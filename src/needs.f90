@@ -2,6 +2,7 @@
 !> are real: an integer might not hold them.
 module hampm_needs
    use hampm_kinds, only: dp, ndim
+   use hampm_body_group, only: area_in_box
    use hampm_failure, only: failure_t, exit_input
    use hampm_memory, only: memory_there_is
    use hampm_path_placement, only: path_tips
@@ -50,7 +51,8 @@ contains
       integer :: k
       needs%particles = sum([(particle_number(scene%bodies(k), scene%grid%cell), k=1, size(scene%bodies))])
       needs%cells = product(real(scene%grid%cells, dp))
-      occupied = sum([(product(scene%bodies(k)%upper - scene%bodies(k)%lower), k=1, size(scene%bodies))])/scene%grid%cell**ndim
+      occupied = sum([(area_in_box(scene%bodies(k), scene%bodies(k)%lower, scene%bodies(k)%upper), k=1, size(scene%bodies))]) &
+                 /scene%grid%cell**ndim
       occupied = max(min(occupied, needs%cells), 1.0_dp)
       if (scene%refine%indicator == 'tip') call refine_around_tips(scene, needs, occupied)
       needs%memory = memory_of(scene, needs%particles, needs%cells, occupied)

@@ -18,6 +18,7 @@ module hampm_state
    use hampm_motion, only: motion_t, rebuild_on_grid, rebuild_operators
    use hampm_nodal_fields, only: keep_fields
    use hampm_particles, only: keep_particles
+   use hampm_outline, only: outline_t
    use hampm_sorting, only: take_order
    use hampm_supports, only: keep_supports
    use hampm_text, only: to_text
@@ -76,6 +77,7 @@ contains
       type(grid_t), intent(inout) :: grid
       type(forest_t) :: forest
       type(line_t), allocatable :: lines(:)
+      type(outline_t), allocatable :: bodies(:)
       integer :: leaves
       forest = grid%forest
       leaves = 0
@@ -86,7 +88,8 @@ contains
       lines = cracks%lines()
       if (cracks%spacing > 0) call keep_lines(c, grid, lines)
       if (.not. c%is_read .or. c%failure%failed()) return
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines)
+      if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
+      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines, bodies)
    end subroutine keep_grid
 
    !> Keep where lines that the material carries are in a grid; those that are read are the ones in `lines`.

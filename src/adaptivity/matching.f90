@@ -14,6 +14,7 @@ module hampm_matching
    use hampm_leaf_field, only: twist_of_element
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
+   use hampm_outline, only: outline_t
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
@@ -60,8 +61,10 @@ contains
       type(line_t), allocatable, intent(in) :: lines(:)
       type(failure_t), intent(inout) :: failure
       type(cut_t), allocatable :: cuts(:)
+      type(outline_t), allocatable :: bodies(:)
       cuts = m%grid%cuts
-      call build_grid(forest, m%grid, failure, cuts, lines)
+      if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
+      call build_grid(forest, m%grid, failure, cuts, lines, bodies)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
    end subroutine change_grid

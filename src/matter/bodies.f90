@@ -1,10 +1,19 @@
 !> Filling bodies with material points.
 module hampm_bodies
    use hampm_kinds, only: dp, ndim
+   use hampm_outline, only: outline_t, least_part
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: points_along, fill_rectangle, add_spin
+   public :: points_along, pieces_t, cut_into_pieces, fill_rectangle, fill_outline, add_spin
+
+   !> What the boxes of a lattice have of a body.
+   type :: pieces_t
+      integer :: n = 0
+      real(dp), allocatable :: area(:)           !! [m2], (n and more)
+      real(dp), allocatable :: centroid(:, :)    !! [m], (ndim, n and more)
+      real(dp) :: spacing = 0                    !! of the lattice [m]
+   end type pieces_t
 
 contains
 
@@ -48,6 +57,57 @@ contains
          p%id(i) = i
       end do
    end subroutine fill_rectangle
+
+   !> Cut what is inside an outline into what boxes of a lattice have of it.
+   pure subroutine cut_into_pieces(outline, origin, cell, points_per_cell, pieces)
+      type(outline_t), intent(in) :: outline
+      real(dp), intent(in) :: origin(ndim)       !! a corner of a cell [m]
+      real(dp), intent(in) :: cell               !! size of a cell [m]
+      integer, intent(in) :: points_per_cell     !! boxes of the lattice in a cell and direction
+      type(pieces_t), intent(out) :: pieces
+      real(dp) :: m(0:ndim), lower(ndim)
+      integer :: first(ndim), last(ndim), i, j, room
+      pieces%spacing = cell/points_per_cell
+      associate (spacing => pieces%spacing, outer => outline%rings(1))
+         first = floor((outer%lower() - origin)/spacing)
+         last = ceiling((outer%upper() - origin)/spacing) - 1
+         room = product(last - first + 1)
+         allocate (pieces%area(room), pieces%centroid(ndim, room))
+         do j = first(2), last(2)
+            do i = first(1), last(1)
+               lower = origin + [i, j]*spacing
+               m = outline%moments(lower, lower + spacing)
+               if (m(0) <= least_part*spacing**2) cycle
+               pieces%n = pieces%n + 1
+               pieces%area(pieces%n) = m(0)
+               pieces%centroid(:, pieces%n) = lower + m(1:)/m(0)
+            end do
+         end do
+      end associate
+   end subroutine cut_into_pieces
+
+   !> Place a point at the centroid of each piece of a body, as `fill_rectangle`.
+   pure subroutine fill_outline(p, first, pieces, thickness, density, velocity, material, body)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: first               !! number of the first particle to set
+      type(pieces_t), intent(in) :: pieces
+      real(dp), intent(in) :: thickness          !! [m]
+      real(dp), intent(in) :: density            !! [kg/m3]
+      real(dp), intent(in) :: velocity(ndim)     !! [m/s]
+      integer, intent(in) :: material, body      !! their indices
+      integer :: i, k
+      call note_spacing(p, body, spread(pieces%spacing, 1, ndim))
+      do k = 1, pieces%n
+         i = first + k - 1
+         p%reference(i, :) = pieces%centroid(:, k)
+         p%volume(i) = pieces%area(k)*thickness
+         p%mass(i) = density*p%volume(i)
+         p%velocity(i, :) = velocity
+         p%material(i) = material
+         p%body(i) = body
+         p%id(i) = i
+      end do
+   end subroutine fill_outline
 
    !> Let some points turn around their centre of mass, beside what velocity they have.
    pure subroutine add_spin(p, first, last, spin)

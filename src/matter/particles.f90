@@ -13,6 +13,7 @@ module hampm_particles
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: outside
    use hampm_large_pages, only: prefer_large_pages
+   use hampm_outline, only: outline_t
    use hampm_text, only: to_text
    implicit none
    private
@@ -40,7 +41,12 @@ module hampm_particles
       integer(long), allocatable :: path(:)             !! which child it is of each split: a digit of base 2**ndim for each,
                                                         !! the last split last; (n)
       real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
+      ! Where bodies are no mere rectangles. Not allocated elsewhere
+      type(outline_t), allocatable :: outlines(:)       !! in the reference configuration, (bodies)
+      real(dp) :: lattice(ndim) = 0                     !! a corner of the lattice whose boxes have particles [m]
+      real(dp) :: thickness = 0                         !! of the plate [m]
    contains
+      procedure :: has_outline
       procedure :: position
       procedure :: place_in_grid
       procedure :: gradient_of
@@ -99,6 +105,14 @@ contains
       integer, intent(in) :: columns
       allocate (p%history(p%n, columns), source=0.0_dp)
    end subroutine add_history
+
+   !> Whether a body is not a mere rectangle.
+   pure logical function has_outline(self, body)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: body
+      has_outline = .false.
+      if (allocated(self%outlines)) has_outline = self%outlines(body)%is_there()
+   end function has_outline
 
    !> Visit all fields, always in the same order.
    subroutine visit_columns(self, visitor)
@@ -176,6 +190,9 @@ contains
       if (failure%failed()) return
       fresh%total_frame = p%total_frame
       if (allocated(p%spacing)) fresh%spacing = p%spacing
+      if (allocated(p%outlines)) fresh%outlines = p%outlines
+      fresh%lattice = p%lattice
+      fresh%thickness = p%thickness
       if (has_families) allocate (fresh%level(n), fresh%path(n))
       if (columns > 0) call add_history(fresh, columns)
    end subroutine make_room
@@ -226,6 +243,9 @@ contains
       call move_alloc(from%level, to%level)
       call move_alloc(from%path, to%path)
       call move_alloc(from%spacing, to%spacing)
+      call move_alloc(from%outlines, to%outlines)
+      to%lattice = from%lattice
+      to%thickness = from%thickness
    end subroutine move_particles
 
    !> Pack or unpack a field of real numbers, if it is wanted.

@@ -10,18 +10,30 @@
 !>
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
 !> find each other wherever they have moved.
+!>
+!> A particle of a body with an outline (`hampm_outline`) is what a box of a lattice has of the body. Its children are what the
+!> quarters of that box have of it, at their centroids; a quarter without material makes no child.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset, outside, deepest
+   use hampm_outline, only: least_part
    use hampm_particles, only: particles_t, take_particles
    use hampm_place_table, only: place_table_t
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: start_families, split, recombine, child_offset, middle_of_parent, spacing_of
+   public :: start_families, split, recombine, middle_of_parent, spacing_of
 
    real(dp), parameter :: reach = 2              !! siblings further from their mean, in edges of the parent, stay apart
+
+   !> The children of a particle.
+   type :: litter_t
+      integer :: n = 0                           !! how many there are
+      integer :: child(corners) = 0              !! which quarter each is
+      real(dp) :: offset(ndim, corners) = 0      !! where it stands from its parent: dX [m]
+      real(dp) :: part(corners) = 0              !! its volume, over that of its parent
+   end type litter_t
 
 contains
 
@@ -42,20 +54,65 @@ contains
       if (allocated(p%level)) spacing = scale(spacing, -p%level(i))
    end function spacing_of
 
-   !> Where child `c` of particle `i` stands from it in the reference configuration: dX [m].
-   pure function child_offset(p, i, c) result(offset)
+   !> The children that a particle would have: their numbers, where they stand from it in the reference configuration, and their parts of its
+   !> volume.
+   pure type(litter_t) function children_of(p, i) result(litter)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: i, c
-      real(dp) :: offset(ndim)
-      offset = (2*corner_offset(c) - 1)*spacing_of(p, i)/4
-   end function child_offset
+      integer, intent(in) :: i
+      real(dp) :: edges(ndim), middle(ndim), m(0:ndim), part(corners), at(ndim, corners)
+      integer :: c
+      edges = spacing_of(p, i)/2
+      if (.not. p%has_outline(p%body(i))) then
+         litter%n = corners
+         litter%child = [(c, c=1, corners)]
+         litter%part = 1/real(corners, dp)
+         do c = 1, corners
+            litter%offset(:, c) = (2*corner_offset(c) - 1)*edges/2
+         end do
+         return
+      end if
+      middle = middle_of_box(p, i, 0)
+      do c = 1, corners
+         associate (lower => middle + (corner_offset(c) - 1)*edges)
+            m = p%outlines(p%body(i))%moments(lower, lower + edges)
+            part(c) = m(0)
+            at(:, c) = lower
+            if (m(0) > 0) at(:, c) = lower + m(1:)/m(0)
+         end associate
+      end do
+      do c = 1, corners
+         if (part(c) <= least_part*product(edges)) cycle
+         litter%n = litter%n + 1
+         litter%child(litter%n) = c
+         litter%part(litter%n) = part(c)
+         litter%offset(:, litter%n) = at(:, c)
+      end do
+      associate (n => litter%n)
+         litter%part(:n) = litter%part(:n)/sum(litter%part(:n))
+         middle = matmul(litter%offset(:, :n), litter%part(:n))
+         litter%offset(:, :n) = litter%offset(:, :n) - spread(middle, 2, n)
+      end associate
+   end function children_of
 
-   !> Reference position of the particle of which a particle is a child [m].
+   !> Middle of the box of the lattice of which a particle is what the body has of it, or of the box of its parent, `generations` = 1 [m].
+   pure function middle_of_box(p, i, generations) result(x)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i, generations
+      real(dp) :: x(ndim), edges(ndim)
+      edges = scale(spacing_of(p, i), generations)
+      x = p%lattice + (floor((p%reference(i, :) - p%lattice)/edges) + 0.5_dp)*edges
+   end function middle_of_box
+
+   !> Reference position of the particle of which a particle is a child, or of the middle of its box [m].
    pure function middle_of_parent(p, i) result(x)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i                   !! a child
       real(dp) :: x(ndim)
-      x = p%reference(i, :) - (2*corner_offset(int(mod(p%path(i), int(corners, long))) + 1) - 1)*spacing_of(p, i)/2
+      if (p%has_outline(p%body(i))) then
+         x = middle_of_box(p, i, 1)
+      else
+         x = p%reference(i, :) - (2*corner_offset(int(mod(p%path(i), int(corners, long))) + 1) - 1)*spacing_of(p, i)/2
+      end if
    end function middle_of_parent
 
    !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
@@ -67,18 +124,25 @@ contains
                                                            !! reference configuration [1/s]; (ndim, ndim, marked)
       real(dp), intent(in) :: twist(:, :)                  !! t of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/m]; (ndim, marked)
-      integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, (n)
+      integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, and behind the last;
+                                                           !! (n + 1)
       type(failure_t), intent(inout) :: failure
+      type(litter_t), allocatable :: litter(:)
       integer, allocatable :: origin(:)
-      integer :: i, c, k, marks
-      allocate (first_child(p%n), origin(p%n + (corners - 1)*count(marked)))
-      k = 0
+      integer :: i, c, marks
+      allocate (litter(count(marked)), first_child(p%n + 1))
+      first_child(1) = 1
+      marks = 0
       do i = 1, p%n
-         first_child(i) = k + 1
-         do c = 1, merge(corners, 1, marked(i))
-            k = k + 1
-            origin(k) = i
-         end do
+         first_child(i + 1) = first_child(i) + 1
+         if (.not. marked(i)) cycle
+         marks = marks + 1
+         litter(marks) = children_of(p, i)
+         first_child(i + 1) = first_child(i) + litter(marks)%n
+      end do
+      allocate (origin(first_child(p%n + 1) - 1))
+      do i = 1, p%n
+         origin(first_child(i):first_child(i + 1) - 1) = i
       end do
       call take_particles(p, origin, failure)
       if (failure%failed()) return
@@ -86,36 +150,36 @@ contains
       do i = 1, size(marked)
          if (.not. marked(i)) cycle
          marks = marks + 1
-         do c = 1, corners
-            call become_child(p, first_child(i) + c - 1, c, velocity_gradient(:, :, marks), twist(:, marks))
+         do c = 1, litter(marks)%n
+            call become_child(p, first_child(i) + c - 1, c, litter(marks), velocity_gradient(:, :, marks), twist(:, marks))
          end do
       end do
    end subroutine split
 
-   !> Make particle `k`, a copy of its parent, child `c`.
-   subroutine become_child(p, k, c, l, twist)
+   !> Make particle `k`, a copy of its parent, the c-th child of a litter.
+   subroutine become_child(p, k, c, litter, l, twist)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: k, c
+      type(litter_t), intent(in) :: litter
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
       real(dp), intent(in) :: twist(ndim)        !! [1/m]
-      real(dp) :: offset(ndim), apart(ndim), f(ndim, ndim), extent(ndim), change(ndim, ndim)
-      offset = child_offset(p, k, c)
+      real(dp) :: apart(ndim, corners), f(ndim, ndim), change(ndim, ndim), mean
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
-      apart = matmul(f, offset)                  ! dx, and in the total frame dX
-      extent = abs(offset)
-      change(:, 1) = twist*apart(2)
-      change(:, 2) = twist*apart(1)
-      p%reference(k, :) = p%reference(k, :) + offset
+      apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
+      change(:, 1) = twist*apart(2, c)
+      change(:, 2) = twist*apart(1, c)
       ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
-      p%displacement(k, :) = p%displacement(k, :) + matmul(p%gradient(k, :, :), offset) &
-                             + twist*(product(apart) - sum(f(1, :)*f(2, :)*extent**2))
+      mean = sum(litter%part*apart(1, :)*apart(2, :))
+      p%reference(k, :) = p%reference(k, :) + litter%offset(:, c)
+      p%displacement(k, :) = p%displacement(k, :) + matmul(p%gradient(k, :, :), litter%offset(:, c)) &
+                             + twist*(product(apart(:, c)) - mean)
       p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))
-      p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart)
-      p%mass(k) = p%mass(k)/corners
-      p%volume(k) = p%volume(k)/corners
+      p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart(:, c))
+      p%mass(k) = p%mass(k)*litter%part(c)
+      p%volume(k) = p%volume(k)*litter%part(c)
       p%level(k) = p%level(k) + 1
-      p%path(k) = p%path(k)*corners + (c - 1)
+      p%path(k) = p%path(k)*corners + (litter%child(c) - 1)
    end subroutine become_child
 
    !> Recombine the families of siblings of which all are marked, and near each other, where that makes a particle as fine as the
@@ -133,15 +197,19 @@ contains
       if (families == 0) return
       allocate (new_number(p%n), source=-1)
       do f = 1, families
-         call merge_into_first(p, member(:, f))
-         new_number(member(2:, f)) = 0           ! no place of their own
+         associate (siblings => member(:count(member(:, f) > 0), f))
+            call merge_into_first(p, siblings)
+            new_number(siblings(2:)) = 0         ! no place of their own
+         end associate
       end do
       origin = pack([(i, i=1, p%n)], new_number /= 0)
       do k = 1, size(origin)
          new_number(origin(k)) = k
       end do
       do f = 1, families
-         new_number(member(2:, f)) = new_number(member(1, f))
+         associate (siblings => member(:count(member(:, f) > 0), f))
+            new_number(siblings(2:)) = new_number(siblings(1))
+         end associate
       end do
       call take_particles(p, origin, failure)
    end subroutine recombine
@@ -151,10 +219,10 @@ contains
       type(particles_t), intent(in) :: p
       logical, intent(in) :: marked(:)
       type(forest_t), intent(in) :: forest
-      integer, allocatable, intent(out) :: member(:, :)  !! (corners, families and more)
+      integer, allocatable, intent(out) :: member(:, :)  !! 0 behind the last, (corners, families and more)
       integer, intent(out) :: families
       type(place_table_t) :: table
-      integer, allocatable :: found(:)
+      integer, allocatable :: found(:), siblings(:)
       integer :: i, f, status
       integer(long) :: key(ndim)
       allocate (member(corners, count(marked)), source=0)
@@ -172,25 +240,45 @@ contains
          member(int(mod(p%path(i), int(corners, long))) + 1, f) = i
       end do
       do f = 1, table%n
-         if (found(f) < corners) cycle
-         if (.not. is_together(p, member(:, f))) cycle
-         if (.not. fits_between(p, member(:, f), forest)) cycle
+         siblings = pack(member(:, f), member(:, f) > 0)
+         if (found(f) < number_of_siblings(p, siblings(1))) cycle
+         if (.not. is_together(p, siblings)) cycle
+         if (.not. fits_between(p, siblings, forest)) cycle
          families = families + 1
-         member(:, families) = member(:, f)
+         member(:, families) = 0
+         member(:size(siblings), families) = siblings
       end do
    end subroutine find_families
+
+   !> How many children the parent of a particle had.
+   pure integer function number_of_siblings(p, i) result(n)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i                   !! a child
+      real(dp) :: m(0:ndim), edges(ndim)
+      integer :: c
+      n = corners
+      if (.not. p%has_outline(p%body(i))) return
+      n = 0
+      edges = spacing_of(p, i)
+      do c = 1, corners
+         associate (lower => middle_of_box(p, i, 1) + (corner_offset(c) - 1)*edges)
+            m = p%outlines(p%body(i))%moments(lower, lower + edges)
+         end associate
+         if (m(0) > least_part*product(edges)) n = n + 1
+      end do
+   end function number_of_siblings
 
    !> Whether siblings are near each other.
    pure logical function is_together(p, siblings)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: siblings(corners)
-      real(dp) :: x(ndim, corners), middle(ndim)
+      integer, intent(in) :: siblings(:)
+      real(dp) :: x(ndim, size(siblings)), middle(ndim)
       integer :: c
-      do c = 1, corners
+      do c = 1, size(siblings)
          x(:, c) = p%position(siblings(c))
       end do
-      middle = sum(x, dim=2)/corners
-      is_together = maxval(abs(x - spread(middle, 2, corners))) <= reach*2*maxval(spacing_of(p, siblings(1)))
+      middle = sum(x, dim=2)/size(siblings)
+      is_together = maxval(abs(x - spread(middle, 2, size(siblings)))) <= reach*2*maxval(spacing_of(p, siblings(1)))
    end function is_together
 
    !> Whether what siblings are together is as fine as the leaf in their middle. It may not be though their own leaves are coarse:
@@ -201,38 +289,39 @@ contains
       type(forest_t), intent(in) :: forest
       real(dp) :: x(ndim)
       integer :: leaf
-      x = mean_of(p%reference, siblings)
-      if (.not. p%total_frame) x = x + mean_of(p%displacement, siblings)
+      x = mean_of(p%reference, p%volume, siblings)
+      if (.not. p%total_frame) x = x + mean_of(p%displacement, p%volume, siblings)
       leaf = forest%leaf_at(x)
       fits = leaf /= outside
       if (fits) fits = forest%level_of(leaf) < p%level(siblings(1))
    end function fits_between
 
-   !> Mean of a vector over siblings.
-   pure function mean_of(vector, siblings) result(mean)
+   !> Mean of a vector over the volume of siblings.
+   pure function mean_of(vector, volume, siblings) result(mean)
       real(dp), intent(in) :: vector(:, :)       !! (n, ndim)
-      integer, intent(in) :: siblings(corners)
+      real(dp), intent(in) :: volume(:)          !! [m3], (n)
+      integer, intent(in) :: siblings(:)
       real(dp) :: mean(ndim)
-      mean = sum(vector(siblings, :), dim=1)/corners
+      mean = matmul(volume(siblings)/sum(volume(siblings)), vector(siblings, :))
    end function mean_of
 
    !> Make the first of some siblings what all are together.
    subroutine merge_into_first(p, siblings)
       type(particles_t), intent(inout) :: p
-      integer, intent(in) :: siblings(corners)
+      integer, intent(in) :: siblings(:)
       real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim)
       integer :: c
       mass = sum(p%mass(siblings))
       volume = sum(p%volume(siblings))
       momentum = 0
       gradient = 0
-      do c = 1, corners
+      do c = 1, size(siblings)
          momentum = momentum + p%mass(siblings(c))*p%velocity(siblings(c), :)
          gradient = gradient + p%volume(siblings(c))*p%gradient(siblings(c), :, :)
       end do
       associate (k => siblings(1))
-         p%reference(k, :) = mean_of(p%reference, siblings)
-         p%displacement(k, :) = mean_of(p%displacement, siblings)
+         p%reference(k, :) = mean_of(p%reference, p%volume, siblings)
+         p%displacement(k, :) = mean_of(p%displacement, p%volume, siblings)
          p%velocity(k, :) = momentum/mass
          p%gradient(k, :, :) = gradient/volume
          if (allocated(p%history)) p%history(k, :) = matmul(p%volume(siblings), p%history(siblings, :))/volume

@@ -25,7 +25,7 @@ module hampm_critical_step
    use hampm_orthotropic, only: n_voigt
    implicit none
    private
-   public :: row_t, row_of_points, shifted, largest_courant, sample_cells
+   public :: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
 
    integer, parameter :: sample_cells = 8        !! that a sample has at most in each direction
 
@@ -35,6 +35,7 @@ module hampm_critical_step
    !> The positions of the particles of a body in one direction.
    type :: row_t
       real(dp), allocatable :: x(:)              !! in cells, from a node on, ascending
+      real(dp), allocatable :: length(:)         !! that each stands for [cells]
       real(dp) :: spacing = 0                    !! between them [cells]
    end type row_t
 
@@ -73,7 +74,25 @@ contains
          row%x = [row%x, x]
          k = k + 1
       end do
+      row%length = spread(row%spacing, 1, size(row%x))
    end function row_of_points
+
+   !> The particles of a body of two cells and, on both sides, a part of a cell: those of a lattice, of which the ends cut some.
+   pure type(row_t) function row_of_cut_cells(fill, points_per_cell) result(row)
+      real(dp), intent(in) :: fill               !! the part of the cells at the ends [cells]
+      integer, intent(in) :: points_per_cell
+      real(dp) :: from, to
+      integer :: k
+      row%spacing = 1/real(points_per_cell, dp)
+      allocate (row%x(0), row%length(0))
+      do k = 0, 4*points_per_cell - 1
+         from = max(k*row%spacing, 1 - fill)
+         to = min((k + 1)*row%spacing, 3 + fill)
+         if (to - from <= margin) cycle
+         row%x = [row%x, (from + to)/2]
+         row%length = [row%length, to - from]
+      end do
+   end function row_of_cut_cells
 
    !> A row somewhere else in the cells.
    elemental type(row_t) function shifted(row, by)
@@ -120,11 +139,11 @@ contains
       s%cells = [(floor(maxval(rows(d)%x)) + 1, d=1, ndim)]
       n = product(s%cells + 1)
       allocate (s%cell(corners, corners, product(s%cells)), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
-      weight = product(rows%spacing)
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
             xi = [rows(1)%x(i), rows(2)%x(j)]
             at = floor(xi)
+            weight = rows(1)%length(i)*rows(2)%length(j)
             xi = min(max(xi - at, margin), 1 - margin)
             shape = shape_functions(xi)
             gradient = shape_gradients(xi, 1.0_dp)

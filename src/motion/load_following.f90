@@ -1,13 +1,11 @@
 !> Loads whose hosts split or recombine: resultant, moment and the material that carries them stay.
 !>
-!> A point goes to the child on its side. A segment of a traction is halved, so that it is as fine as the cells under it; that of
+!> A point goes to the nearest child. A segment of a traction is halved, so that it is as fine as the cells under it; that of
 !> a body force is shared by the children. Points that recombining brings to the same particle become one in their middle.
 module hampm_load_following
-   use hampm_kinds, only: dp, ndim, corners
-   use hampm_forest, only: corner_offset
+   use hampm_kinds, only: dp, ndim
    use hampm_loads, only: load_t
    use hampm_particles, only: particles_t
-   use hampm_splitting, only: child_offset
    implicit none
    private
    public :: follow_split, follow_recombination
@@ -19,30 +17,31 @@ contains
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p         !! as it is now
       logical, intent(in) :: marked(:)           !! which particles were split, by their old numbers
-      integer, intent(in) :: first_child(:)      !! new place of each particle or its first child
+      integer, intent(in) :: first_child(:)      !! new place of each particle or its first child, and behind the last
       type(load_t) :: old
-      integer :: l, k, n, c
+      integer :: l, k, n, c, first, last
       do l = 1, size(loads)
          old = loads(l)
-         n = sum(merge(pieces(old), 1, marked(old%host)))
+         n = sum(merge(pieces(old, first_child), 1, marked(old%host)))
          call resize(loads(l), n)
          n = 0
          do k = 1, size(old%host)
             associate (host => old%host(k))
+               first = first_child(host)
+               last = first_child(host + 1) - 1
                if (.not. marked(host)) then
-                  call put(loads(l), n, old%fraction(k), first_child(host), old%offset(:, k), old%half(:, k))
+                  call put(loads(l), n, old%fraction(k), first, old%offset(:, k), old%half(:, k))
                else if (old%by_mass) then
-                  do c = 1, corners
-                     call put(loads(l), n, old%fraction(k)/corners, first_child(host) + c - 1, old%offset(:, k), &
-                              old%half(:, k))
+                  do c = first, last
+                     call put(loads(l), n, old%fraction(k)*p%mass(c)/sum(p%mass(first:last)), c, old%offset(:, k), old%half(:, k))
                   end do
                else if (any(abs(old%half(:, k)) > 0)) then
                   do c = -1, 1, 2
-                     call put_on_child(loads(l), n, old%fraction(k)/2, first_child(host), &
-                                       old%offset(:, k) + c*old%half(:, k)/2, old%half(:, k)/2, p)
+                     call put_on_child(loads(l), n, old%fraction(k)/2, first, last, old%offset(:, k) + c*old%half(:, k)/2, &
+                                       old%half(:, k)/2, p)
                   end do
                else
-                  call put_on_child(loads(l), n, old%fraction(k), first_child(host), old%offset(:, k), old%half(:, k), p)
+                  call put_on_child(loads(l), n, old%fraction(k), first, last, old%offset(:, k), old%half(:, k), p)
                end if
             end associate
          end do
@@ -50,35 +49,36 @@ contains
    end subroutine follow_split
 
    !> How many points each point of a load becomes when its host splits.
-   pure function pieces(load)
+   pure function pieces(load, first_child)
       type(load_t), intent(in) :: load
+      integer, intent(in) :: first_child(:)
       integer :: pieces(size(load%host))
       integer :: k
       if (load%by_mass) then
-         pieces = corners
+         pieces = first_child(load%host + 1) - first_child(load%host)
       else
          pieces = [(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%host))]
       end if
    end function pieces
 
-   !> Put a point on that child of a particle on whose side it is.
-   subroutine put_on_child(load, n, fraction, first_child, offset, half, p)
+   !> Put a point on the nearest child of a particle.
+   subroutine put_on_child(load, n, fraction, first, last, offset, half, p)
       type(load_t), intent(inout) :: load
       integer, intent(inout) :: n                !! number of points so far
       real(dp), intent(in) :: fraction
-      integer, intent(in) :: first_child
+      integer, intent(in) :: first, last         !! child
       real(dp), intent(in) :: offset(ndim)       !! from the parent [m]
       real(dp), intent(in) :: half(ndim)
       type(particles_t), intent(in) :: p
+      real(dp) :: parent(ndim), x(ndim)
       integer :: c, best
-      best = 1
-      do c = 2, corners
-         if (all(corner_offset(c) == merge(1, 0, offset > 0))) best = c
+      parent = matmul(p%volume(first:last)/sum(p%volume(first:last)), p%reference(first:last, :))
+      x = parent + offset
+      best = first
+      do c = first + 1, last
+         if (norm2(x - p%reference(c, :)) < norm2(x - p%reference(best, :))) best = c
       end do
-      associate (child => first_child + best - 1)
-         ! The offset of a child counted by its own spacing is half of that counted by the parent's
-         call put(load, n, fraction, child, offset - 2*child_offset(p, child, best), half)
-      end associate
+      call put(load, n, fraction, best, x - p%reference(best, :), half)
    end subroutine put_on_child
 
    !> Append a point.

@@ -11,11 +11,12 @@ module hampm_loads
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
    use hampm_time_history, only: time_history_t
+   use hampm_outline, only: edge_part_t
    use hampm_particles, only: particles_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: load_t, load_on_points, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
+   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
              book_work_late, force_at_node, factors_at, largest_factors, all_settle, settling_time, note_hosts, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
@@ -66,6 +67,50 @@ contains
          load%offset(:, k) = points(:, k) - p%reference(load%host(k), :)
       end do
    end subroutine load_on_points
+
+   !> A load of which parts of edges have shares, at two points of each (those of Gauss): with these the forces on the nodes of a
+   !> straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
+   subroutine load_on_parts(p, grid, blocks, parts, share, load)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      type(edge_part_t), intent(in) :: parts(:)
+      real(dp), intent(in) :: share(:)           !! of each, times the force of the load
+      type(load_t), intent(inout) :: load
+      real(dp), parameter :: gauss = 1/sqrt(3.0_dp), inward = 1e-6_dp ! of a cell
+      real(dp) :: x(ndim)
+      integer :: k, i, n
+      n = 2*size(parts)
+      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
+      do k = 1, size(parts)
+         do i = 0, 1
+            n = 2*k - i
+            x = parts(k)%middle + (1 - 2*i)*gauss*parts(k)%half
+            load%fraction(n) = share(k)/2
+            load%half(:, n) = parts(k)%half/2
+            load%host(n) = nearest_in_cell(p, grid, blocks, x, x - inward*grid%finest_cell*parts(k)%normal)
+            load%offset(:, n) = x - p%reference(load%host(n), :)
+         end do
+      end do
+   end subroutine load_on_parts
+
+   !> The particle nearest to a place, of those in the leaf of a place next to it, if it has any.
+   integer function nearest_in_cell(p, grid, blocks, x, beside) result(nearest)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
+      integer :: e, i
+      nearest = 0
+      e = grid%element_at(beside)
+      if (e > 0) then
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+            if (nearest == 0) nearest = i
+            if (norm2(p%position(i) - x) < norm2(p%position(nearest) - x)) nearest = i
+         end do
+      end if
+      if (nearest == 0) nearest = nearest_particle(p, grid, blocks, x)
+   end function nearest_in_cell
 
    !> A load shared by the particles within a box in proportion to their mass.
    subroutine load_on_particles(p, lower, upper, load)

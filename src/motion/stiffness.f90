@@ -141,8 +141,8 @@ contains
       end do
    end subroutine number
 
-   !> Add the stiffness of all cells. Nodes that only a piece of a cut cell has, and in that few particles, have motions that strain
-   !> nothing: these are hardly held, to have some solution.
+   !> Add the stiffness of all cells. Nodes that only a piece of a cell has, as a crack or the edge of a body cuts it, and in that few
+   !> particles, have motions that strain nothing: these are hardly held, to have some solution.
    subroutine fill(m, cells, stiffness, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: cells(:)            !! the occupied elements
@@ -164,7 +164,7 @@ contains
             end do
          end if
          by_master = matrix_by_masters(ndim, weight, by_corner)
-         if (m%grid%is_piece(cells(k))) then
+         if (m%grid%is_piece(cells(k)) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(cells(k)) < corners)) then
             do d = 1, ndim*n
                by_master(d, d) = by_master(d, d) + hardly*maxval(by_corner)
             end do

@@ -1,25 +1,36 @@
 !> The group &body: its row in the table of groups, its keys, and their values in a scene.
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, must, may, repeats, is_required, any_number
+   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, type_text, may, repeats, is_required, any_number, &
+                             not_negative, type_logical, max_values
+   use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring
    use hampm_settings, only: settings_t
    implicit none
    private
-   public :: body_group, body_keys, body_t, fill_bodies
+   public :: body_group, body_keys, body_t, hole_t, fill_bodies, fill_holes, outline_of, area_in_box
 
-   type(group_t), parameter :: body_group = group_t('body', repeats, is_required, 'a piece of material; bodies must not overlap')
+   type(group_t), parameter :: body_group = group_t('body', repeats, is_required, &
+      'a piece of material, or a hole in one; bodies must not overlap')
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
    type(key_t), parameter :: body_keys(*) = [ &
-      key_t('body', 'material', type_name, 1, 1, must, '', 'aluminium', '', &
-            '', 'name of its material'), &
+      key_t('body', 'material', type_text, 1, 1, may, '', 'aluminium', '', &
+            '', 'name of its material; none of a hole'), &
       key_t('body', 'shape', type_name, 1, 1, may, 'rectangle', '', '', &
-            'rectangle', 'a rectangle along the grid lines'), &
-      key_t('body', 'lower', type_real, ndim, ndim, must, '', '0.0, 0.0', 'm', &
-            any_number, 'its lower corner'), &
-      key_t('body', 'upper', type_real, ndim, ndim, must, '', '0.1, 0.01', 'm', &
-            any_number, 'its upper corner'), &
+            'rectangle|polygon|circle', 'a rectangle along the grid lines, a polygon or a circle'), &
+      key_t('body', 'lower', type_real, 0, ndim, may, '', '0.0, 0.0', 'm', &
+            any_number, 'lower corner of a rectangle'), &
+      key_t('body', 'upper', type_real, 0, ndim, may, '', '0.1, 0.01', 'm', &
+            any_number, 'upper corner of a rectangle'), &
+      key_t('body', 'points', type_real, 0, max_values, may, '', '', 'm', &
+            any_number, 'corners of a polygon: x1, y1, x2, y2, ..., as one walks around it'), &
+      key_t('body', 'center', type_real, 0, ndim, may, '', '', 'm', &
+            any_number, 'center of a circle'), &
+      key_t('body', 'radius', type_real, 1, 1, may, '0.0', '', 'm', &
+            not_negative, 'radius of a circle'), &
+      key_t('body', 'hole', type_logical, 1, 1, may, '.false.', '', '', &
+            '', 'whether it is a hole, in the body that it lies in; holes come after all bodies'), &
       key_t('body', 'points_per_cell', type_integer, 1, 1, may, '2', '', '', &
             '[1, 16]', 'material points per root cell in each direction; even where cells may refine'), &
       key_t('body', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
@@ -33,37 +44,183 @@ module hampm_body_group
    type :: body_t
       character(name_len) :: material = ''       !! name of its material
       integer :: material_index = 0              !! position of that material in `scene_t%materials`
-      character(name_len) :: shape = ''          !! 'rectangle'
-      real(dp) :: lower(ndim) = 0                !! [m]
+      character(name_len) :: shape = ''          !! 'rectangle', 'polygon' or 'circle'
+      real(dp) :: lower(ndim) = 0                !! corner of the box around it [m]
       real(dp) :: upper(ndim) = 0                !! [m]
+      type(outline_t) :: outline                 !! none of a rectangle without holes
       integer :: points_per_cell = 0             !! material points per cell and direction
       real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
       real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
       real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
    end type body_t
 
+   !> &body with hole = .true.
+   type :: hole_t
+      integer :: number = 0                      !! of the group, among all &body
+      integer :: body = 0                        !! in which it is, 0 for none
+      character(name_len) :: shape = ''          !! 'rectangle', 'polygon' or 'circle'
+      type(ring_t) :: ring
+   end type hole_t
+
 contains
 
-   !> Take all groups of this name.
+   !> Take all groups of this name that are no holes.
    pure subroutine fill_bodies(settings, bodies)
       type(settings_t), intent(in) :: settings
       type(body_t), allocatable, intent(out) :: bodies(:)
-      integer :: i
-      allocate (bodies(settings%count_of('body')))
-      do i = 1, size(bodies)
-         call fill_body(settings, settings%find('body', i), bodies(i))
+      integer :: i, n
+      allocate (bodies(count([(.not. is_hole(settings, i), i=1, settings%count_of('body'))])))
+      n = 0
+      do i = 1, settings%count_of('body')
+         if (is_hole(settings, i)) cycle
+         n = n + 1
+         call fill_body(settings, settings%find('body', i), bodies(n))
       end do
    end subroutine fill_bodies
+
+   !> Take all that are holes, and let the bodies in which they are know of them.
+   pure subroutine fill_holes(settings, bodies, holes)
+      type(settings_t), intent(in) :: settings
+      type(body_t), intent(inout) :: bodies(:)
+      type(hole_t), allocatable, intent(out) :: holes(:)
+      integer :: i, k, n
+      allocate (holes(count([(is_hole(settings, i), i=1, settings%count_of('body'))])))
+      n = 0
+      do i = 1, settings%count_of('body')
+         if (.not. is_hole(settings, i)) cycle
+         n = n + 1
+         holes(n)%number = i
+         holes(n)%shape = settings%text(settings%find('body', i), 'shape')
+         call take_ring(settings, settings%find('body', i), holes(n)%ring)
+         if (.not. is_ring(holes(n)%ring)) cycle
+         do k = 1, size(bodies)
+            if (is_within(holes(n)%ring, bodies(k))) holes(n)%body = k
+         end do
+         if (holes(n)%body > 0) call add_hole(bodies(holes(n)%body), holes(n)%ring)
+      end do
+   end subroutine fill_holes
+
+   !> Whether the i-th group is a hole.
+   pure logical function is_hole(settings, i)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: i
+      is_hole = settings%flag(settings%find('body', i), 'hole')
+   end function is_hole
+
+   !> Whether a hole is inside the outer ring of a body. What touches it is not.
+   pure logical function is_within(hole, body) result(within)
+      type(ring_t), intent(in) :: hole
+      type(body_t), intent(in) :: body
+      integer, parameter :: looks = 720          ! around a circle
+      real(dp), allocatable :: x(:, :)
+      integer :: k
+      x = hole%corners(looks)
+      if (body%outline%is_there()) then
+         associate (outer => body%outline%rings(1))
+            within = all([(outer%encloses(x(:, k)) .and. outer%distance(x(:, k)) > 0, k=1, size(x, 2))])
+            if (within .and. .not. outer%is_circle) &
+               within = .not. any([(hole%encloses(outer%points(:, k)), k=1, size(outer%points, 2))])
+         end associate
+      else
+         within = all(hole%lower() > body%lower) .and. all(hole%upper() < body%upper)
+      end if
+   end function is_within
+
+   !> Whether a ring has an inside.
+   pure logical function is_ring(ring)
+      type(ring_t), intent(in) :: ring
+      is_ring = ring%is_circle .and. ring%radius > 0
+      if (allocated(ring%points)) is_ring = size(ring%points, 2) > 2
+   end function is_ring
+
+   !> Add a hole to the outline of a body, which begins as a rectangle.
+   pure subroutine add_hole(body, hole)
+      type(body_t), intent(inout) :: body
+      type(ring_t), intent(in) :: hole
+      type(ring_t), allocatable :: rings(:)
+      integer :: n
+      n = 1
+      if (body%outline%is_there()) n = size(body%outline%rings)
+      allocate (rings(n + 1))
+      if (body%outline%is_there()) then
+         rings(:n) = body%outline%rings
+      else
+         rings(1) = rectangle_ring(body%lower, body%upper)
+      end if
+      rings(n + 1) = hole
+      call move_alloc(rings, body%outline%rings)
+   end subroutine add_hole
+
+   !> The outline of a body, also of a rectangle.
+   pure type(outline_t) function outline_of(body) result(outline)
+      type(body_t), intent(in) :: body
+      if (body%outline%is_there()) then
+         allocate (outline%rings, source=body%outline%rings)
+      else
+         allocate (outline%rings(1))
+         outline%rings(1) = rectangle_ring(body%lower, body%upper)
+      end if
+   end function outline_of
+
+   !> Area of what of a body is in a box [m2].
+   pure real(dp) function area_in_box(body, lower, upper) result(area)
+      type(body_t), intent(in) :: body
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      real(dp) :: m(0:ndim)
+      if (body%outline%is_there()) then
+         m = body%outline%moments(lower, upper)
+         area = m(0)
+      else
+         area = product(max(min(body%upper, upper) - max(body%lower, lower), 0.0_dp))
+      end if
+   end function area_in_box
+
+   !> The ring of a rectangle.
+   pure type(ring_t) function rectangle_ring(lower, upper) result(ring)
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
+      ring = polygon_ring(reshape([lower, upper(1), lower(2), upper, lower(1), upper(2)], [ndim, 4]))
+   end function rectangle_ring
+
+   !> The ring that a group describes; one without an inside where keys are missing or mistaken.
+   pure subroutine take_ring(settings, entry, ring)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group
+      type(ring_t), intent(out) :: ring
+      real(dp), allocatable :: numbers(:), upper(:)
+      select case (settings%text(entry, 'shape'))
+       case ('rectangle')
+         numbers = settings%numbers(entry, 'lower')
+         upper = settings%numbers(entry, 'upper')
+         if (size(numbers) == ndim .and. size(upper) == ndim) ring = rectangle_ring(numbers, upper)
+       case ('polygon')
+         numbers = settings%numbers(entry, 'points')
+         if (size(numbers) >= 3*ndim) ring = polygon_ring(reshape(numbers, [ndim, size(numbers)/ndim]))
+       case ('circle')
+         numbers = settings%numbers(entry, 'center')
+         if (size(numbers) == ndim) ring = circle_ring(numbers, settings%number(entry, 'radius'))
+      end select
+   end subroutine take_ring
 
    !> Take the values of the keys of one; 0, '' or empty where they are mistaken.
    pure subroutine fill_body(settings, entry, body)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry                 !! position of the group
       type(body_t), intent(inout) :: body
+      type(ring_t) :: ring
       body%material = settings%text(entry, 'material')
       body%shape = settings%text(entry, 'shape')
-      body%lower = settings%vector(entry, 'lower')
-      body%upper = settings%vector(entry, 'upper')
+      if (body%shape == 'rectangle') then
+         if (size(settings%numbers(entry, 'lower')) == ndim) body%lower = settings%vector(entry, 'lower')
+         if (size(settings%numbers(entry, 'upper')) == ndim) body%upper = settings%vector(entry, 'upper')
+      else
+         call take_ring(settings, entry, ring)
+         if (is_ring(ring)) then
+            body%lower = ring%lower()
+            body%upper = ring%upper()
+            allocate (body%outline%rings(1))
+            body%outline%rings(1) = ring
+         end if
+      end if
       body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
       body%velocity = settings%vector(entry, 'velocity')
       body%spin = settings%number(entry, 'spin')

@@ -1,6 +1,7 @@
 !> Whether the keys of a scene agree with each other: the grid, the bodies and their materials, the outputs.
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
+   use hampm_body_group, only: body_t, outline_of
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_eigenstrain_consistency, only: check_eigenstrains
    use hampm_growth_consistency, only: check_growth
@@ -17,6 +18,7 @@ module hampm_consistency
    use hampm_refine_consistency, only: check_refine
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
+   use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
    use hampm_static_consistency, only: check_static
    use hampm_text, only: to_text, did_you_mean
@@ -132,6 +134,7 @@ contains
       do i = 1, size(scene%bodies)
          entry = settings%find('body', i)
          if (.not. settings%good(entry, 'material') .or. scene%bodies(i)%material_index > 0) cycle
+         if (scene%bodies(i)%material == '') cycle ! told with its shape
          call settings%complain(mistakes, entry, 'material', 'must be the name of a &material'// &
                                 did_you_mean(trim(scene%bodies(i)%material), names))
       end do
@@ -171,7 +174,7 @@ contains
       if (has_grid) tol = tolerance(scene%grid)
       do i = 1, size(scene%bodies)
          entry = settings%find('body', i)
-         usable(i) = settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
+         call check_shape(settings, entry, mistakes, usable(i))
          if (.not. usable(i)) cycle
          associate (body => scene%bodies(i))
             usable(i) = all(body%upper - body%lower > tol)
@@ -183,12 +186,25 @@ contains
             if (has_grid) call check_within_grid(scene, settings, i, mistakes)
             do j = 1, i - 1
                if (.not. usable(j)) cycle
-               if (overlap(body%lower, body%upper, scene%bodies(j)%lower, scene%bodies(j)%upper, tol)) &
-                  call settings%complain(mistakes, entry, 'lower', 'the body must not overlap body '//to_text(j))
+               if (.not. overlap(body%lower, body%upper, scene%bodies(j)%lower, scene%bodies(j)%upper, tol)) cycle
+               if (body%outline%is_there() .or. scene%bodies(j)%outline%is_there()) then
+                  if (.not. outlines_overlap(outline_of(body), outline_of(scene%bodies(j)), tol)) cycle
+               end if
+               call settings%complain(mistakes, entry, place_key(body), 'the body must not overlap body '//to_text(j))
             end do
          end associate
       end do
+      call check_holes(scene, settings, mistakes)
    end subroutine check_bodies
+
+   !> The key that tells where a body is.
+   pure function place_key(body) result(key)
+      type(body_t), intent(in) :: body
+      character(:), allocatable :: key
+      key = 'lower'
+      if (body%shape == 'polygon') key = 'points'
+      if (body%shape == 'circle') key = 'center'
+   end function place_key
 
    !> In the total frame material never meets other material than it began with: bodies apart from the first one would go through it
    !> or, less than a cell away, be joined to it.
@@ -204,7 +220,8 @@ contains
       do i = 2, size(first)
          if (first(i) < i) cycle
          gap = minval([(gap_between(scene, i, j), j=1, size(first))], mask=first /= i)
-         call settings%complain(mistakes, settings%find('body', i), 'lower', 'the body must touch the others with &method '// &
+         call settings%complain(mistakes, settings%find('body', i), place_key(scene%bodies(i)), &
+                                'the body must touch the others with &method '// &
                                 'frame = ''total'', not lie '//length_text(gap)//' m from the next: in that frame bodies never '// &
                                 'meet, and go through each other. Use frame = ''updated'', or a file for each body')
       end do
@@ -223,6 +240,11 @@ contains
       tol = tolerance(scene%grid)
       associate (body => scene%bodies(i), lower => scene%grid%lower, upper => upper_corner(scene%grid))
          extent = 'must be within the grid, from '//point_text(lower)//' to '//point_text(upper)
+         if (body%shape /= 'rectangle') then
+            if (.not. within(body%lower, body%upper, lower, upper, tol)) &
+               call settings%complain(mistakes, entry, place_key(body), extent)
+            return
+         end if
          if (.not. within(body%lower, body%lower, lower, upper, tol)) call settings%complain(mistakes, entry, 'lower', extent)
          if (.not. within(body%upper, body%upper, lower, upper, tol)) call settings%complain(mistakes, entry, 'upper', extent)
       end associate

@@ -9,6 +9,7 @@ module hampm_crack_consistency
    use hampm_scene, only: scene_t
    use hampm_scene_materials, only: are_alike
    use hampm_settings, only: settings_t
+   use hampm_shape_consistency, only: has_shapes
    use hampm_text, only: to_text
    implicit none
    private
@@ -30,6 +31,8 @@ contains
          call settings%complain(mistakes, entry, 'tip', 'must have 2 values, the tip of the crack; for example tip = 0.05, 0.0')
          return
       end if
+      if (has_shapes(scene) .and. settings%good(entry, 'kind')) call settings%complain(mistakes, entry, 'kind', &
+         'must be ''path'' where a body is a polygon or a circle or has a hole')
       if (size(settings%numbers(entry, 'points')) > 0) call settings%complain(mistakes, entry, 'points', &
                                                                               'are for kind = ''path'' only')
       if (.not. (settings%good(entry, 'kind') .and. settings%good(entry, 'tip') .and. settings%good(entry, 'direction'))) return

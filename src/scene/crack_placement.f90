@@ -2,7 +2,8 @@
 !> for the assembly. In the run `cracks_t` knows where cracks are.
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
-   use hampm_placement, only: tolerance, within
+   use hampm_body_group, only: area_in_box
+   use hampm_placement, only: tolerance, within, is_part_of
    use hampm_scene, only: scene_t, load_spec_t
    implicit none
    private
@@ -79,7 +80,7 @@ contains
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: point(ndim)
       do body = 1, size(scene%bodies)
-         if (within(point, point, scene%bodies(body)%lower, scene%bodies(body)%upper, tolerance(scene%grid))) return
+         if (is_part_of(point, scene%bodies(body), tolerance(scene%grid))) return
       end do
       body = 0
    end function body_at
@@ -93,9 +94,7 @@ contains
       integer :: i
       area = 0
       do i = 1, size(scene%bodies)
-         associate (body => scene%bodies(i))
-            area = area + product(max(min(body%upper, tip + radius) - max(body%lower, tip - radius), 0.0_dp))
-         end associate
+         area = area + area_in_box(scene%bodies(i), tip - radius, tip + radius)
       end do
       wanted = (2*radius)**ndim
       if (scene%crack%kind == 'symmetry') wanted = wanted/2
@@ -124,15 +123,27 @@ contains
    end function largest_radius
 
    !> The largest radius, not above `most`, around a tip whose box is full of material [m]; 0 where there is none. That is `most`
-   !> or where an edge of a body is.
+   !> or where an edge of a body is, which is sought by halves where bodies have outlines.
    pure real(dp) function covered_radius(scene, tip, most) result(radius)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: tip(ndim)
       real(dp), intent(in) :: most               !! [m]
-      real(dp) :: edge(2*ndim)
+      real(dp) :: edge(2*ndim), above
       integer :: i, k
       radius = 0
       if (is_covered(scene, tip, most)) radius = most
+      if (any([(scene%bodies(i)%outline%is_there(), i=1, size(scene%bodies))])) then
+         above = min(most, norm2(scene%grid%cells*scene%grid%cell))
+         do k = 1, digits(above)
+            if (radius >= above) exit
+            if (is_covered(scene, tip, (radius + above)/2)) then
+               radius = (radius + above)/2
+            else
+               above = (radius + above)/2
+            end if
+         end do
+         return
+      end if
       do i = 1, size(scene%bodies)
          edge = abs([scene%bodies(i)%lower - tip, scene%bodies(i)%upper - tip])
          do k = 1, size(edge)

@@ -3,7 +3,8 @@
 !> same.
 module hampm_joints
    use hampm_kinds, only: dp, ndim
-   use hampm_body_group, only: body_t
+   use hampm_body_group, only: body_t, area_in_box, outline_of
+   use hampm_outline, only: outline_t
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t
    implicit none
@@ -25,8 +26,30 @@ contains
       integer, intent(in) :: i, j                !! which bodies
       associate (a => scene%bodies(i), b => scene%bodies(j))
          gap = norm2(max(a%lower - b%upper, b%lower - a%upper, 0.0_dp))
+         if (a%outline%is_there() .or. b%outline%is_there()) gap = max(gap, gap_of_outlines(outline_of(a), outline_of(b)))
       end associate
    end function gap_between
+
+   !> Distance between the lines of two outlines [m].
+   pure real(dp) function gap_of_outlines(a, b) result(gap)
+      type(outline_t), intent(in) :: a, b
+      integer :: i, j, k
+      gap = huge(gap)
+      do i = 1, size(a%rings)
+         do j = 1, size(b%rings)
+            associate (p => a%rings(i), q => b%rings(j))
+               if (p%is_circle) then
+                  gap = min(gap, abs(q%distance(p%center) - p%radius))
+               else if (q%is_circle) then
+                  gap = min(gap, abs(p%distance(q%center) - q%radius))
+               else
+                  gap = min(gap, minval([(q%distance(p%points(:, k)), k=1, size(p%points, 2))]), &
+                            minval([(p%distance(q%points(:, k)), k=1, size(q%points, 2))]))
+               end if
+            end associate
+         end do
+      end do
+   end function gap_of_outlines
 
    !> Whether cells of the lattice that two bodies reach into have a common node.
    pure logical function share_nodes(scene, i, j)
@@ -41,6 +64,7 @@ contains
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       real(dp), dimension(ndim) :: first, last   ! nodes of the box, from the lower corner of the lattice [cells]
+      real(dp), dimension(ndim) :: from, to      ! those of them at the cells around a body
       integer :: i
       associate (grid => scene%grid, tol => tolerance(scene%grid))
          first = (lower - tol - grid%lower)/grid%cell
@@ -49,8 +73,12 @@ contains
       holds_material = .false.
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i))
-            holds_material = holds_material .or. &
-                             all(first_whole(max(first, first_node(scene, body))) <= min(last, last_node(scene, body)))
+            from = first_whole(max(first, first_node(scene, body)))
+            to = aint(min(last, last_node(scene, body)))
+            if (any(from > to)) cycle
+            holds_material = holds_material .or. .not. body%outline%is_there()
+            if (.not. holds_material) holds_material = area_in_box(body, scene%grid%lower + (from - 1)*scene%grid%cell, &
+                                                                   scene%grid%lower + (to + 1)*scene%grid%cell) > 0
          end associate
       end do
    end function holds_material

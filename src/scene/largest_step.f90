@@ -2,9 +2,10 @@
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
-   use hampm_critical_step, only: row_t, row_of_points, shifted, largest_courant, sample_cells
+   use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
+   use hampm_outer_nodes, only: least_fill
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, body_t
    use hampm_scene_materials, only: materials_of, material_of
@@ -30,6 +31,8 @@ module hampm_largest_step
    real(dp), parameter :: of_local_steps = 0.54_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
+   !> What edges in any direction leave of the limit of those along the grid lines
+   real(dp), parameter :: of_outlines = 0.95_dp
    real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
    real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
    real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
@@ -111,6 +114,10 @@ contains
          moduli = material%small_strain_moduli()/(material%density*speed**2)
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
+         if (body%outline%is_there() .and. .not. crosses_cells(scene, body)) then
+            limit = cut_limit(body%points_per_cell, moduli, mass, strains_last, damping)/speed
+            return
+         end if
          if (.not. crosses_cells(scene, body)) then
             do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
                rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
@@ -140,6 +147,31 @@ contains
       end associate
    end function body_limit
 
+   !> The same where edges cut cells anywhere, as far as cells that are less full than `least_fill` move with others: the least of those with
+   !> cells at the edges that are filled by parts between that and all, and of corners. Times the wave speed over the size of a cell [-].
+   pure real(dp) function cut_limit(points_per_cell, moduli, mass, strains_last, damping) result(limit)
+      integer, intent(in) :: points_per_cell
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
+      type(mass_choice_t), intent(in) :: mass
+      logical, intent(in) :: strains_last        !! usl
+      real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
+      integer, parameter :: parts = 6
+      type(row_t) :: rows(ndim)
+      real(dp) :: fill(ndim)
+      integer :: i, j
+      limit = huge(limit)
+      do j = 0, parts
+         do i = 0, j
+            fill = least_fill + [i, j]*(1 - least_fill)/parts
+            if (product(fill) < least_fill) cycle
+            rows(1) = row_of_cut_cells(fill(1), points_per_cell)
+            rows(2) = row_of_cut_cells(fill(2), points_per_cell)
+            limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping))
+         end do
+      end do
+      limit = limit*of_outlines
+   end function cut_limit
+
    !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
    !> no time step would do for all positions.
    elemental logical function crosses_cells(scene, body) result(crosses)
@@ -166,7 +198,8 @@ contains
    pure logical function is_alike(scene, a, b)
       type(scene_t), intent(in) :: scene
       type(body_t), intent(in) :: a, b
-      is_alike = a%material_index == b%material_index .and. a%points_per_cell == b%points_per_cell &
+      is_alike = (a%outline%is_there() .eqv. b%outline%is_there()) &
+                 .and. a%material_index == b%material_index .and. a%points_per_cell == b%points_per_cell &
                  .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(scene%grid)) &
                  .and. all(abs(place_in_cell(scene, a) - place_in_cell(scene, b)) <= grace)
    end function is_alike

@@ -1,14 +1,16 @@
 !> Whether constraints and loads act on something: on nodes of the lattice, on material.
 module hampm_load_consistency
+   use hampm_body_group, only: area_in_box
    use hampm_history_values, only: check_history
    use hampm_joints, only: holds_material
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: is_on_crack
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path
    use hampm_mistakes, only: mistakes_t
-   use hampm_placement, only: tolerance, within, overlap, nodes_touched, on_face, point_text
+   use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
    use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
    use hampm_settings, only: settings_t
+   use hampm_shape_consistency, only: has_shapes
    use hampm_text, only: to_text
    implicit none
    private
@@ -243,11 +245,16 @@ contains
          associate (body => scene%bodies(i))
             select case (load%kind)
              case ('point')
-               found = found .or. within(load%lower, load%lower, body%lower, body%upper, tol)
+               found = found .or. is_part_of(load%lower, body, tol)
              case ('traction', 'pressure')
-               found = found .or. on_face(load%lower, load%upper, body, tol)
+               if (body%outline%is_there()) then
+                  found = found .or. size(body%outline%parts_in_box(load%lower - tol, load%upper + tol, scene%grid%lower, &
+                                                                    scene%grid%cell)) > 0
+               else
+                  found = found .or. on_face(load%lower, load%upper, body, tol)
+               end if
              case ('body')
-               found = found .or. overlap(load%lower, load%upper, body%lower, body%upper, tol)
+               found = found .or. area_in_box(body, load%lower, load%upper) > 0
             end select
          end associate
       end do
@@ -260,6 +267,9 @@ contains
       else if (load%kind == 'body') then
          call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(load%upper)// &
                                 ' must contain material of a body')
+      else if (has_shapes(scene)) then
+         call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(load%upper)// &
+                                ' must hold a part of the edge of a body: a traction acts on an edge')
       else if (count(load%upper - load%lower <= tol) /= 1) then
          call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
                                 ' in exactly one direction: a '//trim(load%kind)//' acts on an edge')

@@ -31,7 +31,7 @@ contains
       is_there = .false.
       do i = 1, size(scene%bodies)
          associate (body => scene%bodies(i))
-            if (.not. on_face(load%lower, load%upper, body, tol)) cycle
+            if (body%outline%is_there() .or. .not. on_face(load%lower, load%upper, body, tol)) cycle
             d = minloc(load%upper - load%lower, dim=1)
             normal = 0
             normal(d) = merge(1.0_dp, -1.0_dp, abs(load%upper(d) - body%upper(d)) <= tol)

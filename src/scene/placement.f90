@@ -8,7 +8,7 @@ module hampm_placement
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, most_particles, &
-             point_text, length_text, nearest_node
+             is_part_of, point_text, length_text, nearest_node
 
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
 
@@ -70,6 +70,15 @@ contains
       on_face = count(flat) == 1 .and. all(at_end .or. .not. flat) .and. within(lower, upper, body%lower, body%upper, tol)
    end function on_face
 
+   !> Whether a point is in a body or on its edge.
+   pure logical function is_part_of(point, body, tol)
+      real(dp), intent(in) :: point(ndim), tol     !! [m]
+      type(body_t), intent(in) :: body
+      is_part_of = within(point, point, body%lower, body%upper, tol)
+      if (is_part_of .and. body%outline%is_there()) &
+         is_part_of = body%outline%covers(point) .or. body%outline%distance(point) <= tol
+   end function is_part_of
+
    !> The node of the lattice that is nearest to a point [m].
    pure function nearest_node(grid, point) result(node)
       type(grid_spec_t), intent(in) :: grid
@@ -82,6 +91,12 @@ contains
    pure real(dp) function particle_number(body, cell)
       type(body_t), intent(in) :: body
       real(dp), intent(in) :: cell                 !! size of a root cell [m]
+      real(dp) :: spacing
+      if (body%outline%is_there()) then            ! about; those of cells that the edges cut are counted twice
+         spacing = cell/body%points_per_cell
+         particle_number = aint(body%outline%area()/spacing**2 + 4*sum((body%upper - body%lower)/spacing)) + 1
+         return
+      end if
       particle_number = product(max(anint((body%upper - body%lower)/(cell/body%points_per_cell)), 1.0_dp))
    end function particle_number
 

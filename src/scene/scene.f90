@@ -1,7 +1,7 @@
 !> What the user asked for: one type for each group of the namelist, after validation, in SI units. What the keys are, and how they
 !> come from the text, is beside these types in the modules of the groups.
 module hampm_scene
-   use hampm_body_group, only: body_t, fill_bodies
+   use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
    use hampm_constraint_group, only: constraint_spec_t, fill_constraints
    use hampm_crack_group, only: crack_spec_t, path_spec_t, fill_crack, fill_paths
    use hampm_damping_group, only: damping_t, fill_damping
@@ -26,6 +26,7 @@ module hampm_scene
       type(grid_spec_t) :: grid
       type(material_spec_t), allocatable :: materials(:)
       type(body_t), allocatable :: bodies(:)
+      type(hole_t), allocatable :: holes(:)      !! &body with hole = .true.
       type(constraint_spec_t), allocatable :: constraints(:)
       type(load_spec_t), allocatable :: loads(:)
       type(damping_t) :: damping
@@ -49,6 +50,7 @@ contains
       call fill_grid(settings, scene%grid)
       call fill_materials(settings, scene%materials)
       call fill_bodies(settings, scene%bodies)
+      call fill_holes(settings, scene%bodies, scene%holes)
       call fill_constraints(settings, scene%constraints)
       call fill_loads(settings, scene%loads)
       call fill_damping(settings, scene%damping)

@@ -88,7 +88,8 @@ contains
                                                  'blend', 'solver']
       character(*), parameter :: of_material(*) = [character(7) :: 'law', 'young', 'poisson', 'density']
       integer :: i, k
-      known = settings%good(settings%find('run', 1), 'plane') .and. settings%good(settings%find('run', 1), 'end_time') &
+      known = size(scene%bodies) > 0
+      known = known .and. settings%good(settings%find('run', 1), 'plane') .and. settings%good(settings%find('run', 1), 'end_time') &
               .and. settings%good(settings%find('grid', 1), 'cell') &
               .and. settings%good(settings%find('grid', 1), 'lower') .and. size(scene%materials) > 0 .and. bodies_good(settings)
       known = known .and. all([(settings%good(settings%find('method', 1), trim(of_method(k))), k=1, size(of_method))])

@@ -10,7 +10,7 @@
 !>
 !> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at which none of
 !> its nodes stands are hanging nodes (`hampm_dofs`), numbered on from the nodes. A kernel that visits elements need not know
-!> which is which.
+!> which is which. Nodes of cells that are nearly empty hang, too (`hampm_outer_nodes`).
 !>
 !> Along a cut (`hampm_cuts`) there are nodes on either side, at one position. Where its sides are matched, a leaf across from
 !> finer ones is a transition element too. A leaf that a line in any direction divides (`hampm_cut_cells`) has an element, or four
@@ -22,6 +22,8 @@ module hampm_grid
    use hampm_dofs, only: dofs_t, most_nodes_of_leaf
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_outer_nodes, only: outer_nodes_t, find_outer_nodes
+   use hampm_outline, only: outline_t
    use hampm_place_table, only: place_table_t
    implicit none
    private
@@ -34,6 +36,8 @@ module hampm_grid
       type(forest_t) :: forest                          !! what the grid was built from
       type(cut_t), allocatable :: cuts(:)               !! and where it was cut then, along grid lines
       type(cut_cells_t) :: cut_cells                    !! and in any direction
+      type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
+      type(outer_nodes_t) :: outer_nodes                !! of cells that these nearly leave empty
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
       integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
@@ -64,18 +68,25 @@ contains
 
    !> Build the grid of a forest, with or without cuts along grid lines, and lines that cut in any direction. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, cuts, lines)
+   subroutine build_grid(forest, grid, failure, cuts, lines, bodies)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
       type(cut_t), intent(in), optional :: cuts(:)
       type(line_t), intent(in), optional :: lines(:)
+      type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
       type(place_table_t) :: points
       integer :: status, leaf
       grid%forest = forest
       allocate (grid%cuts(0))
       if (present(cuts)) grid%cuts = cuts
       if (present(lines)) call find_cut_cells(forest, lines, grid%cut_cells)
+      if (present(bodies)) then
+         if (allocated(bodies)) then
+            allocate (grid%bodies, source=bodies)
+            call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
+         end if
+      end if
       associate (n_leaves => forest%leaf_count())
          call points%reserve(expected_points(n_leaves), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
@@ -114,7 +125,7 @@ contains
       expected_points = leaves + leaves/8 + 16
    end function expected_points
 
-   !> Number the nodes: the corners of leaves, in the order of the leaves.
+   !> Number the nodes: the corners of leaves, in the order of the leaves, but for outer nodes.
    subroutine number_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
@@ -122,6 +133,9 @@ contains
       do leaf = 1, grid%forest%leaf_count()
          do piece = 1, grid%cut_cells%pieces_of(leaf)
             do c = 1, corners
+               if (grid%outer_nodes%are_there()) then
+                  if (grid%outer_nodes%number_at(corner_of_leaf(grid, leaf, piece, c)) > 0) cycle
+               end if
                call points%enter(corner_of_leaf(grid, leaf, piece, c), number)
             end do
          end do
@@ -266,8 +280,28 @@ contains
             end do
          end do
       end associate
+      if (grid%outer_nodes%are_there()) call add_outer_nodes()
       call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
    contains
+      !> Let outer nodes hang on the corners of their hosts.
+      subroutine add_outer_nodes()
+         integer(long) :: place(ndim)
+         integer :: host, point, outer
+         do leaf = 1, grid%forest%leaf_count()
+            do k = 1, corners
+               place = corner_of_leaf(grid, leaf, 1, k)
+               outer = grid%outer_nodes%number_at(place)
+               if (outer == 0) cycle
+               host = grid%outer_nodes%host(outer)
+               point = points%number_of(place) - grid%n_nodes
+               count_of(point) = corners
+               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, host, 1, side)), side=1, corners)]
+               weight(:corners, point) = grid%outer_nodes%weights(grid%forest, place)
+            end do
+         end do
+      end subroutine add_outer_nodes
+
+
       !> Add to the weight of a master of the hanging node in the middle.
       subroutine add_master(master, part)
          integer, intent(in) :: master

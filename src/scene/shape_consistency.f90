@@ -1,0 +1,241 @@
+!> Whether bodies and holes have the shapes that a scene gives them: every key that a shape needs and none that it does not, lines without
+!> crossings, holes inside bodies.
+module hampm_shape_consistency
+   use hampm_kinds, only: dp, ndim
+   use hampm_body_group, only: hole_t
+   use hampm_mistakes, only: mistakes_t
+   use hampm_outline, only: outline_t, ring_t
+   use hampm_placement, only: point_text
+   use hampm_scene, only: scene_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: check_shape, check_holes, outlines_overlap, has_shapes
+
+   integer, parameter :: looks = 720             !! around a circle
+
+contains
+
+   !> Whether any body is no mere rectangle.
+   pure logical function has_shapes(scene)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      has_shapes = any([(scene%bodies(i)%outline%is_there(), i=1, size(scene%bodies))])
+   end function has_shapes
+
+   !> Check the keys of the shape of a group &body, and its line. `is_good` tells whether it can be used.
+   pure subroutine check_shape(settings, entry, mistakes, is_good)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group
+      type(mistakes_t), intent(inout) :: mistakes
+      logical, intent(out) :: is_good
+      character(:), allocatable :: shape
+      integer :: before
+      before = mistakes%count
+      is_good = settings%good(entry, 'shape') .and. settings%good(entry, 'hole')
+      if (.not. is_good) return
+      shape = settings%text(entry, 'shape')
+      call check_key(settings, entry, 'lower', ndim, shape == 'rectangle', '0.0, 0.0', mistakes)
+      call check_key(settings, entry, 'upper', ndim, shape == 'rectangle', '0.1, 0.01', mistakes)
+      call check_key(settings, entry, 'center', ndim, shape == 'circle', '0.05, 0.05', mistakes)
+      if (shape == 'polygon') then
+         call check_corners(settings, entry, mistakes)
+      else
+         call check_key(settings, entry, 'points', 0, .false., '', mistakes)
+      end if
+      if (settings%good(entry, 'radius')) then
+         if (shape == 'circle' .and. .not. settings%number(entry, 'radius') > 0) then
+            call settings%complain(mistakes, entry, 'radius', 'must be above 0 for shape = ''circle''')
+         else if (shape /= 'circle' .and. settings%number(entry, 'radius') > 0) then
+            call settings%complain(mistakes, entry, 'radius', 'is for shape = ''circle'' only')
+         end if
+      end if
+      if (settings%good(entry, 'material')) then
+         if (settings%flag(entry, 'hole') .and. settings%text(entry, 'material') /= '') then
+            call settings%complain(mistakes, entry, 'material', 'must not be given: a hole has none')
+         else if (.not. settings%flag(entry, 'hole') .and. settings%text(entry, 'material') == '') then
+            call settings%complain(mistakes, entry, 'material', 'must be the name of a &material')
+         end if
+      end if
+      is_good = mistakes%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
+                settings%good(entry, 'points') .and. settings%good(entry, 'center') .and. settings%good(entry, 'radius')
+   end subroutine check_shape
+
+   !> A key has so many values where a shape needs it, and else none.
+   pure subroutine check_key(settings, entry, key, wanted, is_needed, example, mistakes)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      integer, intent(in) :: wanted
+      logical, intent(in) :: is_needed
+      character(*), intent(in) :: example
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: n
+      if (.not. settings%good(entry, key)) return
+      n = size(settings%numbers(entry, key))
+      if (is_needed .and. n /= wanted) then
+         call settings%complain(mistakes, entry, key, 'must have '//to_text(wanted)//' values for shape = '''// &
+                                settings%text(entry, 'shape')//'''; for example '//key//' = '//example)
+      else if (.not. is_needed .and. n > 0) then
+         call settings%complain(mistakes, entry, key, 'is not for shape = '''//settings%text(entry, 'shape')//'''')
+      end if
+   end subroutine check_key
+
+   !> A polygon has three corners at least, an inside, and sides that do not cross.
+   pure subroutine check_corners(settings, entry, mistakes)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp), allocatable :: numbers(:), x(:, :)
+      integer :: n, i, j
+      if (.not. settings%good(entry, 'points')) return
+      numbers = settings%numbers(entry, 'points')
+      n = size(numbers)/ndim
+      if (mod(size(numbers), ndim) /= 0 .or. n < 3) then
+         call settings%complain(mistakes, entry, 'points', 'must be three corners or more, x1, y1, x2, y2, ..., not '// &
+                                to_text(size(numbers))//' values')
+         return
+      end if
+      x = reshape(numbers, [ndim, n])
+      do i = 1, n
+         associate (a => x(:, i), b => x(:, mod(i, n) + 1))
+            if (norm2(b - a) <= 1e-12_dp*maxval(maxval(x, 2) - minval(x, 2))) then
+               call settings%complain(mistakes, entry, 'points', 'corners '//to_text(i)//' and '//to_text(mod(i, n) + 1)// &
+                                      ' are at one place, '//point_text(a))
+               return
+            end if
+            do j = i + 2, n
+               if (i == 1 .and. j == n) cycle
+               if (.not. do_cross(a, b, x(:, j), x(:, mod(j, n) + 1))) cycle
+               call settings%complain(mistakes, entry, 'points', 'sides '//to_text(i)//' and '//to_text(j)//' of the polygon '// &
+                                      'cross or touch; side 1 is from corner 1 to corner 2')
+               return
+            end do
+         end associate
+      end do
+      if (.not. abs(area(x(:, 1), x(:, 2), x(:, 3))) > 0 .and. n == 3) &
+         call settings%complain(mistakes, entry, 'points', 'the corners are on one line')
+   end subroutine check_corners
+
+   !> Holes come after all bodies, are inside one of them, and apart from each other.
+   pure subroutine check_holes(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      logical :: is_good
+      integer :: k, j, entry
+      if (size(scene%bodies) == 0 .and. size(scene%holes) > 0) then
+         call settings%complain(mistakes, settings%find('body', 1), 'hole', 'there must be a &body of material, too')
+         return
+      end if
+      do k = 1, size(scene%holes)
+         entry = settings%find('body', scene%holes(k)%number)
+         call check_shape(settings, entry, mistakes, is_good)
+         if (scene%holes(k)%number <= size(scene%bodies)) then
+            call settings%complain(mistakes, entry, 'hole', 'holes must come after all groups &body that are none')
+            cycle
+         end if
+         if (.not. is_good) cycle
+         if (scene%holes(k)%body == 0) then
+            call settings%complain(mistakes, entry, 'hole', 'must be inside one body, without touching its edge: a notch is a '// &
+                                   'part of the outline, a body of shape = ''polygon''')
+            cycle
+         end if
+         do j = 1, k - 1
+            if (scene%holes(j)%body /= scene%holes(k)%body) cycle
+            if (rings_overlap(scene%holes(j)%ring, scene%holes(k)%ring, 0.0_dp)) &
+               call settings%complain(mistakes, entry, 'hole', 'must be apart from the hole of &body '// &
+                                      to_text(scene%holes(j)%number))
+         end do
+      end do
+   end subroutine check_holes
+
+   !> Whether two bodies have more in common than an edge. Holes are looked at where a body is in that of another one.
+   pure logical function outlines_overlap(a, b, tolerance)
+      type(outline_t), intent(in) :: a, b        !! that are there
+      real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
+      integer :: k
+      outlines_overlap = rings_overlap(a%rings(1), b%rings(1), tolerance)
+      if (.not. outlines_overlap) return
+      do k = 2, size(a%rings)
+         if (is_inside(b%rings(1), a%rings(k), tolerance)) outlines_overlap = .false.
+      end do
+      do k = 2, size(b%rings)
+         if (is_inside(a%rings(1), b%rings(k), tolerance)) outlines_overlap = .false.
+      end do
+   end function outlines_overlap
+
+   !> Whether all of a ring is inside another one, or on it.
+   pure logical function is_inside(inner, outer, tolerance)
+      type(ring_t), intent(in) :: inner, outer
+      real(dp), intent(in) :: tolerance
+      real(dp), allocatable :: x(:, :)
+      integer :: k
+      x = inner%corners(looks)
+      is_inside = all([(outer%encloses(x(:, k)) .or. outer%distance(x(:, k)) <= tolerance, k=1, size(x, 2))])
+   end function is_inside
+
+   !> Whether the insides of two rings have a point in common: sides cross, or a corner, a middle of a side or the middle of the inside of
+   !> one is in the other.
+   pure logical function rings_overlap(a, b, tolerance) result(overlap)
+      type(ring_t), intent(in) :: a, b
+      real(dp), intent(in) :: tolerance          !! [m]
+      real(dp), allocatable :: x(:, :), y(:, :)
+      integer :: i, j
+      overlap = .false.
+      if (any(a%upper() <= b%lower() + tolerance .or. b%upper() <= a%lower() + tolerance)) return
+      x = a%corners(looks)
+      y = b%corners(looks)
+      overlap = has_point_of(a, y) .or. has_point_of(b, x)
+      if (overlap) return
+      do i = 1, size(x, 2)
+         do j = 1, size(y, 2)
+            associate (p => x(:, i), q => x(:, mod(i, size(x, 2)) + 1), r => y(:, j), s => y(:, mod(j, size(y, 2)) + 1))
+               if (.not. do_cross(p, q, r, s)) cycle
+               if (min(distance_to(p, r, s), distance_to(q, r, s), distance_to(r, p, q), distance_to(s, p, q)) <= tolerance) cycle
+               overlap = .true.
+               return
+            end associate
+         end do
+      end do
+   contains
+      !> Whether a corner or a middle of a side, or a point of the inside, of a polygon is inside a ring.
+      pure logical function has_point_of(ring, corner)
+         type(ring_t), intent(in) :: ring
+         real(dp), intent(in) :: corner(:, :)
+         real(dp) :: at(ndim), inward(ndim)
+         integer :: k
+         has_point_of = .false.
+         do k = 1, size(corner, 2)
+            associate (from => corner(:, k), to => corner(:, mod(k, size(corner, 2)) + 1))
+               inward = [from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+               at = (from + to)/2 + 4*tolerance*inward
+               has_point_of = has_point_of .or. (ring%encloses(from) .and. ring%distance(from) > 4*tolerance) .or. &
+                              (ring%encloses(at) .and. ring%distance(at) > 2*tolerance)
+            end associate
+         end do
+      end function has_point_of
+   end function rings_overlap
+
+   !> Distance of a point from a segment [m].
+   pure real(dp) function distance_to(x, a, b) result(distance)
+      real(dp), dimension(ndim), intent(in) :: x, a, b
+      real(dp) :: t
+      t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
+      distance = norm2(x - a - t*(b - a))
+   end function distance_to
+
+   !> Whether two segments have a point in common.
+   pure logical function do_cross(a, b, c, d)
+      real(dp), dimension(ndim), intent(in) :: a, b, c, d !! from a to b, and from c to d [m]
+      do_cross = area(a, b, c)*area(a, b, d) <= 0 .and. area(c, d, a)*area(c, d, b) <= 0 .and. &
+                 all(max(min(a, b), min(c, d)) <= min(max(a, b), max(c, d)))
+   end function do_cross
+
+   !> Twice the area of a triangle, with a sign [m2].
+   pure real(dp) function area(a, b, c)
+      real(dp), dimension(ndim), intent(in) :: a, b, c
+      area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+   end function area
+end module hampm_shape_consistency

@@ -1,0 +1,174 @@
+!> Nodes of cells that are nearly empty, as the edge of a body cuts them.
+!>
+!> A node of which only the corner of a cell has material would have next to no mass: explicit steps would have to be as short as one likes, and the
+!> stiffness would be as badly conditioned. So a node that belongs to no cell filled by a part `least_fill` at least has no degrees of
+!> freedom of its own: it hangs on the nodes of a cell that is full enough, next to one that it belongs to, and moves as the shape functions of
+!> that cell are continued to it. Displacements stay continuous, and linear ones exact.
+!>
+!> Cells beside cells of another size, and those that a crack cuts or that are next to such, keep their nodes.
+!>
+!> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied Mechanics
+!> and Engineering 336 (2018) 533-553.
+module hampm_outer_nodes
+   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_basis, only: shape_functions
+   use hampm_cut_cells, only: cut_cells_t
+   use hampm_forest, only: forest_t, outside, corner_offset, level_width
+   use hampm_outline, only: outline_t, least_part
+   use hampm_place_table, only: place_table_t
+   implicit none
+   private
+   public :: outer_nodes_t, find_outer_nodes, least_fill
+
+   !> Part of a cell that has to be filled for its nodes to be free.
+   real(dp), parameter :: least_fill = 0.25_dp
+
+   !> Which places are outer nodes, and the leaf on whose nodes each hangs.
+   type :: outer_nodes_t
+      type(place_table_t) :: places
+      integer, allocatable :: host(:)            !! by number of the place in the table
+   contains
+      procedure :: are_there
+      procedure :: number_at
+      procedure :: weights
+   end type outer_nodes_t
+
+contains
+
+   !> Whether there are any.
+   pure logical function are_there(self)
+      class(outer_nodes_t), intent(in) :: self
+      are_there = self%places%n > 0
+   end function are_there
+
+   !> Number of the outer node at a place, 0 where none is.
+   pure integer function number_at(self, place) result(number)
+      class(outer_nodes_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      number = 0
+      if (self%places%n > 0) number = self%places%number_of(place)
+   end function number_at
+
+   !> Weights of the corners of the host of an outer node.
+   pure function weights(self, forest, place) result(weight)
+      class(outer_nodes_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer(long), intent(in) :: place(ndim)   !! of the node
+      real(dp) :: weight(corners)
+      associate (leaf => self%host(self%places%number_of(place)))
+         weight = shape_functions(real(place - forest%place_of(leaf), dp)/level_width(forest%level_of(leaf)))
+      end associate
+   end function weights
+
+   !> Find the outer nodes of a forest in which there are some bodies.
+   pure subroutine find_outer_nodes(forest, cut_cells, bodies, outer)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
+      type(outline_t), intent(in) :: bodies(:)
+      type(outer_nodes_t), intent(out) :: outer
+      real(dp) :: fill(forest%leaf_count())
+      integer :: leaf, c, status, hosts(forest%leaf_count())
+      fill = [(fill_of(forest, bodies, leaf), leaf=1, size(fill))]
+      do leaf = 1, size(fill)
+         hosts(leaf) = 0
+         if (fill(leaf) > 0 .and. fill(leaf) < least_fill) hosts(leaf) = host_of(forest, cut_cells, fill, leaf)
+      end do
+      if (all(hosts == 0)) return
+      call outer%places%reserve(corners*count(hosts > 0), status)
+      allocate (outer%host(corners*count(hosts > 0)), source=0)
+      do leaf = 1, size(fill)
+         if (hosts(leaf) == 0) cycle
+         do c = 1, corners
+            call add_corner(forest, fill, hosts, forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf)), &
+                            leaf, outer)
+         end do
+      end do
+   end subroutine find_outer_nodes
+
+   !> Part of a leaf that is filled [-].
+   pure real(dp) function fill_of(forest, bodies, leaf) result(fill)
+      type(forest_t), intent(in) :: forest
+      type(outline_t), intent(in) :: bodies(:)
+      integer, intent(in) :: leaf
+      real(dp) :: m(0:ndim)
+      integer :: k
+      fill = 0
+      associate (lower => forest%position(forest%place_of(leaf)), size_of => forest%size_of(leaf))
+         do k = 1, size(bodies)
+            m = bodies(k)%moments(lower, lower + size_of)
+            fill = fill + max(m(0), 0.0_dp)/size_of**ndim
+         end do
+      end associate
+      if (fill < least_part*0.1_dp) fill = 0
+   end function fill_of
+
+   !> The leaf beside one of the four sides of a nearly empty one that is fullest, and full enough; 0 for none.
+   pure integer function host_of(forest, cut_cells, fill, leaf) result(host)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
+      real(dp), intent(in) :: fill(:)
+      integer, intent(in) :: leaf
+      integer :: next, i, j
+      host = 0
+      do j = -1, 1
+         do i = -1, 1
+            next = neighbour(forest, leaf, [i, j])
+            if (next == outside) cycle
+            if (forest%level_of(next) /= forest%level_of(leaf) .or. cut_cells%pieces_of(next) > 1) then
+               host = 0
+               return
+            end if
+            if (abs(i) + abs(j) /= 1 .or. fill(next) < least_fill) cycle
+            if (host > 0) then
+               if (fill(next) <= fill(host)) cycle
+            end if
+            host = next
+         end do
+      end do
+      if (host == 0 .or. .not. cut_cells%are_there()) return
+      if (cut_cells%divide(middle_of(forest, leaf), middle_of(forest, host))) host = 0
+   end function host_of
+
+   !> The leaf that is, counted in leaves of the same size, so many away; `outside` where there is none.
+   pure integer function neighbour(forest, leaf, steps) result(next)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf, steps(ndim)
+      next = forest%leaf_at(middle_of(forest, leaf) + steps*forest%size_of(leaf))
+   end function neighbour
+
+   !> Middle of a leaf [m].
+   pure function middle_of(forest, leaf) result(x)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp) :: x(ndim)
+      x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
+   end function middle_of
+
+   !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the hosts of these.
+   pure subroutine add_corner(forest, fill, hosts, place, leaf, outer)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: fill(:)
+      integer, intent(in) :: hosts(:)
+      integer(long), intent(in) :: place(ndim)   !! of the corner
+      integer, intent(in) :: leaf
+      type(outer_nodes_t), intent(inout) :: outer
+      real(dp) :: least, distance
+      integer :: i, j, next, host, number
+      host = 0
+      least = huge(least)
+      do j = 0, 1
+         do i = 0, 1
+            next = forest%leaf_at(forest%position(place) + ([i, j] - 0.5_dp)*forest%size_of(leaf))
+            if (next == outside) cycle
+            if (.not. fill(next) > 0) cycle
+            if (hosts(next) == 0) return
+            distance = norm2(middle_of(forest, hosts(next)) - forest%position(place))
+            if (distance >= least*(1 - 1e-9_dp)) cycle
+            least = distance
+            host = hosts(next)
+         end do
+      end do
+      call outer%places%enter(place, number)
+      outer%host(number) = host
+   end subroutine add_corner
+end module hampm_outer_nodes

@@ -1,0 +1,432 @@
+!> Outlines of bodies: polygons and circles, and holes of these in them.
+!>
+!> A box cuts an outline into a piece whose area and first moments are found without approximation: of a polygon by clipping it with the
+!> box (Sutherland & Hodgman 1974) and Green's theorem, of a circle by integrating between its arcs and the sides of the box in closed form.
+!> Holes, which lie inside the outer ring and apart from each other, are subtracted.
+module hampm_outline
+   use hampm_kinds, only: dp, ndim
+   implicit none
+   private
+   public :: outline_t, ring_t, edge_part_t, polygon_ring, circle_ring, least_part
+
+   real(dp), parameter :: pi = acos(-1.0_dp)
+
+   !> Part of a box below which what a body has of it is nothing.
+   real(dp), parameter :: least_part = 1e-12_dp
+
+   !> A closed line without crossings.
+   type :: ring_t
+      logical :: is_circle = .false.
+      real(dp), allocatable :: points(:, :)      !! of a polygon, in either sense [m], (ndim, 3 or more)
+      real(dp) :: center(ndim) = 0               !! of a circle [m]
+      real(dp) :: radius = 0                     !! of a circle [m]
+   contains
+      procedure :: area => area_of_ring
+      procedure :: lower => lower_of_ring
+      procedure :: upper => upper_of_ring
+      procedure :: encloses
+      procedure :: distance => distance_to_ring
+      procedure :: moments => moments_of_ring
+      procedure :: corners => corners_of_ring
+   end type ring_t
+
+   !> A ring, without what is in some others.
+   type :: outline_t
+      type(ring_t), allocatable :: rings(:)      !! the outer one, then the holes
+   contains
+      procedure :: is_there
+      procedure :: area
+      procedure :: covers
+      procedure :: distance
+      procedure :: moments
+      procedure :: parts_in_box
+   end type outline_t
+
+   !> A straight part of an edge, or a short one of an arc.
+   type :: edge_part_t
+      real(dp) :: middle(ndim) = 0               !! [m]
+      real(dp) :: half(ndim) = 0                 !! from there to its end, along it [m]
+      real(dp) :: normal(ndim) = 0               !! unit vector out of the material
+   end type edge_part_t
+
+contains
+
+   !> The ring of a polygon.
+   pure type(ring_t) function polygon_ring(points) result(ring)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 3 or more)
+      allocate (ring%points, source=points)
+   end function polygon_ring
+
+   !> The ring of a circle.
+   pure type(ring_t) function circle_ring(center, radius) result(ring)
+      real(dp), intent(in) :: center(ndim), radius !! [m]
+      ring%is_circle = .true.
+      ring%center = center
+      ring%radius = radius
+   end function circle_ring
+
+   !> Area inside a ring, of a polygon with a sign: above 0 where its points go around anticlockwise [m2].
+   pure real(dp) function area_of_ring(self) result(area)
+      class(ring_t), intent(in) :: self
+      real(dp) :: m(0:ndim)
+      if (self%is_circle) then
+         area = pi*self%radius**2
+      else
+         m = moments_of_polygon(self%points - spread(self%points(:, 1), 2, size(self%points, 2)))
+         area = m(0)
+      end if
+   end function area_of_ring
+
+   !> Lower corner of the box around a ring [m].
+   pure function lower_of_ring(self) result(lower)
+      class(ring_t), intent(in) :: self
+      real(dp) :: lower(ndim)
+      if (self%is_circle) then
+         lower = self%center - self%radius
+      else
+         lower = minval(self%points, dim=2)
+      end if
+   end function lower_of_ring
+
+   !> Upper corner of the box around a ring [m].
+   pure function upper_of_ring(self) result(upper)
+      class(ring_t), intent(in) :: self
+      real(dp) :: upper(ndim)
+      if (self%is_circle) then
+         upper = self%center + self%radius
+      else
+         upper = maxval(self%points, dim=2)
+      end if
+   end function upper_of_ring
+
+   !> Whether a point is inside a ring. On it, either may be told.
+   pure logical function encloses(self, x)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: i, j
+      if (self%is_circle) then
+         encloses = norm2(x - self%center) < self%radius
+         return
+      end if
+      encloses = .false.
+      j = size(self%points, 2)
+      do i = 1, size(self%points, 2)
+         associate (a => self%points(:, j), b => self%points(:, i))
+            if ((a(2) > x(2)) .neqv. (b(2) > x(2))) then
+               if (x(1) < a(1) + (b(1) - a(1))*((x(2) - a(2))/(b(2) - a(2)))) encloses = .not. encloses
+            end if
+         end associate
+         j = i
+      end do
+   end function encloses
+
+   !> Distance of a point from a ring [m].
+   pure real(dp) function distance_to_ring(self, x) result(distance)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: t
+      integer :: i, j
+      if (self%is_circle) then
+         distance = abs(norm2(x - self%center) - self%radius)
+         return
+      end if
+      distance = huge(distance)
+      j = size(self%points, 2)
+      do i = 1, size(self%points, 2)
+         associate (a => self%points(:, j), b => self%points(:, i))
+            t = 0
+            if (sum((b - a)**2) > 0) t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
+            distance = min(distance, norm2(x - a - t*(b - a)))
+         end associate
+         j = i
+      end do
+   end function distance_to_ring
+
+   !> Area inside a ring and a box, and its first moments around the lower corner of the box [m2, m3, m3].
+   pure function moments_of_ring(self, lower, upper) result(m)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      real(dp) :: m(0:ndim)
+      real(dp), allocatable :: points(:, :)
+      integer :: d
+      if (self%is_circle) then
+         m = moments_of_circle(lower - self%center, upper - self%center, self%radius)
+         return
+      end if
+      points = self%points - spread(lower, 2, size(self%points, 2))
+      do d = 1, ndim
+         call clip(points, d, 0.0_dp, keep_above=.true.)
+         call clip(points, d, upper(d) - lower(d), keep_above=.false.)
+      end do
+      m = moments_of_polygon(points)
+      if (self%area() < 0) m = -m
+   end function moments_of_ring
+
+   !> Corners of a ring, as one walks around it anticlockwise; of a circle so many of a polygon in it [m].
+   pure function corners_of_ring(self, of_circle) result(points)
+      class(ring_t), intent(in) :: self
+      integer, intent(in) :: of_circle
+      real(dp), allocatable :: points(:, :)
+      integer :: k
+      if (self%is_circle) then
+         allocate (points(ndim, of_circle))
+         do k = 1, of_circle
+            points(:, k) = self%center + self%radius*[cos(2*pi*k/of_circle), sin(2*pi*k/of_circle)]
+         end do
+      else if (self%area() < 0) then
+         points = self%points(:, size(self%points, 2):1:-1)
+      else
+         points = self%points
+      end if
+   end function corners_of_ring
+
+   !> Cut off what of a polygon is on one side of a grid line (Sutherland & Hodgman 1974).
+   pure subroutine clip(points, d, at, keep_above)
+      real(dp), allocatable, intent(inout) :: points(:, :)
+      integer, intent(in) :: d                   !! direction of the coordinate
+      real(dp), intent(in) :: at                 !! its value on the line
+      logical, intent(in) :: keep_above
+      real(dp) :: kept(ndim, 2*size(points, 2) + 1)
+      logical :: is_in, was_in
+      integer :: i, before, n
+      n = 0
+      do i = 1, size(points, 2)
+         before = merge(size(points, 2), i - 1, i == 1)
+         associate (a => points(:, before), b => points(:, i))
+            is_in = (b(d) >= at) .eqv. keep_above
+            was_in = (a(d) >= at) .eqv. keep_above
+            if (is_in .neqv. was_in) then
+               n = n + 1
+               kept(:, n) = a + (b - a)*((at - a(d))/(b(d) - a(d)))
+               kept(d, n) = at
+            end if
+            if (is_in) then
+               n = n + 1
+               kept(:, n) = b
+            end if
+         end associate
+      end do
+      points = kept(:, :n)
+   end subroutine clip
+
+   !> Area and first moments around the origin of a polygon, anticlockwise, by Green's theorem.
+   pure function moments_of_polygon(points) result(m)
+      real(dp), intent(in) :: points(:, :)       !! (ndim, any number)
+      real(dp) :: m(0:ndim)
+      real(dp) :: twice
+      integer :: i, before
+      m = 0
+      do i = 1, size(points, 2)
+         before = merge(size(points, 2), i - 1, i == 1)
+         associate (a => points(:, before), b => points(:, i))
+            twice = a(1)*b(2) - b(1)*a(2)
+            m(0) = m(0) + twice/2
+            m(1:) = m(1:) + twice*(a + b)/6
+         end associate
+      end do
+   end function moments_of_polygon
+
+   !> Area of a circle around the origin in a box, and its first moments around the lower corner of the box: between places where an arc meets
+   !> a side of the box, what is inside is between arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides.
+   pure function moments_of_circle(lower, upper, r) result(m)
+      real(dp), intent(in) :: lower(ndim), upper(ndim), r
+      real(dp) :: m(0:ndim)
+      real(dp) :: x(6), from, to, s, top, bottom
+      integer :: k
+      m = 0
+      x(1) = min(max(lower(1), -r), r)
+      x(2) = min(max(upper(1), -r), r)
+      x(3:4) = [-1, 1]*sqrt(max(r**2 - lower(2)**2, 0.0_dp))
+      x(5:6) = [-1, 1]*sqrt(max(r**2 - upper(2)**2, 0.0_dp))
+      x(3:) = min(max(x(3:), x(1)), x(2))
+      call sort_few(x)
+      do k = 2, size(x)
+         from = x(k - 1)
+         to = x(k)
+         s = sqrt(max(r**2 - ((from + to)/2)**2, 0.0_dp))
+         top = min(upper(2), s)
+         bottom = max(lower(2), -s)
+         if (.not. (to > from .and. top > bottom)) cycle
+         if (top < s) then
+            m = m + between_line(from, to, upper(2))
+         else
+            m = m + below_arc(from, to, r)
+         end if
+         if (bottom > -s) then
+            m = m - between_line(from, to, lower(2))
+         else
+            m = m + below_arc(from, to, r)*[1, 1, -1]
+         end if
+      end do
+      m(1:) = m(1:) - m(0)*lower
+   end function moments_of_circle
+
+   !> Integrals over x of y, x y and y^2/2 with y the same everywhere.
+   pure function between_line(from, to, y) result(m)
+      real(dp), intent(in) :: from, to, y
+      real(dp) :: m(0:ndim)
+      m = [y, y*(from + to)/2, y**2/2]*(to - from)
+   end function between_line
+
+   !> The same with y = sqrt(r^2 - x^2).
+   pure function below_arc(from, to, r) result(m)
+      real(dp), intent(in) :: from, to, r
+      real(dp) :: m(0:ndim)
+      real(dp) :: s(2)
+      s = sqrt(max(r**2 - [from, to]**2, 0.0_dp))
+      m(0) = (to*s(2) - from*s(1) + r**2*atan2(to*s(1) - from*s(2), s(1)*s(2) + from*to))/2
+      m(1) = (s(1)**3 - s(2)**3)/3
+      m(2) = (r**2*(to - from) - (to**3 - from**3)/3)/2
+   end function below_arc
+
+   !> Put a few numbers into ascending order.
+   pure subroutine sort_few(x)
+      real(dp), intent(inout) :: x(:)
+      real(dp) :: next
+      integer :: i, k
+      do i = 2, size(x)
+         next = x(i)
+         k = i - 1
+         do while (k >= 1)
+            if (x(k) <= next) exit
+            x(k + 1) = x(k)
+            k = k - 1
+         end do
+         x(k + 1) = next
+      end do
+   end subroutine sort_few
+
+   !> Whether there is an outline; a rectangle along the grid lines has none.
+   pure logical function is_there(self)
+      class(outline_t), intent(in) :: self
+      is_there = allocated(self%rings)
+   end function is_there
+
+   !> Area inside an outline [m2].
+   pure real(dp) function area(self)
+      class(outline_t), intent(in) :: self
+      integer :: k
+      area = abs(self%rings(1)%area())
+      do k = 2, size(self%rings)
+         area = area - abs(self%rings(k)%area())
+      end do
+   end function area
+
+   !> Whether a point is inside an outline. On its edge, either may be told.
+   pure logical function covers(self, x)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: k
+      covers = self%rings(1)%encloses(x)
+      do k = 2, size(self%rings)
+         if (covers) covers = .not. self%rings(k)%encloses(x)
+      end do
+   end function covers
+
+   !> Distance of a point from the edges of an outline [m].
+   pure real(dp) function distance(self, x)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: k
+      distance = minval([(self%rings(k)%distance(x), k=1, size(self%rings))])
+   end function distance
+
+   !> Area inside an outline and a box, and its first moments around the lower corner of the box [m2, m3, m3].
+   pure function moments(self, lower, upper) result(m)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      real(dp) :: m(0:ndim)
+      real(dp) :: whole
+      integer :: k
+      whole = product(upper - lower)
+      m = 0
+      if (self%distance((lower + upper)/2) > 0.501_dp*norm2(upper - lower)) then
+         if (self%covers((lower + upper)/2)) m = whole*[1.0_dp, (upper - lower)/2]
+         return
+      end if
+      m = self%rings(1)%moments(lower, upper)
+      do k = 2, size(self%rings)
+         m = m - self%rings(k)%moments(lower, upper)
+      end do
+   end function moments
+
+   !> The parts of the edges of an outline whose middle is in a box, each within one cell of a lattice: what a traction acts on.
+   pure function parts_in_box(self, lower, upper, origin, spacing) result(parts)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      real(dp), intent(in) :: origin(ndim)       !! of the lattice [m]
+      real(dp), intent(in) :: spacing            !! of the lattice [m]
+      type(edge_part_t), allocatable :: parts(:)
+      integer :: k
+      allocate (parts(0))
+      do k = 1, size(self%rings)
+         if (self%rings(k)%is_circle) then
+            call add_arcs(self%rings(k), k > 1, lower, upper, spacing, parts)
+         else
+            call add_sides(self%rings(k), k > 1, lower, upper, origin, spacing, parts)
+         end if
+      end do
+   end function parts_in_box
+
+   !> Add the sides of a polygon, parted where they cross the lines of a lattice and the box.
+   pure subroutine add_sides(ring, is_hole, lower, upper, origin, spacing, parts)
+      type(ring_t), intent(in) :: ring
+      logical, intent(in) :: is_hole
+      real(dp), intent(in) :: lower(ndim), upper(ndim), origin(ndim), spacing
+      type(edge_part_t), allocatable, intent(inout) :: parts(:)
+      real(dp), allocatable :: corner(:, :), cut(:)
+      real(dp) :: a(ndim), b(ndim), normal(ndim), at
+      type(edge_part_t) :: part
+      integer :: i, d, k
+      corner = ring%corners(0)
+      do i = 1, size(corner, 2)
+         a = corner(:, merge(size(corner, 2), i - 1, i == 1))
+         b = corner(:, i)
+         if (.not. norm2(b - a) > 0) cycle
+         normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
+         if (is_hole) normal = -normal
+         cut = [0.0_dp, 1.0_dp]
+         do d = 1, ndim
+            if (.not. abs(b(d) - a(d)) > 1e-9_dp*spacing) cycle
+            do k = ceiling((min(a(d), b(d)) - origin(d))/spacing), floor((max(a(d), b(d)) - origin(d))/spacing)
+               cut = [cut, (origin(d) + k*spacing - a(d))/(b(d) - a(d))]
+            end do
+            cut = [cut, (lower(d) - a(d))/(b(d) - a(d)), (upper(d) - a(d))/(b(d) - a(d))]
+         end do
+         cut = min(max(cut, 0.0_dp), 1.0_dp)
+         call sort_few(cut)
+         do k = 2, size(cut)
+            at = (cut(k - 1) + cut(k))/2
+            if ((cut(k) - cut(k - 1))*norm2(b - a) <= 1e-9_dp*spacing) cycle
+            part%middle = a + at*(b - a)
+            if (any(part%middle < lower - 1e-9_dp*spacing .or. part%middle > upper + 1e-9_dp*spacing)) cycle
+            part%half = (cut(k) - cut(k - 1))/2*(b - a)
+            part%normal = normal
+            parts = [parts, part]
+         end do
+      end do
+   end subroutine add_sides
+
+   !> Add the arcs of a circle, in parts of an eighth of the spacing at most.
+   pure subroutine add_arcs(ring, is_hole, lower, upper, spacing, parts)
+      type(ring_t), intent(in) :: ring
+      logical, intent(in) :: is_hole
+      real(dp), intent(in) :: lower(ndim), upper(ndim), spacing
+      type(edge_part_t), allocatable, intent(inout) :: parts(:)
+      type(edge_part_t), allocatable :: arcs(:)
+      logical, allocatable :: is_in(:)
+      real(dp) :: angle
+      integer :: k, n
+      n = max(64, 8*ceiling(2*pi*ring%radius/spacing))
+      allocate (arcs(n), is_in(n))
+      do k = 1, n
+         angle = 2*pi*(k - 0.5_dp)/n
+         arcs(k)%normal = [cos(angle), sin(angle)]
+         arcs(k)%middle = ring%center + ring%radius*arcs(k)%normal
+         arcs(k)%half = pi*ring%radius/n*[-arcs(k)%normal(2), arcs(k)%normal(1)]
+         if (is_hole) arcs(k)%normal = -arcs(k)%normal
+         is_in(k) = all(arcs(k)%middle >= lower .and. arcs(k)%middle <= upper)
+      end do
+      parts = [parts, pack(arcs, is_in)]
+   end subroutine add_arcs
+end module hampm_outline

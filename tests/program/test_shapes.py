@@ -1,0 +1,232 @@
+"""Bodies that are polygons or circles or have holes: what the edges cut of cells, loads on slanted edges and arcs, refinement, explicit steps."""
+
+import math
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import INPUT, REFERENCE
+from results import differing
+
+STEEL = "&material name = 's' young = 200e9 poisson = 0.3 density = 8000 /\n"
+
+
+def polygon(corners, more=""):
+    """A group &body."""
+    points = ", ".join(f"{x:.17g}, {y:.17g}" for x, y in corners)
+    return f"&body material = 's' shape = 'polygon' points = {points} {more} /\n"
+
+
+def turned(points, degrees, shift=(0.0, 0.0)):
+    """Points that are turned around the origin, and moved."""
+    t = math.radians(degrees)
+    return np.asarray(points) @ np.array([[math.cos(t), math.sin(t)], [-math.sin(t), math.cos(t)]]) + np.asarray(shift)
+
+
+def traction(a, b, force):
+    """A load on the side from a to b."""
+    lower, upper = np.minimum(a, b), np.maximum(a, b)
+    return (f"&load kind = 'traction' lower = {lower[0]:.17g}, {lower[1]:.17g} upper = {upper[0]:.17g}, {upper[1]:.17g} "
+            f"force = {force[0]:.17g}, {force[1]:.17g} /\n")
+
+
+def run(hampm, tmp_path, text, *words, name="out.h5", fails=0):
+    """Run a namelist; its result file, open."""
+    end = re.search(r"end_time = (\S+)", text)[1]
+    (tmp_path / "scene.nml").write_text(text + f"&output file = '{name}' snapshot_interval = {end} /\n" * ("&output" not in text))
+    result = hampm(tmp_path / "scene.nml", "--force", "--quiet", *words)
+    assert result.returncode == fails, result.stderr
+    return result.stderr if fails else h5py.File(tmp_path / name)
+
+
+def particles(file, field):
+    """A field of the particles in the last snapshot."""
+    data = file["VTKHDF/particles"]
+    n = data["NumberOfPoints"][-1]
+    return data["Points"][-n:, :2] if field == "Points" else data["PointData"][field][-n:]
+
+
+def square(degrees, shift, method, more="", plane="stress"):
+    """A square of 0.1 m, turned by an angle, under a tension of 1 MPa along its first axis."""
+    corner = turned([(-0.05, -0.05), (0.05, -0.05), (0.05, 0.05), (-0.05, 0.05)], degrees, shift)
+    pull = 1e5*turned([(1, 0)], degrees)[0]
+    return (f"&run plane = '{plane}' end_time = 1.0 /\n&grid lower = -0.1, -0.1 cell = 5e-3 cells = 40, 40 /\n" + STEEL
+            + polygon(corner) + traction(corner[1], corner[2], pull) + traction(corner[3], corner[0], -pull)
+            + "&constraint lower = 0.0, 0.0 upper = 0.0, 0.0 fix = 'xy' /\n&constraint lower = 0.02, 0.0 upper = 0.02, 0.0 fix = 'y' /\n"
+            + f"&method {method} /\n" + more)
+
+
+# --- at rest ----------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.0013, -0.0021), (-0.00017, 0.00249)])
+@pytest.mark.parametrize("degrees", [0, 1, 10, 27, 45, 80])
+def test_a_turned_square_under_tension_has_the_same_stress_everywhere(hampm, tmp_path, degrees, shift):
+    """The patch test: volumes and centroids of what is cut, hanging nodes of nearly empty cells and forces on slanted sides are exact."""
+    file = run(hampm, tmp_path, square(degrees, shift, "time = 'static'"))
+    t = math.radians(degrees)
+    for field, wanted in (("stress_xx", math.cos(t)**2), ("stress_yy", math.sin(t)**2), ("stress_xy", math.sin(t)*math.cos(t))):
+        assert particles(file, field)/1e6 == pytest.approx(np.full(len(particles(file, field)), wanted), abs=1e-6), field
+
+
+def test_a_part_of_the_square_may_be_refined(hampm, tmp_path):
+    """Children are what quarters of the boxes have of the body, so the patch test holds on three levels of cells."""
+    crackless = ("&refine indicator = 'gradient' field = 'energy_density' r_crit = 1e-9 r_coarsen = 0.0 max_level = 2 "
+                 "region_lower = -0.02, 0.0 region_upper = 0.06, 0.07 /\n")
+    text = square(27, (0.0013, -0.0021), "", crackless).replace("end_time = 1.0", "end_time = 1e-6")
+    file = run(hampm, tmp_path, text)
+    assert file["history/particles"][-1] > 3000
+    assert file["history/cells"][-1] > 1700
+
+
+def test_the_stress_at_a_hole(hampm, tmp_path):
+    """Kirsch (1898): 3.00 times the tension at the edge of a small hole, wherever it is in its cells."""
+    for shift in (0.0, 0.0), (1.1e-3, 2.3e-3):
+        words = f"{shift[0]}, {shift[1]}"
+        text = (INPUT / "plate_with_hole.nml").read_text().replace("center = 0.0, 0.0", f"center = {words}")
+        file = run(hampm, tmp_path, text, name="plate_with_hole.h5")
+        x, y = (particles(file, "Points") - shift).T
+        r, cell, a = np.hypot(x, y), file["history/finest_cell"][-1], 0.01
+        near = (r < a + cell) & (np.abs(y) < 0.1*np.abs(x))
+        angle = np.arctan2(x, y)
+        along = 0.5*(1 + (a/r)**2) - 0.5*(1 + 3*(a/r)**4)*np.cos(2*angle)
+        across = 0.5*(1 - (a/r)**2) + 0.5*(1 - 4*(a/r)**2 + 3*(a/r)**4)*np.cos(2*angle)
+        exact = along*np.sin(angle)**2 + across*np.cos(angle)**2
+        factor = 3*np.mean(particles(file, "stress_yy")[near]/1e6/exact[near])
+        print(f"hole at {words}: {factor:.4f} of {near.sum()} particles, cells {file['history/cells'][-1]}")
+        assert near.sum() > 8 and factor == pytest.approx(3.0, rel=0.01)
+
+
+def test_weights_of_shapes(hampm, tmp_path):
+    """The particles of a polygon with a circular hole, and of a circle beside it, have the areas of these."""
+    corner = [(0.011, 0.013), (0.093, 0.021), (0.087, 0.077), (0.05, 0.093), (0.021, 0.079)]
+    text = ("&run plane = 'strain' end_time = 1e-6 /\n&grid lower = 0.0, 0.0 cell = 5e-3 cells = 40, 20 /\n" + STEEL
+            + polygon(corner) + "&body material = 's' shape = 'circle' center = 0.14, 0.05 radius = 0.031 points_per_cell = 3 spin = 10.0 /\n"
+            + "&body shape = 'circle' center = 0.055, 0.05 radius = 0.017 hole = .true. /\n&method frame = 'updated' /\n")
+    file = run(hampm, tmp_path, text)
+    x, y = np.array(corner).T
+    area = 0.5*abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) - math.pi*0.017**2 + math.pi*0.031**2
+    mass = file["VTKHDF/mesh/PointData/mass"][-file["VTKHDF/mesh/NumberOfPoints"][-1]:].sum()
+    assert mass == pytest.approx(8000*area, rel=1e-12)
+    inertia = 0.5*math.pi*0.031**4*8000
+    assert file["history/kinetic_energy"][0] == pytest.approx(0.5*inertia*100, rel=2e-3)
+
+
+# --- cracks -----------------------------------------------------------------------------------------------------------
+
+def tip_values(file, *names):
+    """Last values of columns."""
+    return [file["history"][name][-1] for name in names]
+
+
+@pytest.mark.parametrize("degrees", [0, 10, 20, 27.2])
+def test_a_brazilian_disc(hampm, tmp_path, degrees):
+    """A crack through the centre of a disc against distributed dislocations, within 0.5 % of the larger; both tips alike."""
+    table = np.genfromtxt(REFERENCE / "shapes" / "disc.csv", delimiter=",", comments="#", skip_header=5)
+    wanted = table[(table[:, 0] == 0.3) & (table[:, 1] == degrees), 2:][0]
+    x, y = 0.015*math.sin(math.radians(degrees)), 0.015*math.cos(math.radians(degrees))
+    text = (INPUT / "brazilian_disc.nml").read_text().replace("-5.1303e-3, -14.0954e-3, 5.1303e-3, 14.0954e-3", f"{-x}, {-y}, {x}, {y}")
+    text = text.replace("cell = 1.0e-3", "cell = 2.0e-3").replace("cells = 104, 104", "cells = 52, 52")
+    file = run(hampm, tmp_path, text, name="brazilian_disc.h5")
+    unit = 1000*math.sqrt(0.015)/(math.sqrt(math.pi)*0.05)
+    for tip in "", "_tip2":
+        found = np.array(tip_values(file, "K_I" + tip, "K_II" + tip))/unit
+        print(f"{degrees} degrees: K_I {found[0]:.4f} ({wanted[0]}), K_II {found[1]:.4f} ({wanted[1]})")
+        assert found == pytest.approx(wanted, abs=0.005*np.abs(wanted).max())
+
+
+def in_formula(name):
+    """K of the specimens of the gallery by handbook formulas, and within what these are said to be."""
+    a, w = 0.02, 0.05
+    s, al = 1e6*math.sqrt(math.pi*a), a/w
+    return {
+        "centre_crack": (s*math.sqrt(1/math.cos(math.pi*al/2))*(1 - 0.025*al**2 + 0.06*al**4), 0.003),
+        "edge_crack": (s*(0.265*(1 - al)**4 + (0.857 + 0.265*al)/(1 - al)**1.5), 0.005),
+        "two_edge_cracks": (s*(1 + 0.122*math.cos(math.pi*al/2)**4)*math.sqrt(2/(math.pi*al)*math.tan(math.pi*al/2)), 0.005),
+        "bend_three_points": (1000*0.2/w**1.5*1.5*math.sqrt(al)*(1.99 - al*(1 - al)*(2.15 - 3.93*al + 2.7*al**2))
+                              / ((1 + 2*al)*(1 - al)**1.5), 0.01),
+        "bend_four_points": (6*30/w**2*math.sqrt(math.pi*a)*(1.122 - 1.40*al + 7.33*al**2 - 13.08*al**3 + 14.0*al**4), 0.005),
+        "compact_tension": (1000/math.sqrt(w)*9.659, 0.006)}[name]
+
+
+@pytest.mark.parametrize("name", ["centre_crack", "edge_crack", "two_edge_cracks", "bend_three_points", "bend_four_points",
+                                  "compact_tension"])
+def test_the_gallery(hampm, tmp_path, name):
+    """Classic specimens against the formulas of handbooks: Tada, Paris & Irwin (2000), ASTM E399."""
+    wanted, within = in_formula(name)
+    file = run(hampm, tmp_path, (INPUT / f"{name}.nml").read_text(), name=f"{name}.h5")
+    found = file["history/K_I"][-1]
+    print(f"{name}: K_I {found:.6g}, {wanted:.6g} by the formula: {100*(found/wanted - 1):+.2f} %")
+    assert found == pytest.approx(wanted, rel=within)
+
+
+# --- in motion --------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("method", ["", "mass = 'blend'", "scheme = 'usl' mass = 'full'", "scheme = 'usavg'", "scheme = 'usf'"])
+def test_a_struck_polygon_keeps_its_energy(hampm, tmp_path, method):
+    """Thin corners and slivers at all edges: stable with the default step, and the audit closes."""
+    corner = turned([(-0.08, -0.031), (0.083, -0.042), (0.02, 0.012), (0.041, 0.077), (-0.033, 0.05)], 13)
+    text = ("&run plane = 'strain' end_time = 1e-4 /\n&grid lower = -0.1, -0.1 cell = 6e-3 cells = 34, 34 /\n" + STEEL + polygon(corner)
+            + "&body shape = 'circle' center = -0.01, 0.003 radius = 0.013 hole = .true. /\n"
+            + traction(corner[0], corner[1], (0, 1e4)) + f"&method {method} /\n&energy_release estimators = 'energy_balance' /\n")
+    history = run(hampm, tmp_path, text)["history"]
+    energy = history["kinetic_energy"][:] + history["strain_energy"][:]
+    balance = energy + history["numerical_loss"][:] - history["external_work"][:]
+    assert np.abs(balance).max() < 1e-12*energy.max()
+    assert np.abs(history["numerical_loss"][-1]) < 0.3*energy.max()
+
+
+def test_it_goes_on_after_a_checkpoint(hampm, tmp_path):
+    """A disc with a crack, in motion, with cells that refine around its tips: the same bytes."""
+    text = (INPUT / "brazilian_disc.nml").read_text().replace("cell = 1.0e-3", "cell = 5.0e-3").replace("104, 104", "22, 22")
+    text = text.replace("lower = -52.0e-3, -52.0e-3", "lower = -55.0e-3, -55.0e-3").replace("time = 'static'", "time = 'explicit'").replace("max_level = 3", "max_level = 2")
+    text = text.replace("end_time = 1.0", "end_time = 1e-5").replace("snapshot_interval = 1.0", "snapshot_interval = 5e-6\n   history_interval = 1e-6")
+    (tmp_path / "scene.nml").write_text(text)
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    for folder in whole, parts:
+        folder.mkdir()
+    assert hampm(tmp_path / "scene.nml", "--quiet", "--output", whole, "--threads", "2").returncode == 0
+    stopped = hampm(tmp_path / "scene.nml", "--quiet", "--output", parts, "--steps", "20", "--threads", "1")
+    assert stopped.returncode == 5, stopped.stderr
+    assert hampm("--resume", parts / "brazilian_disc.h5.checkpoint", "--quiet").returncode == 0
+    assert not differing(whole / "brazilian_disc.h5", parts / "brazilian_disc.h5")
+
+
+# --- mistakes ---------------------------------------------------------------------------------------------------------
+
+MISTAKES = [
+    ("&body material = 's' shape = 'polygon' points = 0,0, 1,0 /", "must be three corners or more"),
+    ("&body material = 's' shape = 'polygon' points = 0,0, 1,1, 1,0, 0,1 /", "cross or touch"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 /", "must be above 0 for shape = 'circle'"),
+    ("&body material = 's' shape = 'circle' radius = 0.1 /", "must have 2 values for shape = 'circle'"),
+    ("&body material = 's' lower = 0, 0 /", "must have 2 values for shape = 'rectangle'"),
+    ("&body material = 's' lower = 0, 0 upper = 1, 1 radius = 0.1 /", "is for shape = 'circle' only"),
+    ("&body lower = 0, 0 upper = 1, 1 /", "must be the name of a &material"),
+    ("&body shape = 'circle' center = 0.5, 0.5 radius = 0.1 hole = .true. /\n&body material = 's' lower = 0,0 upper = 1,1 /",
+     "holes must come after"),
+    ("&body material = 's' lower = 0,0 upper = 1,1 /\n&body shape = 'circle' center = 0.5, 0.95 radius = 0.1 hole = .true. /",
+     "must be inside one body"),
+    ("&body material = 's' lower = 0,0 upper = 1,1 /\n&body shape = 'circle' center = 0.5, 0.5 radius = 0.1 hole = .true. /\n"
+     "&body shape = 'circle' center = 0.55, 0.5 radius = 0.1 hole = .true. /", "must be apart from the hole"),
+    ("&body material = 's' shape = 'circle' center = 0.4, 0.5 radius = 0.2 /\n"
+     "&body material = 's' shape = 'circle' center = 0.6, 0.5 radius = 0.2 /", "must not overlap body 1"),
+    ("&body material = 's' shape = 'circle' center = 0.4, 0.5 radius = 0.7 /", "must be within the grid"),
+    ("&body material = 's' shape = 'circle' center = 0.3, 0.5 radius = 0.2 /\n"
+     "&body material = 's' shape = 'circle' center = 0.7, 0.5 radius = 0.1 /", "the body must touch the others"),
+    ("&body shape = 'circle' center = 0.3, 0.5 radius = 0.2 hole = .true. /", "there must be a &body of material"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n&crack tip = 0.5, 0.5 kind = 'line' /",
+     "must be 'path' where a body is"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
+     "&load kind = 'traction' lower = 0.1, 0.1 upper = 0.2, 0.2 force = 1, 0 /", "must hold a part of the edge"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
+     "&load kind = 'point' lower = 0.25, 0.25 upper = 0.25, 0.25 force = 1, 0 /", "must be in or on a body"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
+     "&constraint lower = 0.2, 0.2 upper = 0.2, 0.2 fix = 'x' /", "must hold a node of a cell with material"),
+]
+
+
+@pytest.mark.parametrize("groups, message", MISTAKES)
+def test_mistakes_are_named(hampm, tmp_path, groups, message):
+    text = "&run plane = 'stress' end_time = 1e-6 /\n&grid lower = 0, 0 cell = 0.05 cells = 20, 20 /\n" + STEEL + groups + "\n"
+    assert message in run(hampm, tmp_path, text, fails=2)
