@@ -2,17 +2,15 @@
 module hampm_growing
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
-   use hampm_crack_placement, only: room_on_plane, held_ahead, least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
-   use hampm_path_placement, only: room_around
    use hampm_scene, only: scene_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: growing_t, new_growing, record_growth, keep_growing, fitting, follow_in_scene, room_for, why_no_room, part_of_crack
+   public :: growing_t, new_growing, record_growth, keep_growing, fitting, part_of_crack
 
    !> The tips that grow. Arrays have an entry for each tip of the run.
    type :: growing_t
@@ -177,44 +175,6 @@ contains
       first = min(max(0.4_dp*most, least), last)
       fitting = [(first + (k - 1)*(last - first)/max(1, size(radii) - 1), k=1, size(radii))]
    end function fitting
-
-   !> Let a crack of the scene be where it is in the run.
-   subroutine follow_in_scene(scene, cracks, number)
-      type(scene_t), intent(inout) :: scene
-      type(cracks_t), intent(in) :: cracks
-      integer, intent(in) :: number              !! of the crack
-      real(dp), allocatable :: points(:, :)
-      points = cracks%crack(number)%open_points()
-      if (scene%crack%present) then
-         scene%crack%tip = points(:, size(points, 2))
-      else
-         scene%paths(number)%points = points
-      end if
-   end subroutine follow_in_scene
-
-   !> The largest radius of a domain integral around a tip that has come to a place [m]; 0 where there is none.
-   pure real(dp) function room_for(scene, crack, place) result(room)
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: crack               !! its number
-      real(dp), intent(in) :: place(ndim)        !! [m]
-      if (scene%crack%present) then
-         room = room_on_plane(scene, place)
-      else
-         room = room_around(scene, place, crack)
-      end if
-   end function room_for
-
-   !> Why there is no room for a tip at a place.
-   pure function why_no_room(scene, place) result(why)
-      type(scene_t), intent(in) :: scene
-      real(dp), intent(in) :: place(ndim)        !! [m]
-      character(:), allocatable :: why
-      why = 'there is no room for a radius of the domain integral of two of the finest cells: a surface, a load, a constraint '// &
-            'or another crack is near'
-      if (.not. scene%crack%present) return
-      if (held_ahead(scene, place) < least_radius(scene)*(1 - 1e-9_dp)) &
-         why = 'the &constraint of its symmetry plane ends within two of the finest cells ahead'
-   end function why_no_room
 
    !> Part of what a crack takes that its body gives: one half on a symmetry plane, as energies are those of the half body.
    pure real(dp) function part_of_crack(tip) result(part)

@@ -6,7 +6,8 @@ module hampm_growth_at_rest
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t
-   use hampm_growing, only: growing_t, fitting, follow_in_scene, room_for, why_no_room, part_of_crack
+   use hampm_growing, only: growing_t, fitting, part_of_crack
+   use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle
    use hampm_motion, only: motion_t, stored_energy
    use hampm_path_placement, only: path_radius

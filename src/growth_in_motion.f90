@@ -10,7 +10,8 @@ module hampm_growth_in_motion
    use hampm_cracks, only: cracks_t, last_point
    use hampm_face_springs, only: spring_energy
    use hampm_forest, only: forest_t, outside
-   use hampm_growing, only: growing_t, follow_in_scene, room_for, why_no_room, part_of_crack
+   use hampm_growing, only: growing_t, part_of_crack
+   use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle, hoop_intensity
    use hampm_growth_group, only: growth_t
    use hampm_motion, only: motion_t

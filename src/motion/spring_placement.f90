@@ -358,8 +358,8 @@ contains
       end associate
    end subroutine add_layer
 
-   !> Make springs weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both faces
-   !> and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
+   !> Make springs weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
+   !> faces and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
    pure subroutine soften(springs, grid, p, blocks, materials)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
