@@ -1,7 +1,7 @@
 !> What the scene says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: room_on_plane, held_ahead, least_radius
+   use hampm_crack_placement, only: room_on_plane, held_ahead, least_radius, distance_in_material
    use hampm_cracks, only: cracks_t
    use hampm_path_placement, only: room_around
    use hampm_scene, only: scene_t
@@ -45,7 +45,9 @@ contains
       why = 'there is no room for a radius of the domain integral of two of the finest cells: a surface, a load, a constraint '// &
             'or another crack is near'
       if (.not. scene%crack%present) return
-      if (held_ahead(scene, place) < least_radius(scene)*(1 - 1e-9_dp)) &
-         why = 'the &constraint of its symmetry plane ends within two of the finest cells ahead'
+      associate (held => held_ahead(scene, place), material => distance_in_material(scene, place, scene%crack%direction))
+         if (held < min(least_radius(scene), material)*(1 - 1e-9_dp)) &
+            why = 'there is no &constraint that holds its symmetry plane ahead of it, over two of the finest cells at least'
+      end associate
    end function why_no_room
 end module hampm_growth_room
