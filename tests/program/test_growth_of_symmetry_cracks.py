@@ -85,12 +85,12 @@ def half_plate(growth=GIVEN, cell=CELL, method="", mass="blend", levels=0, end=2
 
 SAME = [(GIVEN, {}, 1e-12), (BY_TOUGHNESS, {}, 1e-12), (GIVEN, {"mass": "lumped", "method": "scheme = 'usl'"}, 1e-12),
         (GIVEN, {"mass": "full", "method": "scheme = 'usf'"}, 1e-12), (GIVEN, {"method": "scheme = 'usavg'"}, 1e-12),
-        (GIVEN, {"cell": 0.25e-3, "levels": 2, "end": 2.3}, 1e-7), (BY_TOUGHNESS, {"cell": 0.25e-3, "levels": 2, "end": 2.3}, 1e-4)]
+        (GIVEN, {"cell": 0.25e-3, "levels": 2, "end": 2.3}, 1e-5), (BY_TOUGHNESS, {"levels": 1, "end": 2.6}, 1e-4)]
 
 
 @pytest.mark.parametrize(("growth", "more", "tolerance"), SAME)
 def test_half_a_body_is_half_of_the_whole_one(hampm, tmp_path, growth, more, tolerance):
-    """With refinement that follows what rounding makes of both adds up to more."""
+    """To rounding; with refinement that follows to what particles make of it that split beside the plane."""
     whole, _ = run(hampm, tmp_path, whole_plate(growth, **more), name="whole")
     half, _ = run(hampm, tmp_path, half_plate(growth, **more), name="half")
     assert half["crack_length"][-1] > 10e-3 + 2 * more.get("cell", CELL)
@@ -171,7 +171,6 @@ def test_an_edge_crack_at_rest(hampm, tmp_path, increment):
     assert residual(half) < 1e-12
 
 
-LINE = [("kind = 'symmetry'", "kind = 'line'"), ("lower = 0.0, 0.0  upper = 0.01, 0.0  fix = 'y'", "lower = 0.0, 9.9e-3  upper = 0.01, 10e-3  fix = 'y'")]
 REFUSED = [([("'straight'", "'hoop_stress'")], "direction = 'hoop_stress': must be 'straight' of a &crack of kind = 'symmetry'"),
            ([("'straight'", "'straight'  tips = 'first'")], "tips = 'first': must not be 'first' of a &crack of kind = 'symmetry'"),
            ([("'straight'", "'straight'  crack = 'a'")], "crack = 'a': must be left out of a &crack of kind = 'symmetry'"),
@@ -183,7 +182,7 @@ REFUSED = [([("'straight'", "'hoop_stress'")], "direction = 'hoop_stress': must 
            ([("fix = 'y'", "fix = 'y'  velocity = 0.0, 1e-3")], "must not move the symmetry plane with a &growth"),
            ([("&method", "&method frame = 'updated'")], "frame = 'updated': must be 'total' with a &growth"),
            ([("&method", "&method time_steps = 'local'")], "time_steps = 'local': must be 'global' with a &growth"),
-           (LINE, "a &crack of kind = 'line' does not grow; write it as one of kind = 'path' whose points are on the same grid line")]
+           ([("kind = 'symmetry'", "kind = 'line'")], "a &crack of kind = 'line' does not grow; write it as one of kind = 'path' whose points are on the same grid line")]
 
 
 @pytest.mark.parametrize(("changes", "message"), REFUSED)
