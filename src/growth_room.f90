@@ -1,7 +1,7 @@
 !> What the scene says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: room_on_plane, held_ahead, least_radius, distance_in_material
+   use hampm_crack_placement, only: room_on_plane, held_ahead, least_radius, distance_in_material, body_at
    use hampm_cracks, only: cracks_t
    use hampm_path_placement, only: room_around
    use hampm_scene, only: scene_t
@@ -31,7 +31,8 @@ contains
       integer, intent(in) :: crack               !! its number
       real(dp), intent(in) :: place(ndim)        !! [m]
       if (scene%crack%present) then
-         room = room_on_plane(scene, place)
+         room = 0
+         if (body_at(scene, place) > 0) room = room_on_plane(scene, place)
       else
          room = room_around(scene, place, crack)
       end if
@@ -44,7 +45,7 @@ contains
       character(:), allocatable :: why
       why = 'there is no room for a radius of the domain integral of two of the finest cells: a surface, a load, a constraint '// &
             'or another crack is near'
-      if (.not. scene%crack%present) return
+      if (.not. scene%crack%present .or. body_at(scene, place) == 0) return
       associate (held => held_ahead(scene, place), material => distance_in_material(scene, place, scene%crack%direction))
          if (held < min(least_radius(scene), material)*(1 - 1e-9_dp)) &
             why = 'there is no &constraint that holds its symmetry plane ahead of it, over two of the finest cells at least'
