@@ -167,6 +167,7 @@ contains
       integer, intent(in) :: k
       type(crack_t), intent(out) :: crack
       crack%kind = 'path'
+      crack%cuts_cells = .true.
       crack%points = scene%paths(k)%points
       crack%contact = scene%paths(k)%contact
       crack%friction = scene%paths(k)%friction
@@ -194,6 +195,9 @@ contains
             axis = frame_along(spec%direction)
             crack%face(left) = dot_product(inward, axis(:, 2)) > 0
             crack%face(right) = dot_product(inward, axis(:, 2)) < 0
+            crack%cuts_cells = size(scene%growth) > 0
+            crack%began = spec%tip
+            if (crack%cuts_cells) crack%points(:, 1) = spec%tip - distance_to_mouth(scene)*spec%direction
          end if
          if (crack%is_tip(first_point)) then
             cells_behind = anint(spec%length/cell)/2

@@ -10,7 +10,7 @@ module hampm_growing
    use hampm_text, only: to_text
    implicit none
    private
-   public :: growing_t, new_growing, record_growth, keep_growing, fitting
+   public :: growing_t, new_growing, record_growth, keep_growing, fitting, part_of_crack
 
    !> The tips that grow. Arrays have an entry for each tip of the run.
    type :: growing_t
@@ -175,6 +175,12 @@ contains
       first = min(max(0.4_dp*most, least), last)
       fitting = [(first + (k - 1)*(last - first)/max(1, size(radii) - 1), k=1, size(radii))]
    end function fitting
+
+   !> Part of what a crack takes that its body gives: one half on a symmetry plane, as energies are those of the half body.
+   pure real(dp) function part_of_crack(tip) result(part)
+      type(crack_tip_t), intent(in) :: tip
+      part = merge(0.5_dp, 1.0_dp, tip%is_half())
+   end function part_of_crack
 
    !> Note that a tip stops.
    subroutine stop_tip(self, number, why, said)

@@ -6,7 +6,8 @@ module hampm_growth_at_rest
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t
-   use hampm_growing, only: growing_t, fitting
+   use hampm_growing, only: growing_t, fitting, part_of_crack
+   use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle
    use hampm_motion, only: motion_t, stored_energy
    use hampm_path_placement, only: path_radius
@@ -64,13 +65,16 @@ contains
             angle = kink_angle(trim(law%direction), values(k)%intensity)
             before = cracks%crack(tip%crack)%points
             call cracks%extend(k, law%increment, angle)
-            scene%paths(tip%crack)%points = cracks%crack(tip%crack)%points
-            most = path_radius(scene, tip%crack, tip%end)
+            call follow_in_scene(scene, cracks, tip%crack)
+            if (scene%crack%present) then
+               most = room_for(scene, tip%crack, tip%place)
+            else
+               most = path_radius(scene, tip%crack, tip%end)
+            end if
             if (most < least_radius(scene)*(1 - 1e-9_dp)) then
+               call growing%stop_tip(k, 'a step further '//why_no_room(scene, tip%place), said)
                call cracks%put_back(k, before)
-               scene%paths(tip%crack)%points = before
-               call growing%stop_tip(k, 'a step further there is no room for a radius of the domain integral of two of the '// &
-                                     'finest cells: a surface, a load, a constraint or another crack is near', said)
+               call follow_in_scene(scene, cracks, tip%crack)
                return
             end if
             tip%radii = fitting(tip%radii, least_radius(scene), most)
@@ -94,7 +98,7 @@ contains
          associate (of => values(k)%intensity)
             if (.not. of(1) > 0 .or. abs(of(2)) <= straight*of(1)) cycle
             call cracks%turn(k, -of(2)/(steepness*of(1)))
-            scene%paths(cracks%tips(k)%crack)%points = cracks%crack(cracks%tips(k)%crack)%points
+            call follow_in_scene(scene, cracks, cracks%tips(k)%crack)
             have_turned = .true.
          end associate
       end do
@@ -150,7 +154,7 @@ contains
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
-         taken = scene%run%thickness*growing%advance(k)*(growing%rate(k) + rate)/2
+         taken = part_of_crack(cracks%tips(k))*scene%run%thickness*growing%advance(k)*(growing%rate(k) + rate)/2
          m%fracture_energy = m%fracture_energy + taken
          if (m%audit) m%numerical_loss = m%numerical_loss - taken
          growing%rate(k) = rate

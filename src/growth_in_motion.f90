@@ -10,11 +10,11 @@ module hampm_growth_in_motion
    use hampm_cracks, only: cracks_t, last_point
    use hampm_face_springs, only: spring_energy
    use hampm_forest, only: forest_t, outside
-   use hampm_growing, only: growing_t
+   use hampm_growing, only: growing_t, part_of_crack
+   use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle, hoop_intensity
    use hampm_growth_group, only: growth_t
    use hampm_motion, only: motion_t
-   use hampm_path_placement, only: room_around
    use hampm_scene, only: scene_t
    use hampm_text, only: to_text
    implicit none
@@ -90,25 +90,24 @@ contains
          from = before(:, merge(size(before, 2), 1, tip%end == last_point))
          call choose_direction(growing, cracks, k, of, from, direction, angle)
          do
-            call next_point(m%grid%forest, growing, k, of, from, direction, to, at_kink)
+            call next_point(m%grid%forest, growing, k, of, from, direction, tip%into_half(), to, at_kink)
             call cracks%plan_way(k, to)
             if (.not. at_kink) exit
             from = to
             direction = growing%to_next_point(k, of%points, from, direction)
          end do
-         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to))
-         room = room_around(scene, to, tip%crack)
+         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance()*tip%into_half()))
+         room = room_for(scene, tip%crack, to)
          if (room < least_radius(scene)*(1 - 1e-9_dp)) then
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
             call cracks%put_back(k, before)
-            call growing%stop_tip(k, 'a cell further there is no room for a radius of the domain integral of two of the finest '// &
-                                  'cells: a surface, a load, a constraint or another crack is near', said)
+            call growing%stop_tip(k, 'a cell further '//why_no_room(scene, to), said)
             return
          end if
          if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
          growing%room(k) = room
          call growing%fit_radii(k, least_radius(scene), tip)
-         scene%paths(tip%crack)%points = cracks%crack(tip%crack)%open_points()
+         call follow_in_scene(scene, cracks, tip%crack)
       end associate
       is_planned = .true.
    end subroutine plan
@@ -154,17 +153,18 @@ contains
    end subroutine choose_direction
 
    !> The next point of a way: a little beyond the leaf or, where that comes first, a point of a given path, which `at_kink` tells.
-   subroutine next_point(forest, growing, k, of, from, direction, to, at_kink)
+   subroutine next_point(forest, growing, k, of, from, direction, inward, to, at_kink)
       type(forest_t), intent(in) :: forest
       type(growing_t), intent(inout) :: growing
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
       real(dp), intent(in) :: from(ndim), direction(ndim)
+      real(dp), intent(in) :: inward(ndim)       !! on a symmetry plane into the half that there is, else 0
       real(dp), intent(out) :: to(ndim)
       logical, intent(out) :: at_kink
       real(dp) :: x(ndim), lower(ndim), way
       integer :: leaf, d
-      x = from + forest%tolerance()*direction
+      x = from + forest%tolerance()*(direction + inward)
       leaf = forest%leaf_at(x)
       way = forest%cell
       if (leaf /= outside) then
@@ -217,7 +217,7 @@ contains
                modulus = effective_modulus(m%materials(tip%material))
                toughness = of%toughness_at(growing%speed(k))
                if (most > 0) call let_go_beyond(m%springs, k, strength*sqrt(modulus*toughness), taken)
-               call soften_released(m%springs, k, toughness, way, has_parted)
+               call soften_released(m%springs, k, part_of_crack(tip)*toughness, way, has_parted)
                growing%has_parted(k) = growing%has_parted(k) .or. has_parted
                if (.not. growing%has_parted(k)) way = 0
                way = min(way, most)
@@ -308,8 +308,8 @@ contains
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
-         growing%integral = growing%integral + scene%run%thickness*(cracks%tips(k)%grown - growing%booked(k)) &
-                            *(growing%rate(k) + rate)/2
+         growing%integral = growing%integral + part_of_crack(cracks%tips(k))*scene%run%thickness &
+                            *(cracks%tips(k)%grown - growing%booked(k))*(growing%rate(k) + rate)/2
          growing%rate(k) = rate
          growing%booked(k) = cracks%tips(k)%grown
       end do

@@ -218,7 +218,8 @@ contains
       associate (overlap => measurements%overlap)
          if (crack%contact .or. .not. overlap%is_notable(at_rest)) return
          remedy = '&crack contact = ''frictionless'''
-         if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = ''line'' and contact = ''frictionless'''
+         if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = '''// &
+                                                trim(merge('path', 'line', crack%cuts_cells))//''' and contact = ''frictionless'''
          call warn(overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
                    three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
                    'other, at '//three_digits(overlap%time)//' s: then G and K are those of material that cannot be. Use '// &

@@ -254,9 +254,11 @@ contains
                                                      'by which all loads and prescribed motions are multiplied', &
                                                      growing%load_factor)
             call history%record('fracture_energy', 'J', 'energy taken by new faces: at rest the integral of G over their area, '// &
-                                'in motion the work of the bonds that let go', motion%fracture_energy)
+                                'in motion the work of the bonds that let go; on a symmetry plane half of it', &
+                                motion%fracture_energy)
             if (.not. growing%at_rest) &
-               call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows', growing%integral)
+               call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &
+                                   'symmetry plane half of it', growing%integral)
          end if
          if (scene%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)

@@ -16,6 +16,7 @@ module hampm_simulation
    use hampm_growing, only: growing_t, new_growing, keep_growing
    use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
+   use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
@@ -109,7 +110,7 @@ contains
          call new_growing(scene, s%cracks, s%growing)
          call keep_cracks(s%cracks, checkpoint)
          call keep_growing(s%growing, checkpoint)
-         call follow_in_scene(s)
+         call follow_all_in_scene(s)
          call keep_motion(checkpoint, s%cracks, s%motion)
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
@@ -383,16 +384,16 @@ contains
       if (.not. failure%failed()) call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%motion)
    end subroutine load_to_toughness
 
-   !> After a checkpoint was read: the scene has its paths where the cracks are, and loads their scale.
-   subroutine follow_in_scene(s)
+   !> After a checkpoint was read: the scene has its cracks where they are, and loads their scale.
+   subroutine follow_all_in_scene(s)
       type(simulation_t), intent(inout) :: s
       integer :: k
       if (.not. s%growing%are_there()) return
-      do k = 1, size(s%scene%paths)
-         s%scene%paths(k)%points = s%cracks%crack(k)%open_points()
+      do k = 1, size(s%cracks%crack)
+         call follow_in_scene(s%scene, s%cracks, k)
       end do
       if (s%growing%at_rest) call scale_loads(s%growing, s%motion)
-   end subroutine follow_in_scene
+   end subroutine follow_all_in_scene
 
    !> After a step: let cracks that the material carries follow it.
    subroutine carry_cracks(s, failure)

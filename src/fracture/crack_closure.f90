@@ -52,11 +52,12 @@ contains
       integer :: elements(faces)
       opening = 0
       call grid%cut_cells%find_nearest(x, point, normal)
-      elements = faces_at(grid, blocks, point, normal)
-      if (any(elements == 0)) return
+      elements = faces_at(grid, blocks, point, normal, tip%only_face())
+      if (all(elements == 0)) return
       axis = frame_along(tip%direction)
       opening = matmul(jump_between(grid, p, blocks, elements, point), axis(:, [2, 1]))
       if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
+      if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
    end function path_opening
 
    !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.

@@ -6,7 +6,7 @@
 module hampm_crack_tip
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
-   use hampm_cut_cells, only: end_leaf_t
+   use hampm_cut_cells, only: end_leaf_t, both_faces, left_face, right_face
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    implicit none
@@ -43,6 +43,8 @@ module hampm_crack_tip
       type(tip_nodes_t) :: nodes
    contains
       procedure :: is_half
+      procedure :: only_face
+      procedure :: into_half
       procedure :: find_nodes
       procedure :: find_cells
    end type crack_tip_t
@@ -62,6 +64,21 @@ contains
       class(crack_tip_t), intent(in) :: self
       is_half = .not. all(self%face)
    end function is_half
+
+   !> Which face of the line of its crack there is, as one walks along that.
+   pure integer function only_face(self)
+      class(crack_tip_t), intent(in) :: self
+      only_face = both_faces
+      if (self%is_half()) only_face = merge(left_face, right_face, self%face(upper) .eqv. self%end == 2)
+   end function only_face
+
+   !> Unit vector normal to the crack into the half of the body that there is; 0 where there are both.
+   pure function into_half(self) result(inward)
+      class(crack_tip_t), intent(in) :: self
+      real(dp) :: inward(ndim)
+      inward = 0
+      if (self%is_half()) inward = merge(1, -1, self%face(upper))*self%axis(:, 2)
+   end function into_half
 
    !> Find the nodes in a grid. `found` tells whether all of them are there.
    pure subroutine find_nodes(self, grid, mouth, found)

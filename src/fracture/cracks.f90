@@ -8,7 +8,7 @@ module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: keep_surroundings, crack_tip_t, frame_along, upper, lower
-   use hampm_cut_cells, only: line_t
+   use hampm_cut_cells, only: line_t, left_face, right_face
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
@@ -29,6 +29,8 @@ module hampm_cracks
       real(dp), allocatable :: points(:, :)      !! in the order in which one walks along it [m], (ndim, 2 or more)
       logical :: is_tip(2) = .false.             !! whether its first and its last point are tips
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
+      logical :: cuts_cells = .false.            !! whether cells are cut along it: a path, or on a symmetry plane one that grows
+      real(dp) :: began(ndim) = 0                !! on a symmetry plane: where its tip was at first [m]
       logical :: contact = .false.               !! whether the faces press on each other
       real(dp) :: friction = 0                   !! coefficient, of a path [-]
       real(dp) :: beyond(2) = 0                  !! of a path: how far ends that are no tips reach beyond their points [m]
@@ -288,21 +290,24 @@ contains
       end do
    end function cuts
 
-   !> The lines along which cells are cut, as they are at the start: paths, whose ends that are no tips go on straight.
+   !> The lines along which cells are cut, as they are at the start, with ends that are no tips going on straight.
    pure function lines(self)
       class(cracks_t), intent(in) :: self
       type(line_t), allocatable :: lines(:)
       integer :: c, n, k
-      allocate (lines(count([(self%crack(c)%kind == 'path', c=1, size(self%crack))])))
+      allocate (lines(count([(self%crack(c)%cuts_cells, c=1, size(self%crack))])))
       n = 0
       do c = 1, size(self%crack)
-         if (self%crack(c)%kind /= 'path') cycle
+         if (.not. self%crack(c)%cuts_cells) cycle
          n = n + 1
          lines(n)%points = self%crack(c)%points
          lines(n)%is_tip = self%crack(c)%is_tip
          lines(n)%contact = self%crack(c)%contact
          lines(n)%friction = self%crack(c)%friction
          lines(n)%bonded = self%crack(c)%bonded
+         lines(n)%began = self%crack(c)%began
+         if (.not. self%crack(c)%face(right)) lines(n)%face = left_face
+         if (.not. self%crack(c)%face(left)) lines(n)%face = right_face
          if (allocated(self%tips)) then
             do k = 1, size(self%tips)
                if (self%tips(k)%crack == c) lines(n)%grown(self%tips(k)%end) = self%tips(k)%grown
@@ -345,7 +350,7 @@ contains
       integer :: k
       do k = 1, size(self%tips)
          associate (tip => self%tips(k))
-            if (self%crack(tip%crack)%kind == 'path') then
+            if (self%crack(tip%crack)%cuts_cells) then
                call tip%find_cells(grid%cut_cells%ends(k), grid)
                cycle
             end if

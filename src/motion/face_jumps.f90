@@ -4,6 +4,7 @@
 module hampm_face_jumps
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_cut_cells, only: both_faces
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
@@ -15,17 +16,23 @@ module hampm_face_jumps
 
 contains
 
-   !> The elements on both sides of a line; 0 where there is no line or no material on one of the sides.
-   pure function faces_at(grid, blocks, x, normal) result(elements)
+   !> The elements on both sides of a line; 0 where there is no line or no material on one of the sides. On a symmetry plane
+   !> that on the only side that there is, and 0 for its mirror image.
+   pure function faces_at(grid, blocks, x, normal, only) result(elements)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim)            !! on the line [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      integer, intent(in) :: only                !! which face there is, or `both_faces`
       integer :: elements(faces)
       real(dp), parameter :: beside = 1e-4_dp    ! root cells
       integer :: face
       elements = [(grid%element_at(x + (3 - 2*face)*beside*grid%forest%cell*normal), face=1, faces)]
-      if (any(elements == 0) .or. elements(1) == elements(2)) then
+      if (only /= both_faces) then
+         elements(3 - only) = 0
+         if (elements(only) == 0) return
+         if (size(carriers_of(grid, blocks, elements(only))) == 0) elements = 0
+      else if (any(elements == 0) .or. elements(1) == elements(2)) then
          elements = 0
       else if (any([(size(carriers_of(grid, blocks, elements(face))), face=1, faces)] == 0)) then
          elements = 0
@@ -70,7 +77,7 @@ contains
       end associate
    end function nearest_carrier
 
-   !> Displacement of the left face less that of the right one [m].
+   !> Displacement of the left face less that of the right one [m]; on a symmetry plane that of the only face, half of the opening.
    pure function jump_between(grid, p, blocks, elements, x) result(jump)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -79,11 +86,13 @@ contains
       real(dp), intent(in) :: x(ndim)            !! in the grid [m]
       real(dp) :: jump(ndim)
       real(dp) :: origin(ndim)
-      associate (left => carriers_of(grid, blocks, elements(1)), right => carriers_of(grid, blocks, elements(2)))
-         origin = x
-         if (.not. p%total_frame) origin = origin_of(p, blocks, [left, right], x)
-         jump = displacement_at(p, blocks, left, origin) - displacement_at(p, blocks, right, origin)
-      end associate
+      integer, allocatable :: left(:), right(:)
+      allocate (left(0), right(0))
+      if (elements(1) > 0) left = carriers_of(grid, blocks, elements(1))
+      if (elements(2) > 0) right = carriers_of(grid, blocks, elements(2))
+      origin = x
+      if (.not. p%total_frame) origin = origin_of(p, blocks, [left, right], x)
+      jump = displacement_at(p, blocks, left, origin) - displacement_at(p, blocks, right, origin)
    end function jump_between
 
    !> Where what is at a place was in the reference configuration, by the particles of some elements: the mean of what each tells [m].

@@ -7,6 +7,10 @@
 !> Ahead of a tip that grows in motion more than one cell may be cut. A bond there begins with the traction that the material had, holds
 !> on as a spring, and lets go when the tip has come to it; how its force then falls is `hampm_bond_release`'s matter.
 !>
+!> On a symmetry plane there is one face, and what it is bonded to is its mirror image: the opening g of such a half bond is the
+!> displacement of the face, half of that of the whole crack, only its part normal to the plane has a force, and its energy is that
+!> of the half.
+!>
 !> Contact: where the faces would go through each other springs push them apart, and with friction they hold them along the face, up
 !> to the coefficient times the pressure; what is beyond slides (return mapping). The overlap that presses is the compliance of the
 !> layer, that of a third of a cell.
@@ -27,7 +31,7 @@ module hampm_face_springs
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
              spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, keep_springs, &
-             make_room
+             make_room, is_half
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -71,6 +75,22 @@ contains
       t = [springs%normal(2, k), -springs%normal(1, k)]
    end function along
 
+   !> Whether a bond is one to the mirror image of a face: the nodes of the other face are missing.
+   pure logical function is_half(springs, k)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: k
+      is_half = springs%n_left(k) == 0 .or. springs%node(springs%n_left(k) + 1, k) == 0
+   end function is_half
+
+   !> How far a bond has been stretched since it began [m].
+   pure function stretch_of(springs, k) result(stretch)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: k
+      real(dp) :: stretch(ndim)
+      stretch = springs%opening(:, k) - springs%start(:, k)
+      if (is_half(springs, k)) stretch = dot_product(stretch, springs%normal(:, k))*springs%normal(:, k)
+   end function stretch_of
+
    !> What a spring does.
    pure integer function state_of(springs, k) result(state)
       type(face_springs_t), intent(in) :: springs
@@ -105,7 +125,7 @@ contains
       real(dp) :: across, sliding
       associate (g => springs%opening(:, k), n => springs%normal(:, k), s => springs%stiffness(k))
          if (springs%kind(k) == bond) then
-            force = springs%held(:, k) + s*(g - springs%start(:, k))
+            force = springs%held(:, k) + s*stretch_of(springs, k)
             if (springs%lets_go(k)) force = springs%kept(k)*springs%held(:, k)
             return
          end if
@@ -175,7 +195,7 @@ contains
          do j = 1, ndim
             do i = 1, ndim
                if (state_of(springs, k) /= is_open) tangent(i, j) = s*n(i)*n(j)
-               if (state_of(springs, k) == sticks) tangent(i, j) = tangent(i, j) + s*t(i)*t(j)
+               if (state_of(springs, k) == sticks .and. .not. is_half(springs, k)) tangent(i, j) = tangent(i, j) + s*t(i)*t(j)
             end do
          end do
       end associate
@@ -268,7 +288,7 @@ contains
    pure real(dp) function energy_of(springs, k) result(energy)
       type(face_springs_t), intent(in) :: springs
       integer, intent(in) :: k
-      associate (stretch => springs%opening(:, k) - springs%start(:, k), s => springs%stiffness(k))
+      associate (stretch => stretch_of(springs, k), s => springs%stiffness(k))
          if (springs%kind(k) /= bond) then
             energy = sum(force_of(springs, k)**2)/(2*s)
          else if (springs%lets_go(k)) then

@@ -7,9 +7,10 @@ module hampm_spring_placement
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, force_of, energy_of
+   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, force_of, energy_of, is_half
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
@@ -47,6 +48,7 @@ module hampm_spring_placement
       logical :: certain = .false.               !! whether springs are only to be where both pieces have particles of their own
       integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
       real(dp) :: way = 0                        !! of that tip to `from` [m]
+      integer :: face = both_faces               !! which faces have material
    end type layer_t
 
 contains
@@ -71,7 +73,8 @@ contains
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
                   call add_bonds_of_way(springs, grid, p, blocks, materials, k, old)
                else if (end%leaf > 0) then
-                  call add_layer(springs, grid, p, blocks, materials, layer_t(bond, end%tip, end%front))
+                  call add_layer(springs, grid, p, blocks, materials, layer_t(bond, end%tip, end%front, &
+                                                                                     face=line%face))
                end if
             end associate
          end associate
@@ -117,7 +120,7 @@ contains
             do k = 1, old%n
                if (old%tip(k) == tip .and. old%kept(k) > 0) after = min(after, old%way(k) - old%length(k)/2)
             end do
-            call add_along(springs, grid, p, blocks, materials, points, layer_t(bond, tip=tip), after)
+            call add_along(springs, grid, p, blocks, materials, points, layer_t(bond, tip=tip, face=line%face), after)
          end associate
       end associate
    end subroutine add_bonds_of_way
@@ -161,25 +164,36 @@ contains
          springs%kept(s) = 0
       else
          springs%held(:, s) = springs%thickness*springs%length(s)*traction_at(grid, p, blocks, materials, springs%place(:, s), &
-                                                                               springs%normal(:, s))
+                                                                               springs%normal(:, s), face_of(springs, s))
       end if
    end subroutine begin_bond
 
+   !> Which faces of a spring have material.
+   pure integer function face_of(springs, s)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: s
+      face_of = both_faces
+      if (is_half(springs, s)) face_of = merge(left_face, right_face, springs%n_left(s) > 0)
+   end function face_of
+
    !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
-   pure function traction_at(grid, p, blocks, materials, x, normal) result(traction)
+   !> On a symmetry plane the mean with the mirror image has no part along it.
+   pure function traction_at(grid, p, blocks, materials, x, normal, face) result(traction)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: x(ndim)            !! on the line [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      integer, intent(in) :: face                !! which faces have material
       real(dp) :: traction(ndim)
       integer :: e(faces), side, i
       real(dp) :: volume
       traction = 0
       volume = 0
-      e = faces_at(grid, blocks, x, normal)
+      e = faces_at(grid, blocks, x, normal, face)
       do side = 1, faces
+         if (e(side) == 0) cycle
          associate (carrier => nearest_carrier(grid, blocks, e(side), x))
             do i = blocks%first_in(carrier), blocks%last_in(carrier), blocks%stride_in(carrier)
                volume = volume + p%volume(i)
@@ -189,6 +203,7 @@ contains
          end associate
       end do
       if (volume > 0) traction = traction/volume
+      if (face /= both_faces) traction = dot_product(traction, normal)*normal
    end function traction_at
 
    !> The least opening normal to a line, over the points where springs would be, and the largest jump between its faces [m]; 0
@@ -200,6 +215,7 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: line
       real(dp), intent(out) :: least, largest
+      real(dp) :: jump(ndim)
       type(face_springs_t) :: springs
       integer :: k
       call make_room(springs, 64)
@@ -207,8 +223,10 @@ contains
       least = 0
       largest = 0
       do k = 1, springs%n
-         least = min(least, dot_product(springs%normal(:, k), springs%opening(:, k)))
-         largest = max(largest, norm2(springs%opening(:, k)))
+         jump = springs%opening(:, k)
+         if (is_half(springs, k)) jump = 2*dot_product(springs%normal(:, k), jump)*springs%normal(:, k)
+         least = min(least, dot_product(springs%normal(:, k), jump))
+         largest = max(largest, norm2(jump))
       end do
    end subroutine look_at_openings
 
@@ -223,7 +241,7 @@ contains
       logical, intent(in) :: certain             !! see `layer_t`
       associate (of => grid%cut_cells%lines(line))
          call add_along(springs, grid, p, blocks, materials, of%open_part(), &
-                        layer_t(contact, friction=of%friction, certain=certain))
+                        layer_t(contact, friction=of%friction, certain=certain, face=of%face))
       end associate
    end subroutine add_contact
 
@@ -246,7 +264,7 @@ contains
          do i = 2, size(points, 2)
             length = norm2(points(:, i) - points(:, i - 1))
             direction = (points(:, i) - points(:, i - 1))/length
-            aside = least_part*forest%cell*([-direction(2), direction(1)] + direction)
+            aside = least_part*forest%cell*(merge(-1, 1, kind%face == right_face)*[-direction(2), direction(1)] + direction)
             from = 0
             do while (from < length)
                leaf = forest%leaf_at(points(:, i - 1) + from*direction + aside)
@@ -286,15 +304,16 @@ contains
       type(material_t), intent(in) :: materials(:)
       type(layer_t), intent(in) :: layer
       real(dp) :: x(ndim), normal(ndim), weight(corners, most_nodes_of_leaf)
-      integer :: i, side, e(faces), master(most_nodes_of_leaf), n, j
+      integer :: i, side, e(faces), own, master(most_nodes_of_leaf), n, j
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
          normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
          do i = 1, points
             x = (from + to)/2 + place(i)*(to - from)/2
-            e = faces_at(grid, blocks, x, normal)
-            if (any(e == 0)) cycle
-            if (layer%certain .and. any(blocks%count_in(e) == 0)) cycle
+            e = faces_at(grid, blocks, x, normal, layer%face)
+            if (all(e == 0)) cycle
+            own = e(findloc(e > 0, .true., dim=1))
+            if (layer%certain .and. any(blocks%count_in(pack(e, e > 0)) == 0)) cycle
             if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
             springs%n = springs%n + 1
             if (layer%kind == contact) springs%n_contact = springs%n_contact + 1
@@ -309,14 +328,16 @@ contains
                springs%friction(s) = layer%friction
                springs%tip(s) = layer%tip
                springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
-               springs%cell(s) = grid%leaf_size(e(1))
+               springs%cell(s) = grid%leaf_size(own)
                springs%held(:, s) = 0
                springs%start(:, s) = 0
                springs%lets_go(s) = .false.
                springs%kept(s) = 1
                springs%stored(s) = 0
                n = 0
+               springs%n_left(s) = 0
                do side = 1, faces
+                  if (e(side) == 0) cycle
                   associate (element => nearest_carrier(grid, blocks, e(side), x))
                      call grid%dofs%masters_of(grid%element_nodes(:, element), j, master, weight)
                      springs%node(n + 1:n + j, s) = master(:j)
@@ -328,16 +349,18 @@ contains
                end do
                springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
                springs%pressed(s) = max(0.0_dp, -dot_product(normal, springs%opening(:, s)))
-               associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, e(1), x)))))
-                  springs%stiffness(s) = firmness*material%plane_modulus()/grid%leaf_size(e(1)) &
+               associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, own, x)))))
+                  springs%stiffness(s) = firmness*material%plane_modulus()/grid%leaf_size(own) &
                                          *springs%thickness*part(i)*norm2(to - from)
+                  if (layer%face /= both_faces) springs%stiffness(s) = 2*springs%stiffness(s)
                end associate
             end associate
          end do
       end associate
    end subroutine add_layer
 
-   !> Make springs weaker, so that no eigenvalue is too large: row sums bound them.
+   !> Make springs weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
+   !> faces and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
    pure subroutine soften(springs, grid, p, blocks, materials)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
@@ -352,6 +375,14 @@ contains
       mass = 0
       do i = 1, grid%n_nodes
          if (first(i + 1) > first(i)) mass(i) = mass_at(grid, p, blocks, i)
+      end do
+      do k = 1, springs%n
+         if (.not. is_half(springs, k)) cycle
+         do j = 1, count(springs%node(:, k) > 0)
+            associate (node => springs%node(j, k))
+               if (.not. any(grid%cut_cells%freed_at(grid%node_position(:, node)))) mass(node) = mass_at(grid, p, blocks, node)/2
+            end associate
+         end do
       end do
       do k = 1, springs%n
          associate (e => grid%dofs%elements_at(springs%node(1, k)))

@@ -8,7 +8,8 @@ module hampm_crack_placement
    implicit none
    private
    public :: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, largest_radius, &
-             least_radius, domain_radii, is_covered, covered_radius, distance_to_box, is_on_crack, face_normal
+             least_radius, domain_radii, is_covered, held_ahead, room_on_plane, covered_radius, &
+             distance_to_box, is_on_crack, face_normal
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -198,27 +199,58 @@ contains
    pure real(dp) function distance_to_constraints(scene, tip) result(distance)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: tip(ndim)
-      real(dp), dimension(ndim) :: lower, upper  !! from the tip, in finest cells
+      real(dp), dimension(ndim) :: lower, upper  !! from a node at or next to the tip, in finest cells
+      real(dp) :: node(ndim)                     !! that [m]
       logical :: normal(ndim)
-      integer :: i, j, d
+      integer :: i, j
       normal = .not. abs(scene%crack%direction) > 0
+      node = scene%grid%lower + finest_cell(scene)*anint((tip - scene%grid%lower)/finest_cell(scene))
+      if (all(abs(tip - node) <= tolerance(scene%grid))) node = tip
       distance = huge(distance)
       do i = 1, size(scene%constraints)
          associate (constraint => scene%constraints(i), cell => finest_cell(scene))
             do j = 1, size(scene%bodies)
-               lower = (max(constraint%lower, scene%bodies(j)%lower) - tip - tolerance(scene%grid))/cell
-               upper = (min(constraint%upper, scene%bodies(j)%upper) - tip + tolerance(scene%grid))/cell
+               lower = (max(constraint%lower, scene%bodies(j)%lower) - node - tolerance(scene%grid))/cell
+               upper = (min(constraint%upper, scene%bodies(j)%upper) - node + tolerance(scene%grid))/cell
                if (any(lower > upper)) cycle
-               lower = ceiling(lower, long)      ! nodes are whole cells from the tip
+               lower = ceiling(lower, long)      ! nodes are whole cells from each other
                upper = floor(upper, long)
                if (any(lower > upper)) cycle
                if (scene%crack%kind == 'symmetry' .and. all(constraint%fixed .eqv. normal) .and. &
                    all(max(abs(lower), abs(upper)) <= 0 .or. .not. normal)) cycle
-               distance = min(distance, cell*distance_to_box([(0.0_dp, d=1, ndim)], lower, upper))
+               distance = min(distance, cell*distance_to_box((tip - node)/cell, lower, upper))
             end do
          end associate
       end do
    end function distance_to_constraints
+
+   !> The largest radius around a tip on a symmetry plane that grows, within which there are only material and the crack, no load
+   !> and no constraint, and the plane is held ahead [m]; 0 where there is none.
+   pure real(dp) function room_on_plane(scene, tip) result(radius)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: tip(ndim)
+      radius = min(largest_radius(scene, tip), held_ahead(scene, tip))
+   end function room_on_plane
+
+   !> How far ahead of a place on a symmetry plane, in the direction of its crack, the constraints hold the plane [m].
+   pure real(dp) function held_ahead(scene, place) result(distance)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: place(ndim)        !! [m]
+      real(dp) :: x(ndim)
+      integer :: turn, i
+      distance = 0
+      do turn = 1, size(scene%constraints)
+         do i = 1, size(scene%constraints)
+            associate (constraint => scene%constraints(i), direction => scene%crack%direction)
+               if (.not. all(constraint%fixed .or. abs(direction) > 0)) cycle
+               x = place + distance*direction
+               if (.not. within(x, x, constraint%lower, constraint%upper, tolerance(scene%grid))) cycle
+               distance = max(distance, dot_product(constraint%lower - place, direction), &
+                              dot_product(constraint%upper - place, direction))
+            end associate
+         end do
+      end do
+   end function held_ahead
 
    !> Distance of a point from a box, in the unit of both.
    pure real(dp) function distance_to_box(point, lower, upper) result(distance)

@@ -40,10 +40,49 @@ contains
       if (any(scene%paths%friction > 0)) call settings%complain(mistakes, settings%find('crack', scene%paths( &
          findloc(scene%paths%friction > 0, .true., dim=1))%number), 'contact', 'must not be ''friction'' '//intro// &
          ': what has slid is not carried over when cells are cut anew')
+      if (scene%crack%kind == 'symmetry') call check_on_plane(scene, settings, mistakes)
       do k = 1, size(scene%growth)
          call check_one(scene, settings, k, has_bodies, mistakes)
       end do
    end subroutine check_growth
+
+   !> Check what growth on a symmetry plane asks of a scene.
+   pure subroutine check_on_plane(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: of_crack = intro//' of a &crack of kind = ''symmetry'''
+      integer :: release, entry, i, normal
+      release = settings%find('energy_release', 1)
+      call settings%demand(mistakes, settings%find('method', 1), 'frame', 'total', of_crack)
+      if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, release, &
+         'estimators', 'must be ''domain_integral'' '//intro//', whose tip leaves the nodes, by which ''nodal_force'' and '// &
+         '''stress_closure'' close the crack')
+      if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
+                                                                    'must not be ''dcb'' '//intro)
+      normal = maxloc(merge(0, 1, abs(scene%crack%direction) > 0), dim=1)
+      do i = 1, size(scene%constraints)
+         entry = settings%find('constraint', i)
+         associate (constraint => scene%constraints(i), tol => tolerance(scene%grid))
+            if (.not. constraint%fixed(normal)) cycle
+            if (max(abs(constraint%lower(normal) - scene%crack%tip(normal)), &
+                    abs(constraint%upper(normal) - scene%crack%tip(normal))) > tol) cycle
+            if (constraint%motion%push_only) call settings%complain(mistakes, entry, 'push_only', &
+               'must be .false. '//of_crack//': ahead of its tip the plane holds the material')
+            if (abs(constraint%motion%displacement(normal)) > 0) call settings%complain(mistakes, entry, 'displacement', &
+               'must not move the symmetry plane '//of_crack)
+            if (abs(constraint%motion%velocity(normal)) > 0) call settings%complain(mistakes, entry, 'velocity', &
+               'must not move the symmetry plane '//of_crack)
+         end associate
+      end do
+      do i = 1, size(scene%growth)
+         entry = settings%find('growth', i)
+         if (settings%good(entry, 'direction') .and. scene%growth(i)%direction /= 'straight') call settings%complain(mistakes, &
+            entry, 'direction', 'must be ''straight'' of a &crack of kind = ''symmetry'', which stays on its plane')
+         if (settings%text(entry, 'tips') == 'first') call settings%complain(mistakes, entry, 'tips', &
+            'must not be ''first'' of a &crack of kind = ''symmetry'': it has one tip, the last point')
+      end do
+   end subroutine check_on_plane
 
    !> Check what growth at rest asks of a scene.
    pure subroutine check_at_rest(scene, settings, mistakes)
@@ -172,8 +211,16 @@ contains
       integer :: entry
       entry = settings%find('growth', k)
       associate (growth => scene%growth(k))
-         if (size(scene%paths) == 0) then
-            call settings%complain(mistakes, entry, 'crack', 'needs a &crack of kind = ''path'': no other grows')
+         if (scene%crack%kind == 'line') then
+            call settings%complain(mistakes, entry, 'crack', 'a &crack of kind = ''line'' does not grow; write it as '// &
+                                   'one of kind = ''path'' whose points are on the same grid line')
+            return
+         else if (scene%crack%kind == 'symmetry' .and. growth%crack /= '') then
+            call settings%complain(mistakes, entry, 'crack', 'must be left out of a &crack of kind = ''symmetry'', '// &
+                                   'which is the only one')
+            return
+         else if (size(scene%paths) == 0 .and. .not. scene%crack%present) then
+            call settings%complain(mistakes, entry, 'crack', 'needs a &crack of kind = ''path'' or ''symmetry''')
             return
          else if (growth%path == 0 .and. growth%crack == '') then
             call settings%complain(mistakes, entry, 'crack', 'must be the name of one of the cracks, as there are several')
@@ -189,9 +236,12 @@ contains
          else
             call check_keys_in_motion(scene, settings, k, mistakes)
          end if
-         if (.not. has_bodies .or. size(scene%paths(growth%path)%points, 2) < 2) return ! told already
-         if (.not. any(path_tips(scene, growth%path))) &
-            call settings%complain(mistakes, entry, 'crack', 'this crack has no tip inside the material')
+         if (.not. has_bodies) return
+         if (.not. scene%crack%present) then
+            if (size(scene%paths(growth%path)%points, 2) < 2) return ! told already
+            if (.not. any(path_tips(scene, growth%path))) &
+               call settings%complain(mistakes, entry, 'crack', 'this crack has no tip inside the material')
+         end if
          if (growth%is_at_rest() .and. growth%increment > 0 .and. &
              growth%increment < least_radius(scene) - tolerance(scene%grid)) &
             call settings%complain(mistakes, entry, 'increment', 'must be at least two of the finest cells, '// &

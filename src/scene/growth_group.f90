@@ -9,7 +9,7 @@ module hampm_growth_group
    public :: growth_group, growth_keys, growth_t, fill_growth
 
    type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
-      'how a crack of kind path grows; without this group cracks stay as they are', is_apart=.true.)
+      'how a crack of kind path or symmetry grows; without this group cracks stay as they are', is_apart=.true.)
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
@@ -47,7 +47,7 @@ module hampm_growth_group
    !> &growth: how a crack grows.
    type :: growth_t
       character(name_len) :: crack = ''          !! name of the crack; '' where there is one
-      integer :: path = 0                        !! its number among the paths of the scene, 0 where there is none of the name
+      integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
       character(name_len) :: law = ''            !! 'quasi_static', 'prescribed' or 'toughness'
       character(name_len) :: direction = ''      !! 'straight', 'hoop_stress', 'local_symmetry', 'max_energy' or 'path'
       real(dp), allocatable :: points(:, :)      !! of 'path' [m], (ndim, any)

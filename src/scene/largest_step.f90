@@ -59,7 +59,7 @@ contains
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%time_steps == 'local') limit = limit*of_local_steps
-         if (size(scene%paths) > 0) limit = limit*shorter_step
+         if (size(scene%paths) > 0 .or. size(scene%growth) > 0) limit = limit*shorter_step
       end associate
       limit = rounded_down(limit)
    end function courant_limit

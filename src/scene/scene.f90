@@ -80,7 +80,7 @@ contains
       integer :: i, k
       do i = 1, size(scene%growth)
          associate (growth => scene%growth(i))
-            growth%path = merge(1, 0, growth%crack == '' .and. size(scene%paths) == 1)
+            growth%path = merge(1, 0, growth%crack == '' .and. (size(scene%paths) == 1 .or. scene%crack%kind == 'symmetry'))
             do k = 1, size(scene%paths)
                if (growth%crack /= '' .and. scene%paths(k)%name == growth%crack) growth%path = k
             end do

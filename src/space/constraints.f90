@@ -97,12 +97,13 @@ contains
       call list_fixed(c, grid)
    end subroutine rebuild_constraints
 
-   !> Fix the nodes in the k-th box.
+   !> Fix the nodes in the k-th box, but where a crack on a symmetry plane has grown.
    pure subroutine hold_in_box(c, grid, k)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: k
       real(dp) :: margin
+      logical :: held(ndim)
       integer :: i
       associate (f => grid%forest)
          margin = position_tolerance(f%cell, f%lower, f%lower + f%cell*f%cells)
@@ -111,9 +112,10 @@ contains
          associate (x => grid%node_position(:, i), box => c%boxes(k))
             if (.not. all(x >= box%lower - margin .and. x <= box%upper + margin)) cycle
             if (.not. is_beside(grid, i, box, margin)) cycle
-            c%fixed(:, i) = c%fixed(:, i) .or. box%components
-            where (box%components) c%box(:, i) = k
-            where (box%components) c%supported(:, i) = box%motion%push_only
+            held = box%components .and. .not. grid%cut_cells%freed_at(x)
+            c%fixed(:, i) = c%fixed(:, i) .or. held
+            where (held) c%box(:, i) = k
+            where (held) c%supported(:, i) = box%motion%push_only
          end associate
       end do
    end subroutine hold_in_box

@@ -16,7 +16,9 @@ module hampm_cut_cells
    use hampm_forest, only: forest_t, outside, level_width
    implicit none
    private
-   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides
+   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides, both_faces, left_face, right_face
+
+   integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
    integer, parameter :: samples = 16            !! of a leaf in each direction
    integer, parameter :: near = 2                !! samples from a point within which one tells its piece
@@ -34,6 +36,8 @@ module hampm_cut_cells
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
                                                  !! are cut ahead of them, and bonds hold these [m]
       real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
+      integer :: face = both_faces               !! which faces have material: one on a symmetry plane
+      real(dp) :: began(ndim) = 0                !! on a symmetry plane: where the tip at its last point was at first [m]
    contains
       procedure :: open_part
       procedure :: new_part
@@ -65,6 +69,7 @@ module hampm_cut_cells
       procedure :: piece_at
       procedure :: follow
       procedure :: find_nearest
+      procedure :: freed_at
       procedure :: divide
       procedure :: cut_part
       procedure :: side_at
@@ -119,9 +124,9 @@ contains
             if (.not. cut%lines(line)%is_tip(k)) cycle
             end = end_leaf_t(line, k)
             if (k == 2) then
-               call move_end(forest, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
+               call move_end(forest, cut%lines(line)%face, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
             else
-               call move_end(forest, points(:, 2), points(:, 1), end)
+               call move_end(forest, cut%lines(line)%face, points(:, 2), points(:, 1), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
                open = cut%lines(line)%open_part()
@@ -188,8 +193,9 @@ contains
    end function shortened
 
    !> Move an end to where its leaf ends, along the segment that comes from `from`.
-   pure subroutine move_end(forest, from, tip, end)
+   pure subroutine move_end(forest, face, from, tip, end)
       type(forest_t), intent(in) :: forest
+      integer, intent(in) :: face                !! which one has material
       real(dp), intent(in) :: from(ndim)         !! [m]
       real(dp), intent(inout) :: tip(ndim)       !! [m]
       type(end_leaf_t), intent(inout) :: end
@@ -199,7 +205,7 @@ contains
       end%front = tip
       direction = (tip - from)/norm2(tip - from)
       end%direction = direction
-      leaf = forest%leaf_at(tip + nearly_none*forest%cell*direction)
+      leaf = forest%leaf_at(tip + nearly_none*forest%cell*(direction + into_half(direction, face)))
       if (leaf == outside) return
       lower = forest%position(forest%place_of(leaf))
       ahead = huge(ahead)
@@ -220,6 +226,37 @@ contains
       end%front = tip + ahead*direction
       tip = end%front
    end subroutine move_end
+
+   !> Unit vector normal to a direction, towards the only face that has material; 0 where both have.
+   pure function into_half(direction, face) result(inward)
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      integer, intent(in) :: face
+      real(dp) :: inward(ndim)
+      inward = 0
+      if (face == left_face) inward = [-direction(2), direction(1)]
+      if (face == right_face) inward = [direction(2), -direction(1)]
+   end function into_half
+
+   !> Which components of a node at a place the growth of a crack on a symmetry plane has freed: the normal one, from where its tip
+   !> was at first to where the cells that are cut end.
+   pure function freed_at(self, x) result(freed)
+      class(cut_cells_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      logical :: freed(ndim)
+      real(dp) :: way
+      integer :: k
+      freed = .false.
+      if (.not. self%are_there()) return
+      do k = 1, size(self%ends)
+         associate (end => self%ends(k), line => self%lines(self%ends(k)%line))
+            if (line%face == both_faces) cycle
+            way = dot_product(x - line%began, end%direction)
+            if (way < -self%slack .or. way > dot_product(end%front - line%began, end%direction) - self%slack) cycle
+            if (norm2(x - line%began - way*end%direction) > self%slack) cycle
+            freed = freed .or. .not. abs(end%direction) > 0
+         end associate
+      end do
+   end function freed_at
 
    !> List the leaves near lines, and the segments that are near each.
    pure subroutine find_leaves(forest, cut, leaf)
