@@ -96,7 +96,6 @@ contains
             from = to
             direction = growing%to_next_point(k, of%points, from, direction)
          end do
-         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to))
          room = room_around(scene, to, tip%crack)
          if (room < least_radius(scene)*(1 - 1e-9_dp)) then
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
@@ -105,6 +104,7 @@ contains
                                   'cells: a surface, a load, a constraint or another crack is near', said)
             return
          end if
+         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to))
          if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
          growing%room(k) = room
          call growing%fit_radii(k, least_radius(scene), tip)

@@ -164,6 +164,7 @@ contains
       real(dp), intent(in) :: by                 !! [m]
       logical, intent(in), optional :: from_first
       real(dp), allocatable :: shorter(:, :)
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of a segment below which nothing of it is left: it would have no direction
       real(dp) :: left, length
       integer :: n
       shorter = points
@@ -175,8 +176,8 @@ contains
       n = size(shorter, 2)
       do
          length = norm2(shorter(:, n) - shorter(:, n - 1))
-         if (length > left .or. n == 2) exit
-         left = left - length
+         if (length*(1 - rounding) > left .or. n == 2) exit
+         left = max(0.0_dp, left - length)
          n = n - 1
       end do
       shorter(:, n) = shorter(:, n) - min(left/length, 1 - epsilon(left))*(shorter(:, n) - shorter(:, n - 1))
