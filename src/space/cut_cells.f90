@@ -514,8 +514,10 @@ contains
       integer :: middle(ndim), i, j
       piece = 1
       if (.not. self%is_near(leaf)) return
+      middle = sample_at(forest, leaf, x)        ! no other is nearer
+      piece = self%piece(middle(1), middle(2), self%entry(leaf))
+      if (.not. is_between(self, leaf, x, sample(forest, leaf, middle(1), middle(2)))) return
       piece = 0
-      middle = sample_at(forest, leaf, x)
       nearest = huge(nearest)
       do j = max(middle(2) - reach, 1), min(middle(2) + reach, samples)
          do i = max(middle(1) - reach, 1), min(middle(1) + reach, samples)
