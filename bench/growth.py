@@ -1,9 +1,12 @@
 """Cracks that grow in motion, against exact solutions (docs/growth.md).
 
     run       a crack that starts to run under a plane wave, given speeds: K_I against k(v) K(t, 0), means over a cell and scatter
+    benchmark  the same of the benchmark of Rethore & Menouillard: 1500 m/s in a plate 4 m high, one edge of which is loaded
     slanted   the same of a crack at 30 degrees to the grid in both modes, under a wave that meets it aslant
     toughness  the equation of motion of that crack: how far it comes, at what speed, G over the toughness
     strip     a crack through a strip with fixed edges: G against the energy stored ahead, after three heights
+    long_strip  the same over twenty heights, with cells that follow the tip: drift of G, particles and CPU time of a step at both ends
+    dcb       a double cantilever beam whose ends are moved apart, at two rates: load and length against the closed form at rest
     kalthoff  the plate of Kalthoff & Winkler: K before growth against finite elements, the start, the first kink and the mean angle
     cost      CPU time of a step with a crack that grows, over that of one whose crack rests; particles at the end over those at the start
 
@@ -59,6 +62,36 @@ WAVE = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
 """
 
 
+BENCHMARK = """&run plane = 'strain'  end_time = {end!r} /
+&grid lower = -3.2, {lower!r}  cell = {cell!r}  cells = {n}, {n_y} /
+&material name = 'a'  young = 210e9  poisson = 0.3  density = 8000 /
+&body material = 'a'  lower = -3.2, -2.0  upper = 3.2, 2.0 /
+&constraint lower = -3.2, -2.0  upper = -3.2, 2.0  fix = 'x' /
+&constraint lower = 3.2, -2.0  upper = 3.2, 2.0  fix = 'x' /
+&load kind = 'traction'  lower = -3.2, 2.0  upper = 3.2, 2.0  force = 0.0, 3.2e9 /
+&method mass = '{mass}' /
+&crack kind = 'path'  points = -3.2, 0.0, 0.0, 0.0 /
+&growth law = 'prescribed'  speed = 1500.0  start = {start!r}  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  radii = {radii} /
+&output file = 'growth.h5'  history_interval = 2e-6 /
+"""
+BENCHMARK_ARRIVAL = 0.000336448033  # of the wave at the crack [s]; the plate is 10 m long there, of which waves meet the tip from 6.4 m only
+
+LONG_STRIP = """&run plane = 'strain'  end_time = {end!r} /
+&grid lower = -40e-3, -11e-3  cell = 1e-3  cells = 280, 22 /
+&material name = 'steel'  young = 199.992e9  poisson = 0.3  density = 5000 /
+&body material = 'steel'  lower = -40e-3, -10e-3  upper = 240e-3, 10e-3 /
+&constraint lower = -40e-3, 10e-3  upper = 240e-3, 10e-3  fix = 'xy'  displacement = 0.0, 1e-6  {history} /
+&constraint lower = -40e-3, -10e-3  upper = 240e-3, -10e-3  fix = 'xy'  displacement = 0.0, -1e-6  {history} /
+&constraint lower = 240e-3, -10e-3  upper = 240e-3, 10e-3  fix = 'x' /
+&refine indicator = 'tip'  max_level = {levels}  rings = 8 /
+&crack kind = 'path'  points = -40e-3, 0.0, 0.0, 0.0 /
+&growth law = 'prescribed'  speed = {speed!r}  start = 70e-6  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  radii = {radii} /
+&output file = 'growth.h5'  history_interval = 0.25e-6 /
+"""
+
+
 def rows(name, folder=REFERENCE):
     with (folder / name).open() as file:
         return list(csv.DictReader(line for line in file if line[0] != "#"))
@@ -94,6 +127,62 @@ def running(history, speed, cell, skip=5):
     grown = (history["tip_x"] - history["tip_x"][0]) / cell
     means = [np.mean(error[(grown >= i) & (grown < i + 1)]) for i in range(skip, int(grown[-1])) if np.any((grown >= i) & (grown < i + 1))]
     return error[grown > skip], np.array(means)
+
+
+def benchmark_scene(cell, mass):
+    n = round(6.4 / cell)
+    return BENCHMARK.format(end=2.9 * BENCHMARK_ARRIVAL, lower=-2.0 - cell, cell=cell, n=n, n_y=round(4.0 / cell) + 2, mass=mass,
+                            start=1.5 * BENCHMARK_ARRIVAL, radii=f"{4 * cell!r}, {6 * cell!r}, {8 * cell!r}")
+
+
+def benchmark_errors(history, cell, skip=5):
+    """Errors of K_I behind the first `skip` cells, and their means over each whole cell after these."""
+    table = [row for row in rows("c2_freund_xfem_benchmark_1500.csv") if float(row["v[m/s]"]) > 0]
+    error = history["K_I"] / np.interp(history["time"], *([float(row[name]) for row in table] for name in ("t[s]", "K_I[Pa*sqrt(m)]"))) - 1
+    grown = history["tip_x"] / cell
+    means = [np.mean(error[(grown >= i) & (grown < i + 1)]) for i in range(skip, int(grown[-1])) if np.any((grown >= i) & (grown < i + 1))]
+    return error[grown > skip], np.array(means)
+
+
+def long_strip_scene(levels, speed):
+    times = [3e-6 * i for i in range(21)]
+    history = ("history = 'table'  times = " + ", ".join(f"{t:.6g}" for t in times) +
+               "\n   factors = " + ", ".join(f"{(1 - math.cos(math.pi * t / 60e-6)) / 2:.6g}" for t in times))
+    cell = 1e-3 / 2**levels
+    return LONG_STRIP.format(end=70e-6 + 0.2 / speed, speed=speed, levels=levels, history=history,
+                             radii=f"{4 * cell!r}, {6 * cell!r}, {8 * cell!r}")
+
+
+DCB = {"E": 70e9, "B": 0.01, "D": 0.01, "a": 0.05, "chi": 0.6731}
+
+
+def dcb_errors(history, compliance, rate, rise=0.5e-3):
+    """Of ends that move apart at a rate after a gentle start, from where the crack grows at rest on: mean of the load over that at rest at the
+    same openings, its scatter, means and last of the length over that at rest, and kinetic over stored energy. The opening at rest is by
+    f1_dcb_growth_stress.csv, with the compliance at the start by a run at rest."""
+    table = [[float(x) for x in row.values()][:3] for row in rows("f1_dcb_growth_stress.csv")]
+    length, load, more = np.array(table).T
+    opening = load * (compliance + more)
+    time = history["time"]
+    open_now = rate * np.where(time < rise, time**2 / (2 * rise), time - rise / 2)
+    grows = (open_now > opening[0]) & (open_now < opening[-1])
+    force = (history["reaction_upper_y"] - history["reaction_lower_y"])[grows] / 2
+    at_rest = np.interp(open_now[grows], opening, load)
+    off = history["tip_x"][grows] - np.interp(open_now[grows], opening, length)
+    return (np.mean(force) / np.mean(at_rest) - 1, np.std(force / at_rest), np.mean(off), off[-1],
+            np.mean(history["kinetic_energy"][grows] / history["strain_energy"][grows]))
+
+
+def dcb_compliance(program):
+    """Opening over load of the double cantilever beam at rest [m/N]."""
+    text = example("dcb_growth_dynamic", end_time=1.0, velocity="0.0, 0.5e-5", history_interval=1.0)
+    text = text[:text.index("&growth")] + text[text.index("&energy_release"):] + "&method time = 'static' /\n"
+    text = text[:text.index("&damping")] + text[text.index("&crack"):]
+    text = text.replace("velocity = 0.0, 0.5e-5", "displacement = 0.0, 0.5e-5").replace("velocity = 0.0, -7.5e-3", "displacement = 0.0, -0.5e-5")
+    text = text.replace("   history = 'ramp'\n   rise_time = 0.5e-3\n", "")
+    text += "&refine indicator = 'tip'  max_level = 2  rings = 8 /\n"
+    history = program(text)
+    return 2e-5 / (history["reaction_upper_y"][-1] - history["reaction_lower_y"][-1])
 
 
 def exact_growth():
@@ -167,6 +256,21 @@ class Program:
         with h5py.File(self.folder / "growth.h5") as file:
             return {name: column[:] for name, column in file["history"].items()}
 
+    def in_parts(self, text, steps):
+        """CPU times of the parts of a run that is stopped after so many steps each, and resumed, and of the rest [s]."""
+        (self.folder / "growth.nml").write_text(text)
+        command, times = ["growth.nml", "--force"], []
+        for number in [*steps, None]:
+            before = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+            until = ["--steps", str(number)] if number else []
+            result = subprocess.run([self.path, *command, "--quiet", *until], cwd=self.folder, capture_output=True, text=True,
+                                    env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
+            if result.returncode != (5 if number else 0):
+                sys.exit(f"{self.folder / 'growth.nml'} has ended with {result.returncode}: {result.stderr}")
+            times.append(sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - before)
+            command = ["--resume", "growth.h5.checkpoint"]
+        return times
+
 
 def percent(x):
     return f"{100 * float(x):.2f}"
@@ -182,6 +286,44 @@ def run(program, arguments):
                         f"{percent(means.min())} to {percent(means.max())}" if len(means) else "",
                         f"{history['fracture_energy'][-1] / history['integral_of_G'][-1]:.3f}"))
     write(out, "run", arguments.output)
+
+
+def benchmark(program, arguments):
+    out = [("mass", "cell [m]", "mean %", "scatter %", "cell means %")]
+    for mass, cell in (("blend", 0.05), ("blend", 0.04), ("lumped", 0.04)):
+        error, means = benchmark_errors(program(benchmark_scene(cell, mass)), cell)
+        out.append((mass, f"{cell:g}", percent(np.mean(error)), percent(np.std(error)), f"{percent(means.min())} to {percent(means.max())}"))
+    write(out, "benchmark", arguments.output)
+
+
+def long_strip(program, arguments):
+    out = [("levels", "v/c_R", "G/G of the strip", "scatter %", "slope a height %", "particles, end/start",
+            "CPU time of a step, last quarter of the way/first")]
+    for levels, part in ((1, 0.2), (1, 0.4), (2, 0.4)):
+        speed = part * RAYLEIGH
+        text = long_strip_scene(levels, speed)
+        history = program(text)
+        first, last = history["step"][history["tip_x"] > 0][[0, -1]]
+        quarter = (last - first) // 4
+        times = program.in_parts(text, [int(first), *3 * [int(quarter)]])
+        dearer = times[4] / (last - first - 3 * quarter) / (times[1] / quarter)
+        steady = history["tip_x"] > 30e-3
+        ratio = history["J"][steady] / 26.922
+        slope = np.polyfit(history["tip_x"][steady] / HEIGHT, ratio, 1)[0]
+        out.append((levels, part, f"{np.mean(ratio):.4f}", percent(np.std(ratio)), f"{100 * slope:.4f}",
+                    f"{history['particles'][-1] / history['particles'][0]:.3f}", f"{dearer:.2f}"))
+    write(out, "long_strip", arguments.output)
+
+
+def dcb(program, arguments):
+    out = [("opening rate [mm/s]", "mean load %", "scatter %", "mean length [mm]", "last length [mm]", "kinetic/stored energy %")]
+    compliance = dcb_compliance(program)
+    for rate in (0.12, 0.06, 0.015):
+        text = example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3)
+        history = program(text.replace("-7.5e-3", f"-{rate / 2}"))
+        load, scatter, mean, last, kinetic = dcb_errors(history, compliance, rate)
+        out.append((f"{1e3 * rate:g}", percent(load), percent(scatter), f"{1e3 * mean:.2f}", f"{1e3 * last:.2f}", percent(kinetic)))
+    write(out, "dcb", arguments.output)
 
 
 def slanted(program, arguments):
@@ -231,20 +373,21 @@ def kalthoff(program, arguments):
 
 
 def cost(program, arguments):
-    out = [("finest cell", "levels", "v/c_R", "CPU time of a step, growing/resting", "particles, end/start")]
+    out = [("finest cell", "levels", "direction", "v/c_R", "CPU time of a step, growing/resting", "particles, end/start")]
     for cell, levels in ((0.1e-3, 0), (0.1e-3, 2)):
-        for part in (0.05, 0.16, 0.33):
+        for direction, part in (("straight", 0.05), ("straight", 0.16), ("straight", 0.33), ("hoop_stress", 0.33)):
             times = []
-            for speed in (part * RAYLEIGH, 0.0):
+            for start in (1e3, 1.5):             # long after the end it rests
                 before = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
-                history = program(plate(cell, given(speed), "lumped", levels, interval=2e-7))
+                history = program(plate(cell, given(part * RAYLEIGH, start), "lumped", levels, interval=2e-7).replace("straight", direction))
                 times.append((sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - before) / history["step"][-1])
-                particles = history["particles"][-1] / history["particles"][0] if speed > 0 else particles
-            out.append((f"{cell:g}", levels, part, f"{times[0] / times[1]:.2f}", f"{particles:.3f}"))
+            particles = history["particles"][-1] / history["particles"][0]
+            out.append((f"{cell:g}", levels, direction, part, f"{times[1] / times[0]:.2f}", f"{particles:.3f}"))
     write(out, "cost", arguments.output)
 
 
-PARTS = {"run": run, "slanted": slanted, "toughness": toughness, "strip": strip, "kalthoff": kalthoff, "cost": cost}
+PARTS = {"run": run, "benchmark": benchmark, "slanted": slanted, "toughness": toughness, "strip": strip, "long_strip": long_strip, "dcb": dcb,
+         "kalthoff": kalthoff, "cost": cost}
 
 
 def main():

@@ -5,6 +5,9 @@ A column agrees when  max |a - b| <= ATOL + RTOL * max |a|,  maxima over all sam
 of the column, not to that of a sample, so that a zero crossing is no difference. A value that is not finite agrees
 only with the same value. Columns that only one file has and different numbers of samples are differences. `relative` is max |a - b|
 over max |a|.
+
+With --paths TOLERANCE the paths of cracks of kind 'path' are compared too, as the last snapshots have them: a path agrees when no place of
+it is farther than that from the path of the same crack in the other file. `relative` is then the largest distance over the length in A.
 Exit code: 0 they agree, 1 they differ, 2 the request makes no sense, 4 a file cannot be read.
 """
 
@@ -14,6 +17,8 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+import crack_paths
+from frames import Frames
 from history import History, ResultError, run
 
 Tolerance = namedtuple("Tolerance", "pattern rtol atol")
@@ -32,9 +37,12 @@ def main(arguments=None):
         rows = [close(a, b, name, tolerance_of(name, options)) for name in names]
         if options.interpolate and uncovered:
             rows.insert(0, Row("(time span)", "-", "-", "-", "-", uncovered))
+    if options.paths is not None:
+        rows += path_rows(Frames(options.a), Frames(options.b), options.paths)
     differing = [row for row in rows if row.verdict != "equal"]
     print_table(rows)
-    print(f"{len(differing)} of {len(rows)} columns differ" if differing else f"all {len(rows)} columns agree")
+    what = "columns" if options.paths is None else "columns and paths"
+    print(f"{len(differing)} of {len(rows)} {what} differ" if differing else f"all {len(rows)} {what} agree")
     return 1 if differing else 0
 
 
@@ -51,6 +59,8 @@ def parse(arguments):
     parser.add_argument("--ignore", nargs="+", default=[], metavar="NAME", help="leave these out (* and ? allowed)")
     parser.add_argument("--interpolate", action="store_true",
                         help="interpolate B linearly onto A's times; B must cover them up to one sample")
+    parser.add_argument("--paths", type=not_negative, metavar="TOLERANCE",
+                        help="compare also the paths of cracks in the last snapshots, whose largest distance may be that [m]")
     parser.add_argument("--exact", action="store_true", help="demand the same type and bytes, tolerances do not count")
     options = parser.parse_args(arguments)
     if options.exact and options.interpolate:
@@ -145,6 +155,28 @@ def exact(a, b, name):
         return Row(name, "0", "0", "-", "exact", "equal")
     difference = np.abs(x.astype(float) - y.astype(float))
     return Row(name, *largest(a, difference, size_of(x.astype(float))), "exact", "DIFFERS")
+
+
+def path_rows(a, b, allowed):
+    """A row for each crack, of the largest distance between its paths in the last snapshots."""
+    cracks = []
+    for frames in (a, b):
+        cracks.append(frames.cracks(frames.number()))
+        if not cracks[-1]:
+            raise ResultError(f"{frames.path}: has no crack, and --paths compares these")
+    stated, time = f"{allowed:.3g} m", f"{a.times[-1]:.6g}"
+    rows = []
+    for number in range(max(map(len, cracks))):
+        name = f"path of crack {number + 1}"
+        missing = [which for which, of in zip("AB", cracks) if number >= len(of)]
+        if missing:
+            rows.append(Row(name, "-", "-", "-", stated, f"missing in {missing[0]}"))
+            continue
+        one, other = (of[number].points for of in cracks)
+        distance = crack_paths.apart(one, other)
+        rows.append(Row(name, f"{distance:.3e}", f"{distance / crack_paths.length(one):.1e}", time, stated,
+                        "equal" if distance <= allowed else "DIFFERS"))
+    return rows
 
 
 def unlikeness(a, b, name):

@@ -96,7 +96,6 @@ contains
             from = to
             direction = growing%to_next_point(k, of%points, from, direction)
          end do
-         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance()*tip%into_half()))
          room = room_for(scene, tip%crack, to)
          if (room < least_radius(scene)*(1 - 1e-9_dp)) then
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
@@ -104,6 +103,7 @@ contains
             call growing%stop_tip(k, 'a cell further '//why_no_room(scene, to), said)
             return
          end if
+         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance()*tip%into_half()))
          if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
          growing%room(k) = room
          call growing%fit_radii(k, least_radius(scene), tip)

@@ -25,7 +25,7 @@ module hampm_simulation
                                  measure, take_row, declare_columns, energy_residual, keep_measurements
    use hampm_motion, only: motion_t, update_particles
    use hampm_pressed_faces, only: press_faces
-   use hampm_progress, only: progress_t
+   use hampm_progress, only: progress_t, standing_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
    use hampm_rest, only: find_distance_from_rest
    use hampm_results, only: results_t
@@ -579,14 +579,25 @@ contains
    subroutine show_progress(s, last)
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: last
-      associate (m => s%motion, g_ratio => s%measurements%g_ratio)
-         if (last) then
-            call s%progress%finish(m%time, m%steps, m%grid%forest%leaf_count(), m%particles%n, &
-                                   m%grid%forest%finest_level(), g_ratio, energy_residual(m, s%measurements))
-         else
-            call s%progress%show(m%time, m%steps, m%grid%forest%leaf_count(), m%particles%n, &
-                                 m%grid%forest%finest_level(), g_ratio, energy_residual(m, s%measurements))
+      type(standing_t) :: now
+      integer :: k
+      associate (m => s%motion)
+         now%time = m%time
+         now%step = m%steps
+         now%cells = m%grid%forest%leaf_count()
+         now%particles = m%particles%n
+         now%finest_level = m%grid%forest%finest_level()
+         if (allocated(s%measurements%g_ratio)) now%g_ratio = s%measurements%g_ratio
+         if (s%growing%are_there()) then
+            now%crack_length = sum([(s%cracks%crack(k)%length(), k=1, size(s%cracks%crack))])
+            if (.not. s%growing%at_rest) now%tip_speed = maxval(s%cracks%tips%speed)
          end if
+         now%energy_residual = energy_residual(m, s%measurements)
       end associate
+      if (last) then
+         call s%progress%finish(now)
+      else
+         call s%progress%show(now)
+      end if
    end subroutine show_progress
 end module hampm_simulation

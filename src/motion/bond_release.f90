@@ -93,7 +93,7 @@ contains
             last = 2*max(toughness*springs%thickness*springs%length(k) - springs%stored(k), 0.0_dp)/held
          end associate
          springs%kept(k) = 0
-         if (opening < last) springs%kept(k) = min(kept, 1 - max(opening, 0.0_dp)/last)
+         if (max(opening, 0.0_dp) < last) springs%kept(k) = min(kept, 1 - max(opening, 0.0_dp)/last)
          way = way + springs%length(k)*(kept**2 - springs%kept(k)**2)
          has_parted = has_parted .or. .not. springs%kept(k) > 0
       end do

@@ -372,10 +372,7 @@ contains
       real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes)
       integer :: turn, k, l, i, j, u
       call list_users(springs, grid%n_nodes, first, user)
-      mass = 0
-      do i = 1, grid%n_nodes
-         if (first(i + 1) > first(i)) mass(i) = mass_at(grid, p, blocks, i)
-      end do
+      mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
       do k = 1, springs%n
          if (.not. is_half(springs, k)) cycle
          do j = 1, count(springs%node(:, k) > 0)
@@ -440,6 +437,25 @@ contains
       end do
       first = first + 1
    end subroutine list_users
+
+   !> Masses of some nodes, with what hanging nodes give them; 0 of the others [kg].
+   pure function masses_of(grid, p, blocks, is_wanted) result(mass)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      logical, intent(in) :: is_wanted(:)        !! (nodes)
+      real(dp) :: mass(grid%n_nodes)
+      real(dp) :: weight(1, most_nodes_of_leaf)
+      integer :: node, n, master(most_nodes_of_leaf)
+      mass = 0
+      do node = 1, grid%n_nodes
+         if (is_wanted(node)) mass(node) = mass_at(grid, p, blocks, node)
+      end do
+      do node = grid%n_nodes + 1, grid%n_nodes + grid%dofs%n_hanging
+         call grid%dofs%masters_of([node], n, master, weight)
+         if (any(is_wanted(master(:n)))) mass(master(:n)) = mass(master(:n)) + weight(1, :n)*mass_at(grid, p, blocks, node)
+      end do
+   end function masses_of
 
    !> Lumped mass of a node by the particles of the elements around it, without what hanging nodes would give it [kg].
    pure real(dp) function mass_at(grid, p, blocks, node) result(mass)

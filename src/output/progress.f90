@@ -6,10 +6,11 @@ module hampm_progress
    use hampm_kinds, only: dp, long
    implicit none
    private
-   public :: progress_t
+   public :: progress_t, standing_t
 
    real(dp), parameter :: terminal_interval = 0.2_dp   !! least time between two lines on a terminal [s]
    real(dp), parameter :: file_interval = 10.0_dp      !! and in a file or pipe [s]
+   real(dp), parameter :: not_there = -huge(1.0_dp)
    integer, parameter :: longest_line = 110            !! characters
    character(*), parameter :: escape = achar(27)
    character(*), parameter :: line_start = achar(13)//escape//'[?7l' !! to the first column; cut long lines, do not wrap
@@ -41,6 +42,17 @@ module hampm_progress
       end function c_isatty
    end interface
 
+   !> Where a run is. What is `not_there` is not shown.
+   type :: standing_t
+      real(dp) :: time                           !! simulated time [s]
+      integer(long) :: step
+      integer :: cells, particles, finest_level
+      real(dp) :: energy_residual                !! what is missing in the energy balance, relative
+      real(dp) :: g_ratio = not_there            !! energy release rate over its reference value
+      real(dp) :: crack_length = not_there       !! of all cracks together, where some grow [m]
+      real(dp) :: tip_speed = not_there          !! of the fastest tip, where some grow in motion [m/s]
+   end type standing_t
+
 contains
 
    !> Start the clock, look whether the standard output is a terminal.
@@ -57,39 +69,31 @@ contains
    end subroutine start
 
    !> Print how far the run is, if the last time was long enough ago. The first call is made before the first step.
-   subroutine show(self, time, step, cells, particles, finest_level, g_ratio, energy_residual)
+   subroutine show(self, now)
       class(progress_t), intent(inout) :: self
-      real(dp), intent(in) :: time                       !! simulated time [s]
-      integer(long), intent(in) :: step
-      integer, intent(in) :: cells, particles, finest_level
-      real(dp), intent(in), optional :: g_ratio          !! energy release rate over its reference value
-      real(dp), intent(in), optional :: energy_residual  !! what is missing in the energy balance, relative
-      integer(long) :: now
+      type(standing_t), intent(in) :: now
+      integer(long) :: clock
       if (self%quiet) return
-      if (.not. self%begun) call begin_count(self, time, step)
-      call system_clock(now)
-      if (seconds_between(self, self%clock_last, now) < interval(self)) return
-      call count_work(self, step, particles)
-      call print_line(self, line(self, now, time, step, cells, particles, finest_level, g_ratio, energy_residual))
-      self%clock_last = now
+      if (.not. self%begun) call begin_count(self, now%time, now%step)
+      call system_clock(clock)
+      if (seconds_between(self, self%clock_last, clock) < interval(self)) return
+      call count_work(self, now%step, now%particles)
+      call print_line(self, line(self, clock, now))
+      self%clock_last = clock
    end subroutine show
 
    !> Print the last line, and what the run took. To be called before anything else is printed, also when it failed.
-   subroutine finish(self, time, step, cells, particles, finest_level, g_ratio, energy_residual)
+   subroutine finish(self, now)
       class(progress_t), intent(inout) :: self
-      real(dp), intent(in) :: time                       !! simulated time [s]
-      integer(long), intent(in) :: step
-      integer, intent(in) :: cells, particles, finest_level
-      real(dp), intent(in), optional :: g_ratio          !! energy release rate over its reference value
-      real(dp), intent(in), optional :: energy_residual  !! what is missing in the energy balance, relative
-      integer(long) :: now
+      type(standing_t), intent(in) :: now
+      integer(long) :: clock
       if (self%quiet) return
-      if (.not. self%begun) call begin_count(self, time, step)
-      call system_clock(now)
-      call count_work(self, step, particles)
-      call print_line(self, line(self, now, time, step, cells, particles, finest_level, g_ratio, energy_residual))
+      if (.not. self%begun) call begin_count(self, now%time, now%step)
+      call system_clock(clock)
+      call count_work(self, now%step, now%particles)
+      call print_line(self, line(self, clock, now))
       if (self%terminal) write (output_unit, '(a)') ''
-      write (output_unit, '(a)') 'ran '//clock_text(seconds_between(self, self%clock_start, now))
+      write (output_unit, '(a)') 'ran '//clock_text(seconds_between(self, self%clock_start, clock))
       flush (output_unit)
    end subroutine finish
 
@@ -127,20 +131,20 @@ contains
    end subroutine print_line
 
    !> The progress line, what matters most first. Mp/s are millions of particles times steps a second.
-   function line(self, now, time, step, cells, particles, finest_level, g_ratio, energy_residual) result(text)
+   function line(self, clock, now) result(text)
       class(progress_t), intent(in) :: self
-      integer(long), intent(in) :: now, step
-      real(dp), intent(in) :: time
-      integer, intent(in) :: cells, particles, finest_level
-      real(dp), intent(in), optional :: g_ratio, energy_residual
+      integer(long), intent(in) :: clock
+      type(standing_t), intent(in) :: now
       character(:), allocatable :: text
       real(dp) :: elapsed
-      elapsed = seconds_between(self, self%clock_start, now)
-      text = percent(self, time)//' '//time_text(time, self%end_time)//' '//left_text(self, time, elapsed)//' left'
-      if (present(g_ratio)) text = text//' G/Gref '//number(g_ratio, '(f12.4)')
-      text = text//' step '//count_text(step)//' cells '//count_text(int(cells, long))
-      text = text//' particles '//count_text(int(particles, long))//' level '//count_text(int(finest_level, long))
-      if (present(energy_residual)) text = text//' energy '//number(energy_residual, '(es12.1)')
+      elapsed = seconds_between(self, self%clock_start, clock)
+      text = percent(self, now%time)//' '//time_text(now%time, self%end_time)//' '//left_text(self, now%time, elapsed)//' left'
+      if (now%g_ratio > not_there) text = text//' G/Gref '//number(now%g_ratio, '(f12.4)')
+      if (now%crack_length > not_there) text = text//' crack '//length_text(now%crack_length)
+      if (now%tip_speed > not_there) text = text//' '//count_text(nint(now%tip_speed, long))//' m/s'
+      text = text//' step '//count_text(now%step)//' cells '//count_text(int(now%cells, long))
+      text = text//' particles '//count_text(int(now%particles, long))//' level '//count_text(int(now%finest_level, long))
+      text = text//' energy '//number(now%energy_residual, '(es12.1)')
       if (elapsed > 0.0_dp) text = text//' '//number(1.0e-6_dp*self%particle_steps/elapsed, '(f12.1)')//' Mp/s'
    end function line
 
@@ -180,6 +184,19 @@ contains
          text = number(1.0e9_dp*time, '(f12.4)')//' ns'
       end if
    end function time_text
+
+   !> A length in the unit that suits it, as in '16.042 mm'.
+   function length_text(length) result(text)
+      real(dp), intent(in) :: length             !! [m]
+      character(:), allocatable :: text
+      if (length >= 1.0_dp) then
+         text = number(length, '(f20.4)')//' m'
+      else if (length >= 1.0e-3_dp) then
+         text = number(1.0e3_dp*length, '(f12.3)')//' mm'
+      else
+         text = number(1.0e6_dp*length, '(f12.3)')//' um'
+      end if
+   end function length_text
 
    !> The wall time left if the rest of the simulated time takes as long as what is done, '-' while that is unknown.
    function left_text(self, time, elapsed) result(text)

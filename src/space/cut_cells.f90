@@ -170,6 +170,7 @@ contains
       real(dp), intent(in) :: by                 !! [m]
       logical, intent(in), optional :: from_first
       real(dp), allocatable :: shorter(:, :)
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of a segment below which nothing of it is left: it would have no direction
       real(dp) :: left, length
       integer :: n
       shorter = points
@@ -181,8 +182,8 @@ contains
       n = size(shorter, 2)
       do
          length = norm2(shorter(:, n) - shorter(:, n - 1))
-         if (length > left .or. n == 2) exit
-         left = left - length
+         if (length*(1 - rounding) > left .or. n == 2) exit
+         left = max(0.0_dp, left - length)
          n = n - 1
       end do
       shorter(:, n) = shorter(:, n) - min(left/length, 1 - epsilon(left))*(shorter(:, n) - shorter(:, n - 1))
@@ -565,8 +566,10 @@ contains
       integer :: middle(ndim), i, j
       piece = 1
       if (.not. self%is_near(leaf)) return
+      middle = sample_at(forest, leaf, x)        ! no other is nearer
+      piece = self%piece(middle(1), middle(2), self%entry(leaf))
+      if (.not. is_between(self, leaf, x, sample(forest, leaf, middle(1), middle(2)))) return
       piece = 0
-      middle = sample_at(forest, leaf, x)
       nearest = huge(nearest)
       do j = max(middle(2) - reach, 1), min(middle(2) + reach, samples)
          do i = max(middle(1) - reach, 1), min(middle(1) + reach, samples)

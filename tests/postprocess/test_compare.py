@@ -1,5 +1,6 @@
 """Comparing two results: what counts as a difference, what is named, and the exit codes."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -91,6 +92,66 @@ def test_interpolation_onto_other_times(against):
 def test_interpolation_does_not_hide_a_run_that_ended_early(against):
     result, _ = against(dcb(samples=1001, end=1e-3), "--interpolate", "--ignore", "step")
     assert result.returncode == 1 and "B covers 0 to 0.001 s, A 0 to 0.0012 s" in result.stdout
+
+
+BENT = [(-4e-3, 0.0), (0.0, 0.0), (3e-3, 4e-3)]
+
+
+def with_paths(path, *last):
+    """A result with two snapshots of cracks: one in which they are short, and the last."""
+    write_result(path)
+    with h5py.File(path, "a") as file:
+        file["input/namelist"][()] = "&crack\n   kind = 'path'\n"
+        for block in ("mesh", "particles"):
+            file[f"VTKHDF/{block}/Steps/Values"] = [0.0, 1e-3]
+        snapshots = [[[(0.0, 0.0), (1e-3, 0.0)]], last]
+        lines = [[np.column_stack([points, np.zeros(len(points))]) for points in cracks] for cracks in snapshots]
+        counts = [sum(map(len, cracks)) for cracks in lines]
+        cells = [sum(len(points) - 1 for points in cracks) for cracks in lines]
+        group = file.create_group("VTKHDF/cracks")
+        group["Points"] = np.concatenate(sum(lines, []))
+        group["PointData/tip"] = np.zeros(sum(counts))
+        group["CellData/crack"] = np.concatenate([np.full(len(points) - 1, number + 1) for cracks in lines
+                                                  for number, points in enumerate(cracks)])
+        ends = [first + np.arange(len(points)) for cracks in lines
+                for first, points in zip(np.cumsum([0, *map(len, cracks)]), cracks)]
+        group["Connectivity"] = np.concatenate([np.column_stack([of[:-1], of[1:]]).ravel() for of in ends])
+        group["NumberOfPoints"], group["NumberOfCells"] = counts, cells
+        group["NumberOfConnectivityIds"] = 2 * np.array(cells)
+        group["Steps/PointOffsets"], group["Steps/CellOffsets"] = [0, counts[0]], [0, cells[0]]
+        group["Steps/ConnectivityIdOffsets"] = [0, 2 * cells[0]]
+    return path
+
+
+@pytest.mark.parametrize("other, distance", [
+    (BENT, 0.0), (BENT[::-1], 0.0), ([(-4e-3, 0.0), (-1e-3, 0.0), *BENT[1:]], 0.0),     # the same line, by other points
+    ([(x, y + 1e-4) for x, y in BENT], 1e-4), (BENT[:2], 5e-3),                         # aside; shorter: by the way of the other tip
+    ([(-4e-3, 0.0), (3e-3, 4e-3)], 16 / np.sqrt(65) * 1e-3),                            # straight: the height of the kink over it
+])
+def test_paths_of_cracks(tmp_path, script, other, distance):
+    """The largest distance of the last paths, in m and over their length, whatever points they are given by."""
+    a, b = with_paths(tmp_path / "a.h5", BENT), with_paths(tmp_path / "b.h5", other)
+    for tolerance in {0.99 * distance + 1e-12, 1.01 * distance + 1e-12}:
+        result = script("compare.py", a, b, "--paths", tolerance)
+        row, = [line for line in result.stdout.splitlines() if line.startswith("path of crack 1")]
+        assert float(row.split()[4]) == pytest.approx(distance, rel=1e-3, abs=1e-15)
+        assert float(row.split()[5]) == pytest.approx(distance / 9e-3, rel=0.05, abs=1e-15)
+        agrees = distance <= tolerance
+        assert result.returncode == (0 if agrees else 1)
+        assert row.endswith("equal" if agrees else "DIFFERS")
+        assert ("all 7 columns and paths agree" if agrees else "1 of 7 columns and paths differ") in result.stdout
+    assert script("compare.py", a, b).returncode == 0
+
+
+def test_a_crack_that_one_file_has_is_named(tmp_path, script):
+    a, b = with_paths(tmp_path / "a.h5", BENT), with_paths(tmp_path / "b.h5", BENT, [(0.0, 1e-2), (1e-2, 1e-2)])
+    result = script("compare.py", a, b, "--paths", 1e-6)
+    assert result.returncode == 1 and "path of crack 2" in result.stdout and "missing in A" in result.stdout
+
+
+def test_paths_need_snapshots_of_cracks(tmp_path, script, dcb_file):
+    result = script("compare.py", dcb_file, dcb_file, "--paths", 1e-6)
+    assert result.returncode == 2 and "holds no snapshots" in result.stderr
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
