@@ -91,7 +91,7 @@ contains
          k_t = sqrt(2*pi*h)*k_t
          k_u = sqrt(2*pi*h)*k_u
          g = abs(k_t)*k_u/effective_modulus(material)
-         spread = abs(k_t**2 - k_u**2)/(2*effective_modulus(material))
+         spread = maxval(abs(k_t**2 - k_u**2))/(2*effective_modulus(material))  ! what one has too much the other may lack
       end associate
    end subroutine path_closure
 
