@@ -151,7 +151,7 @@ contains
          associate (tip => cracks%tips(k))
             body = body_at(scene, tip%place)
             if (body > 0) tip%material = material_of_body(scene, body)
-            if (.not. scene%energy_release%domain_integral) cycle
+            if (.not. scene%energy_release%needs_radii()) cycle
             if (scene%crack%present) then
                tip%radii = domain_radii(scene, largest_radius(scene, tip%place))
             else

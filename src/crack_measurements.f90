@@ -18,6 +18,7 @@ module hampm_crack_measurements
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
+   use hampm_path_closure, only: path_closure
    use hampm_scene, only: scene_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
@@ -31,6 +32,8 @@ module hampm_crack_measurements
    type :: crack_values_t
       real(dp) :: nodal_force(modes) = 0         !! energy release rates, nodal force closure [J/m2]
       real(dp) :: stress_closure(modes) = 0      !! the same, stress closure [J/m2]
+      real(dp) :: crack_closure(modes) = 0       !! the same, closure along any direction [J/m2]
+      real(dp) :: spread_of_closure(modes) = 0   !! by what tractions and openings differ there [J/m2]
       real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
@@ -70,6 +73,7 @@ contains
          if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)
          if (chosen%stress_closure) call keep_first(values%stress_closure, first_g)
          if (chosen%domain_integral) call keep_first(values%domain, first_g)
+         if (chosen%crack_closure) call keep_first(values%crack_closure, first_g)
          if (tip%nodes%tip > 0) then
             values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
             values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
@@ -103,6 +107,8 @@ contains
          if (chosen%stress_closure) call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
                                                         values%stress_closure, failure)
          if (chosen%domain_integral) call measure_domain(scene, motion, factors, tip, p, state, values)
+         if (chosen%crack_closure) call path_closure(tip, p, motion%materials, values%crack_closure, &
+                                                       values%spread_of_closure, failure)
       end associate
    end subroutine estimate_rates
 
@@ -126,6 +132,7 @@ contains
          if (.not. crack%known) then
             errors%nodal_force%relative = error_by_lengths(motion, tip, other_end(cracks, tip))
             errors%domain = errors%nodal_force
+            errors%crack_closure = errors%nodal_force
             errors%j = errors%domain(1)
             errors%intensity%relative = errors%domain%relative/2
             errors%stress_closure%relative = of_stress_closure
@@ -170,6 +177,7 @@ contains
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
          call follow(errors%nodal_force, v%nodal_force, scale, 0.0_dp)
          call follow(errors%stress_closure, v%stress_closure, scale, 0.0_dp)
+         call follow(errors%crack_closure, v%crack_closure, scale, v%spread_of_closure)
          if (.not. scene%energy_release%domain_integral) return
          spread_of_j = maxval(v%j) - minval(v%j)
          call follow(errors%j, sum(v%j)/size(v%j), scale, spread_of_j)
@@ -195,6 +203,9 @@ contains
          if (chosen%stress_closure) &
             call record_modes('G_stress_closure_', 'J/m2', 'energy release rate, stress closure', v%stress_closure, &
                               'estimated error of G_stress_closure', v%errors%stress_closure)
+         if (chosen%crack_closure) &
+            call record_modes('G_crack_closure_', 'J/m2', 'energy release rate, crack closure along any direction', &
+                              v%crack_closure, 'estimated error of G_crack_closure', v%errors%crack_closure)
          if (has_history(scene%materials(tip%material)%law)) then
             call record_where_dissipated()
          else if (chosen%domain_integral) then
@@ -268,6 +279,10 @@ contains
             estimator = 'nodal_force'
             best = total(v%nodal_force)
             error = sum(v%errors%nodal_force%now)
+         else if (chosen%crack_closure) then
+            estimator = 'crack_closure'
+            best = total(v%crack_closure)
+            error = sum(v%errors%crack_closure%now)
          else if (chosen%stress_closure) then
             estimator = 'stress_closure'
             best = total(v%stress_closure)

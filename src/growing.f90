@@ -48,6 +48,7 @@ module hampm_growing
       procedure :: to_next_point
       procedure :: fit_radii
       procedure :: stop_tip
+      procedure, nopass :: note_waiting
    end type growing_t
 
 contains
@@ -193,6 +194,19 @@ contains
       if (said /= '') said = said//new_line('a')
       said = said//'tip '//to_text(number)//' no longer grows: '//why
    end subroutine stop_tip
+
+   !> Note, once, that a tip waits as nothing opens it.
+   subroutine note_waiting(number, said)
+      integer, intent(in) :: number
+      character(:), allocatable, intent(inout) :: said !! to the user, a line each
+      character(:), allocatable :: text
+      text = 'tip '//to_text(number)//' has waited in one load step at least: nothing opens it there (K_I of 0 or less). It '// &
+             'does not grow before K_I is above 0; where it is to grow all the same, give &growth direction = ''straight'''
+      if (.not. allocated(said)) said = ''
+      if (index(said, text) > 0) return
+      if (said /= '') said = said//new_line('a')
+      said = said//text
+   end subroutine note_waiting
 
    !> Record how a tip stands.
    subroutine record_growth(growing, scene, cracks, tip, time, history)

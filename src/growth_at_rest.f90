@@ -46,7 +46,10 @@ contains
             if (law%only_largest) then
                if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) cycle
             end if
-            if (values(k)%intensity(1) <= 0 .and. law%direction /= 'straight') cycle ! nothing opens it
+            if (values(k)%intensity(1) <= 0 .and. law%direction /= 'straight') then
+               call growing%note_waiting(k, said)
+               cycle
+            end if
             call try_to_advance(k)
          end associate
       end do

@@ -2,6 +2,8 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
+   use hampm_face_springs, only: is_pressed
+   use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
    use hampm_energy, only: angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
                            determinant_of
@@ -15,7 +17,7 @@ module hampm_guards
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: check_state, check_tip, check_step, look_at_faces, look_at_modes
+   public :: check_state, check_tip, check_step, look_at_faces, look_at_modes, look_at_normals
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
    ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
@@ -27,6 +29,7 @@ module hampm_guards
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
    real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be told [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
+   real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'those of a linear material, and lose their meaning', &
@@ -207,6 +210,30 @@ contains
       call warn(when(motion%steps, motion%time)//'around the tip the strain has reached '//three_digits(100*off)// &
                 ' %: K_I, K_II, mode_mixity and the parts of J by modes are '//mixed//'; J itself keeps its own', mixed, warning)
    end subroutine look_at_modes
+
+   !> Fail where faces of a path that press on each other have turned: contact keeps their first normals, and so would push and
+   !> slide in wrong directions. At 0.1 rad it is off by a tenth of the pressure along the faces, and by half a percent of it.
+   subroutine look_at_normals(motion, failure)
+      type(motion_t), intent(in) :: motion
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: turn
+      integer :: k, elements(faces)
+      associate (springs => motion%springs, blocks => motion%blocks)
+         if (springs%n_contact == 0) return
+         do k = 1, springs%n
+            if (.not. is_pressed(springs, k)) cycle
+            elements = faces_at(motion%grid, blocks, springs%place(:, k), springs%normal(:, k))
+            if (any(elements == 0)) cycle
+            turn = turn_between(motion%particles, motion%grid, blocks, elements, springs%normal(:, k))
+            if (abs(turn) <= largest_turn) cycle
+            call failure%report(exit_computation, when(motion%steps, motion%time)//'faces of a crack that press on each other '// &
+                                'at ('//to_text(springs%place(1, k))//', '//to_text(springs%place(2, k))//') m have turned by '// &
+                                three_digits(turn)//' rad, and &crack contact takes their normals to stay: forces between them '// &
+                                'are wrong beyond '//to_text(largest_turn)//' rad. Keep the body from turning, or load it less')
+            return
+         end do
+      end associate
+   end subroutine look_at_normals
 
    !> Warn where the faces of the crack have gone through each other in the run.
    subroutine look_at_faces(measurements, crack, at_rest, warning)

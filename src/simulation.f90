@@ -17,7 +17,7 @@ module hampm_simulation
    use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
-   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes
+   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes, look_at_normals
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_matching, only: adopt_lines
@@ -468,6 +468,7 @@ contains
       if (s%growing%are_there() .and. .not. s%growing%at_rest) &
          call book_rate(s%growing, s%scene, s%cracks, s%measurements%crack)
       call check_state(s%motion, s%measurements, s%warning, failure)
+      if (.not. failure%failed()) call look_at_normals(s%motion, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return
       do k = 1, s%cracks%n_measured()

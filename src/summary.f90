@@ -156,6 +156,7 @@ contains
       associate (chosen => s%scene%energy_release, errors => s%measurements%crack(tip)%errors)
          if (chosen%nodal_force) text = text//', G_nodal_force '//percent(maxval(errors%nodal_force%relative))
          if (chosen%stress_closure) text = text//', G_stress_closure '//percent(maxval(errors%stress_closure%relative))
+         if (chosen%crack_closure) text = text//', G_crack_closure '//percent(maxval(errors%crack_closure%relative))
          if (chosen%domain_integral) text = text//', J '//percent(errors%j%relative)//', K '// &
                                             percent(maxval(errors%intensity%relative))
          if (text /= '') text = 'expected error  '//text(3:)//'; the part '//percent(errors%of_tip)// &

@@ -6,7 +6,7 @@ module hampm_crack_tip_field
    use hampm_material, only: material_t
    implicit none
    private
-   public :: modes, effective_modulus, tip_gradient, tip_stress, tip_opening
+   public :: modes, effective_modulus, tip_gradient, tip_stress, tip_opening, kolosov
 
    integer, parameter :: modes = 2               !! opening (I) and in-plane shear (II)
    real(dp), parameter :: pi = acos(-1.0_dp)

@@ -27,6 +27,7 @@ module hampm_estimated_errors
    type :: estimated_errors_t
       type(error_t) :: nodal_force(modes)
       type(error_t) :: stress_closure(modes)
+      type(error_t) :: crack_closure(modes)
       type(error_t) :: domain(modes)
       type(error_t) :: intensity(modes)
       type(error_t) :: j
@@ -76,6 +77,7 @@ contains
       class(archive_t), intent(inout) :: archive
       call keep_column(errors%nodal_force, 'nodal_force', archive)
       call keep_column(errors%stress_closure, 'stress_closure', archive)
+      call keep_column(errors%crack_closure, 'crack_closure', archive)
       call keep_column(errors%domain, 'domain', archive)
       call keep_column(errors%intensity, 'intensity', archive)
       call archive%keep('j_relative', errors%j%relative)

@@ -10,7 +10,7 @@ module hampm_face_jumps
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
    private
-   public :: faces, faces_at, nearest_carrier, jump_between
+   public :: faces, faces_at, nearest_carrier, jump_between, turn_between
 
    integer, parameter :: faces = 2               !! the left one first
 
@@ -94,6 +94,31 @@ contains
       if (.not. p%total_frame) origin = origin_of(p, blocks, [left, right], x)
       jump = displacement_at(p, blocks, left, origin) - displacement_at(p, blocks, right, origin)
    end function jump_between
+
+   !> By how much the faces of a line have turned, in the mean of the particles beside them, counter-clockwise [rad].
+   pure real(dp) function turn_between(p, grid, blocks, elements, normal) result(turn)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: elements(faces)     !! see `faces_at`
+      real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      real(dp) :: first(ndim), now(ndim)         ! unit vector along the line, and what has become of it
+      integer :: side, k, i
+      first = [normal(2), -normal(1)]
+      now = 0
+      do side = 1, faces
+         associate (carriers => carriers_of(grid, blocks, elements(side)))
+            do k = 1, size(carriers)
+               associate (e => carriers(k))
+                  do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                     now = now + first + matmul(p%gradient_of(i), first)
+                  end do
+               end associate
+            end do
+         end associate
+      end do
+      turn = atan2(first(1)*now(2) - first(2)*now(1), dot_product(first, now))
+   end function turn_between
 
    !> Where what is at a place was in the reference configuration, by the particles of some elements: the mean of what each tells [m].
    pure function origin_of(p, blocks, elements, x) result(origin)

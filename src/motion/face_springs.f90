@@ -30,8 +30,8 @@ module hampm_face_springs
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
-             spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, keep_springs, &
-             make_room, is_half
+             spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, is_pressed, &
+             keep_springs, make_room, is_half
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -166,6 +166,14 @@ contains
       way = dot_product(springs%place(:, after) - springs%place(:, before), direction)
       if (abs(way) > 0) slope = (springs%opening(:, after) - springs%opening(:, before))/way
    end subroutine look_at_faces
+
+   !> Whether a spring is for contact and its faces press on each other.
+   pure logical function is_pressed(springs, k)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: k
+      is_pressed = springs%kind(k) == contact
+      if (is_pressed) is_pressed = state_of(springs, k) /= is_open
+   end function is_pressed
 
    !> Whether faces are pressed together along most of the part of a line within some distance of a place: a tip there is closed.
    pure logical function is_closed_at(springs, x, reach)

@@ -99,9 +99,26 @@ contains
          call follow_gaps(m, du)
          if (m%constraints%only_push()) call follow_supports(m%constraints, du)
       end do
-      call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most)// &
-                          ' iterations a node is out of balance by '//three_digits(largest)//' N')
+      call check_pins(m, pins, r, sqrt(balanced)*scale, failure)
+      if (.not. failure%failed()) call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most)// &
+         ' iterations a node is out of balance by '//three_digits(largest)//' N'//weak_piece(m, r))
    end subroutine balance
+
+   !> In words: where a crack may have cut off what is too little to carry its loads; '' where no cells are cut, or faces touch, which may be why.
+   function weak_piece(m, r) result(text)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: r(:, :)            !! what is out of balance [N], (ndim, n_points)
+      character(:), allocatable :: text
+      integer :: worst(2)
+      text = ''
+      if (m%springs%n_contact > 0 .or. .not. m%grid%cut_cells%are_there()) return
+      worst = maxloc(abs(r(:, :m%grid%n_nodes)))
+      associate (x => m%grid%node_position(:, worst(2)))
+         text = ' at ('//to_text(x(1))//', '//to_text(x(2))//') m. Likely cause: a crack cuts off a piece of a cell with one '// &
+                'or two particles there, which can move without strain, and loads push it; move the crack or the load, use '// &
+                'smaller &grid cell, or &method time = ''explicit'''
+      end associate
+   end function weak_piece
 
    !> Factorise the tangent of the present state, if it is not there.
    subroutine factorise_now(self, m, pins, failure)

@@ -177,16 +177,18 @@ contains
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators')) then
          if (size(scene%paths) > 0) then
-            if (scene%energy_release%domain_integral .and. has_geometry .and. settings%good(entry, 'radii')) &
+            if (scene%energy_release%needs_radii() .and. has_geometry .and. settings%good(entry, 'radii')) &
                call check_path_radii(scene, settings, entry, mistakes)
          else if (.not. scene%crack%present) then
             if (scene%energy_release%needs_crack()) &
-               call settings%complain(mistakes, entry, 'estimators', '''nodal_force'', ''stress_closure'' and '// &
-                                      '''domain_integral'' need a group &crack')
+               call settings%complain(mistakes, entry, 'estimators', '''nodal_force'', ''stress_closure'', '// &
+                                      '''crack_closure'' and ''domain_integral'' need a group &crack')
          else if (scene%energy_release%domain_integral .and. has_geometry .and. settings%good(entry, 'radii')) then
             call check_radii(scene, settings, entry, mistakes)
          end if
       end if
+      if (scene%energy_release%crack_closure .and. scene%crack%present) call settings%complain(mistakes, entry, 'estimators', &
+         '''crack_closure'' needs a &crack of kind = ''path''; ''nodal_force'' closes one along a grid line at a node')
       if (scene%energy_release%stress_closure .and. has_geometry .and. any_on_faces(scene)) &
          call settings%complain(mistakes, entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
                                 'of the crack; use ''nodal_force'' or ''domain_integral''')

@@ -53,8 +53,12 @@ contains
       end if
       call settings%demand(mistakes, method, 'time_steps', 'global', intro)
       if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, release, &
-         'estimators', 'must be ''domain_integral'' '//intro//': its tips are not at nodes, by which ''nodal_force'' and '// &
-         '''stress_closure'' close the crack')
+         'estimators', 'must be ''domain_integral'' or ''crack_closure'' '//intro//': its tips are not at nodes, by which '// &
+         '''nodal_force'' and ''stress_closure'' close the crack')
+      if (scene%energy_release%crack_closure .and. any(scene%paths%contact)) call settings%complain(mistakes, release, &
+         'estimators', 'must not name ''crack_closure'' with &crack contact: it takes faces for free; use ''domain_integral''')
+      if (scene%energy_release%crack_closure .and. size(scene%growth) > 0) call settings%complain(mistakes, release, &
+         'estimators', 'must not name ''crack_closure'' with a &growth: it is for tips that rest; use ''domain_integral''')
       if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
          '''dcb'' needs a &crack of kind = ''symmetry'' or ''line''')
       do k = 1, size(scene%paths)
@@ -212,6 +216,11 @@ contains
                   return
                else if (any(radii(2:) <= radii(:size(radii) - 1))) then
                   call settings%complain(mistakes, entry, 'radii', 'must increase from one to the next')
+                  return
+               else if (scene%energy_release%crack_closure .and. .not. maxval(radii) >= 2*least - tolerance(scene%grid)) then
+                  call settings%complain(mistakes, entry, 'radii', 'the largest must be at least '//to_text(2*least)// &
+                     ' m, four of the finest cells, with ''crack_closure'', and is '//length_text(maxval(radii))// &
+                     ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m')
                   return
                else if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) then
                   call settings%complain(mistakes, entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)// &

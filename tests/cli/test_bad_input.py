@@ -463,7 +463,7 @@ def test_too_many_particles(hampm, tmp_path):
 def test_estimators_and_the_dcb_need_a_crack(hampm, tmp_path):
     start = GOOD.index("&crack")
     (tmp_path / "case.nml").write_text(GOOD[:start] + GOOD[GOOD.index("&energy_release") :])
-    assert_refused(hampm("case.nml"), 2, "'stress_closure' and 'domain_integral' need a group &crack", "'dcb' needs a group &crack")
+    assert_refused(hampm("case.nml"), 2, "'stress_closure', 'crack_closure' and 'domain_integral' need a group &crack", "'dcb' needs a group &crack")
 
 
 def test_refinement_by_the_distance_to_the_tip_needs_a_crack(hampm, tmp_path):

@@ -1,0 +1,211 @@
+!> Irwin's crack closure at the tip of a crack in any direction: what the tractions ahead of the tip do as they close the opening behind it,
+!>
+!>    G_I = lim 1/(2 D) int_0^D t_n(r) [u_n](D - r) dr = K_t K_u/E',
+!>
+!> and the same along the crack for mode II. Ahead the tractions go as t = K_t/sqrt(2 pi r), behind the opening as
+!> [u] = 8 K_u/E' sqrt(r/(2 pi)): so the integral is exact for any length D, and the tip's own cells, whose fields are not those of a
+!> crack, have no part in it.
+!>
+!> K_t is fitted to the tractions of the particles ahead of the tip on planes along the crack, K_u to the displacements of those
+!> behind it on both of its sides, each by least squares with the terms of Williams' series: r**(1/2 - 1) and r**(3/2 - 1), in K_u
+!> the uniform stress, the rotation and the translation too, and r**(-1/2 - 1), by which a tip differs that acts a part of a cell from
+!> where it is. Without that K_u is 5 to 50 % off (docs/cracks.md).
+!>
+!> Both are taken in the reference configuration. Where a law is for large rotations all is turned back by the rotation in the mean of F.
+!>
+!> Source: Irwin (1957); Rybicki & Kanninen (1977); Williams (1957).
+module hampm_path_closure
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes, effective_modulus, kolosov
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_lapack, only: dposv
+   use hampm_material, only: material_t
+   use hampm_particles, only: particles_t
+   use hampm_tensors, only: identity
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: path_closure, closure_reach
+
+   real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: nearest = 1.5_dp       !! cells from the tip from which on fields are taken for those of a crack
+   real(dp), parameter :: farthest = 8           !! cells from it up to which they are fitted
+   real(dp), parameter :: slope = 2              !! of the lines from the tip between which particles are, ahead and behind
+   real(dp), parameter :: on_crack = 1e-6_dp     !! cells from the crack within which it is not certain on which side a particle is
+   integer, parameter :: of_traction(3) = [1, 3, -1] !! exponents n of the stress r**(n/2 - 1), the singular one first
+   integer, parameter :: of_opening(4) = [1, 3, -1, 2]
+   integer, parameter :: most_terms = modes*size(of_opening) + ndim
+
+   !> Least squares for a few unknowns.
+   type :: fit_t
+      integer :: n = 0                           !! unknowns
+      integer :: rows = 0                        !! so far
+      real(dp) :: matrix(most_terms, most_terms) = 0
+      real(dp) :: b(most_terms) = 0
+   end type fit_t
+
+contains
+
+   !> How far from a tip fields are fitted [m].
+   pure real(dp) function closure_reach(tip) result(reach)
+      type(crack_tip_t), intent(in) :: tip
+      reach = min(farthest*tip%nodes%spacing, maxval(tip%radii))
+   end function closure_reach
+
+   !> G of each mode, signed like opening and sliding, and by how much it is uncertain as tractions and openings tell different things
+   !> [J/m2]. Fails where too few particles are ahead of the tip or behind it.
+   subroutine path_closure(tip, p, materials, g, spread, failure)
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(out) :: g(modes), spread(modes)
+      type(failure_t), intent(inout) :: failure
+      type(fit_t) :: ahead, behind
+      real(dp) :: turn(ndim, ndim), x(ndim), u(ndim), stress(ndim, ndim), k_t(modes), k_u(modes)
+      real(dp) :: inner, outer
+      integer :: i
+      outer = closure_reach(tip)
+      inner = min(nearest*tip%nodes%spacing, outer/4)
+      turn = rotation(tip, p, materials, outer)
+      ahead%n = modes*size(of_traction)
+      behind%n = modes*size(of_opening) + ndim
+      associate (h => tip%nodes%spacing, material => materials(tip%material))
+         do i = 1, p%n
+            if (maxval(abs(p%reference(i, :) - tip%place)) > outer) cycle
+            x = matmul(p%reference(i, :) - tip%place, tip%axis)
+            if (norm2(x) > outer .or. norm2(x) < inner) cycle
+            if (slope*x(1) > abs(x(2))) then
+               stress = matmul(transpose(turn), materials(p%material(i))%conjugate_stress(p%gradient_of(i)))
+               stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
+               call add_tractions(ahead, x/h, stress(:, 2), p%volume(i))
+            else if (-slope*x(1) > abs(x(2)) .and. abs(x(2)) > on_crack*h) then
+               u = matmul(p%reference(i, :) - tip%place + p%displacement(i, :), turn)
+               u = matmul(u, tip%axis) - x
+               call add_displacement(behind, x/h, 2*material%mu/h*u, kolosov(material), p%volume(i))
+            end if
+         end do
+         call solve(ahead, k_t, failure)
+         call solve(behind, k_u, failure)
+         if (failure%failed()) return
+         k_t = sqrt(2*pi*h)*k_t
+         k_u = sqrt(2*pi*h)*k_u
+         g = abs(k_t)*k_u/effective_modulus(material)
+         spread = maxval(abs(k_t**2 - k_u**2))/(2*effective_modulus(material))  ! what one has too much the other may lack
+      end associate
+   end subroutine path_closure
+
+   !> Rotation in the mean of F around a tip; none where all laws are for small ones.
+   pure function rotation(tip, p, materials, reach) result(turn)
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: reach              !! [m]
+      real(dp) :: turn(ndim, ndim)
+      real(dp) :: mean(ndim, ndim), c, s
+      integer :: i
+      turn = identity
+      if (materials(tip%material)%linear) return
+      mean = 0
+      do i = 1, p%n
+         if (norm2(p%reference(i, :) - tip%place) <= reach) mean = mean + p%volume(i)*(identity + p%gradient_of(i))
+      end do
+      c = mean(1, 1) + mean(2, 2)
+      s = mean(2, 1) - mean(1, 2)
+      turn = reshape([c, s, -s, c], [ndim, ndim])/max(hypot(c, s), tiny(c))
+   end function rotation
+
+   !> Tractions of a particle on a plane along the crack: two equations, for what goes along the crack and across it. Weights let the
+   !> singular term count as much near the tip as far from it.
+   pure subroutine add_tractions(fit, x, traction, volume)
+      type(fit_t), intent(inout) :: fit
+      real(dp), intent(in) :: x(ndim)            !! from the tip, in its frame [cells]
+      real(dp), intent(in) :: traction(ndim)     !! [Pa]
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp) :: row(most_terms, ndim), r, angle, a, sign_of
+      integer :: k
+      r = norm2(x)
+      angle = atan2(x(2), x(1))
+      row = 0
+      do k = 1, size(of_traction)
+         a = of_traction(k)/2.0_dp
+         sign_of = merge(1, -1, mod(of_traction(k), 2) == 0)
+         associate (first => (a - 1)*angle, second => (a - 3)*angle, size_of => a*r**(a - 1))
+            row(2*k - 1, 1) = size_of*((a - 1)*sin(second) - (a + sign_of)*sin(first))
+            row(2*k - 1, 2) = size_of*((2 - a - sign_of)*cos(first) + (a - 1)*cos(second))
+            row(2*k, 1) = size_of*((a - 1)*cos(second) - (a - sign_of)*cos(first))
+            row(2*k, 2) = -size_of*((2 - a + sign_of)*sin(first) + (a - 1)*sin(second))
+         end associate
+      end do
+      do k = 1, ndim
+         call add_equation(fit, row(:, k), traction(k), r*volume)
+      end do
+   end subroutine add_tractions
+
+   !> Displacement of a particle, times 2 mu: two equations.
+   pure subroutine add_displacement(fit, x, u, kappa, volume)
+      type(fit_t), intent(inout) :: fit
+      real(dp), intent(in) :: x(ndim)            !! from the tip, in its frame [cells]
+      real(dp), intent(in) :: u(ndim)            !! times 2 mu, over the cell [Pa]
+      real(dp), intent(in) :: kappa              !! Kolosov's constant
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp) :: row(most_terms, ndim), r, angle, a, sign_of
+      integer :: k
+      r = norm2(x)
+      angle = atan2(x(2), x(1))
+      row = 0
+      do k = 1, size(of_opening)
+         a = of_opening(k)/2.0_dp
+         sign_of = merge(1, -1, mod(of_opening(k), 2) == 0)
+         associate (first => a*angle, second => (a - 2)*angle, size_of => r**a)
+            row(2*k - 1, 1) = size_of*((kappa + a + sign_of)*cos(first) - a*cos(second))
+            row(2*k - 1, 2) = size_of*((kappa - a - sign_of)*sin(first) + a*sin(second))
+            row(2*k, 1) = size_of*((kappa + a - sign_of)*sin(first) - a*sin(second))
+            row(2*k, 2) = -size_of*((kappa - a + sign_of)*cos(first) + a*cos(second))
+         end associate
+      end do
+      do k = 1, ndim
+         row(modes*size(of_opening) + k, k) = 1
+         call add_equation(fit, row(:, k), u(k), volume)
+      end do
+   end subroutine add_displacement
+
+   !> Add an equation with a weight.
+   pure subroutine add_equation(fit, row, value, weight)
+      type(fit_t), intent(inout) :: fit
+      real(dp), intent(in) :: row(most_terms), value, weight
+      integer :: j
+      do j = 1, fit%n
+         fit%matrix(:, j) = fit%matrix(:, j) + weight*row(j)*row
+      end do
+      fit%b = fit%b + weight*value*row
+      fit%rows = fit%rows + 1
+   end subroutine add_equation
+
+   !> The coefficients of the singular terms. Fails where there are too few equations.
+   subroutine solve(fit, singular, failure)
+      type(fit_t), intent(in) :: fit
+      real(dp), intent(out) :: singular(modes)
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: matrix(most_terms, most_terms), b(most_terms, 1), scale(most_terms)
+      integer :: info, j
+      singular = 0
+      if (failure%failed()) return
+      info = 1
+      if (fit%rows > 2*fit%n) then
+         scale = 1
+         do j = 1, fit%n
+            scale(j) = sqrt(fit%matrix(j, j))
+         end do
+         do j = 1, fit%n
+            matrix(:, j) = fit%matrix(:, j)/(scale*scale(j))
+         end do
+         b(:, 1) = fit%b/scale
+         call dposv('L', fit%n, 1, matrix, most_terms, b, most_terms, info)
+      end if
+      if (info == 0) singular = b(:modes, 1)/scale(:modes)
+      if (info /= 0) call failure%report(exit_computation, 'crack_closure: only '//to_text(fit%rows/ndim)//' particles are '// &
+         'ahead of or behind a tip within the largest of &energy_release radii, too few to fit the fields there. Use larger '// &
+         'radii, or smaller cells')
+   end subroutine solve
+end module hampm_path_closure
