@@ -3,6 +3,7 @@ module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
    use hampm_face_springs, only: is_pressed
+   use hampm_cut_cells, only: both_faces
    use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
    use hampm_energy, only: angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
@@ -222,7 +223,7 @@ contains
          if (springs%n_contact == 0) return
          do k = 1, springs%n
             if (.not. is_pressed(springs, k)) cycle
-            elements = faces_at(motion%grid, blocks, springs%place(:, k), springs%normal(:, k))
+            elements = faces_at(motion%grid, blocks, springs%place(:, k), springs%normal(:, k), both_faces)
             if (any(elements == 0)) cycle
             turn = turn_between(motion%particles, motion%grid, blocks, elements, springs%normal(:, k))
             if (abs(turn) <= largest_turn) cycle

@@ -118,9 +118,11 @@ contains
                            'steps that are the same for all')
       if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('growth', 1), 'law', 'does not go with '//law// &
          ': the energy release rate of a crack that grows is not known where energy is dissipated around it')
-      if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, &
-         settings%find('energy_release', 1), 'estimators', 'must be others than ''nodal_force'' and ''stress_closure'' with '// &
-         law//': closing a crack does not give back what its opening took')
+      associate (release => scene%energy_release)
+         if (release%nodal_force .or. release%stress_closure .or. release%crack_closure) call settings%complain(mistakes, &
+            settings%find('energy_release', 1), 'estimators', 'must be others than ''nodal_force'', ''stress_closure'' and '// &
+            '''crack_closure'' with '//law//': closing a crack does not give back what its opening took')
+      end associate
       if (scene%method%time /= 'static') return
       if (.not. any(scene%refine%indicator == [character(4) :: 'none', 'tip'])) call settings%complain(mistakes, &
          settings%find('refine', 1), 'indicator', 'must be ''tip'' or ''none'' with time = ''static'' and '//law// &

@@ -11,7 +11,7 @@ module hampm_load_placement
 contains
 
    !> Whether a load is a pressure on the faces of a crack.
-   pure logical function is_on_faces(load)
+   elemental logical function is_on_faces(load)
       type(load_spec_t), intent(in) :: load
       is_on_faces = load%kind == 'pressure' .and. .not. load%has_place
    end function is_on_faces

@@ -2,6 +2,7 @@
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, domain_radii, body_at
+   use hampm_load_placement, only: is_on_faces
    use hampm_mistakes, only: mistakes_t
    use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
                                    last_end
@@ -57,6 +58,12 @@ contains
          '''nodal_force'' and ''stress_closure'' close the crack')
       if (scene%energy_release%crack_closure .and. any(scene%paths%contact)) call settings%complain(mistakes, release, &
          'estimators', 'must not name ''crack_closure'' with &crack contact: it takes faces for free; use ''domain_integral''')
+      if (scene%energy_release%crack_closure .and. any(scene%materials%law == 'orthotropic')) call settings%complain(mistakes, &
+         release, 'estimators', 'must not name ''crack_closure'' with &material law = ''orthotropic'': its fields are those of '// &
+         'isotropic material; use ''domain_integral''')
+      if (scene%energy_release%crack_closure .and. any(is_on_faces(scene%loads))) call settings%complain(mistakes, release, &
+         'estimators', 'must not name ''crack_closure'' with a pressure on a crack: it takes faces for free; use '// &
+         '''domain_integral''')
       if (scene%energy_release%crack_closure .and. size(scene%growth) > 0) call settings%complain(mistakes, release, &
          'estimators', 'must not name ''crack_closure'' with a &growth: it is for tips that rest; use ''domain_integral''')
       if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
