@@ -10,7 +10,7 @@ module hampm_load_consistency
    use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
    use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
    use hampm_settings, only: settings_t
-   use hampm_shape_consistency, only: has_shapes
+   use hampm_shape_consistency, only: has_shapes, comes_near_edges
    use hampm_text, only: to_text
    implicit none
    private
@@ -202,6 +202,8 @@ contains
          if (scene%method%frame /= 'total' .and. settings%good(settings%find('method', 1), 'frame')) &
             call settings%complain(mistakes, entry, 'on', intro//'goes with &method frame = ''total'' only: in the other '// &
                                    'faces and their cells are found anew as the material moves')
+         if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(mistakes, entry, 'on', intro//'must '// &
+            'stay two cells away from the edges of polygons, circles and holes, which cut the particles that are pressed')
          do i = 1, size(scene%materials)
             if (scene%materials(i)%law == 'linear_elastic' .or. .not. settings%good(settings%find('material', i), 'law')) cycle
             call settings%complain(mistakes, entry, 'on', intro//'goes with materials of law = ''linear_elastic'' only: J '// &

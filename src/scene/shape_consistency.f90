@@ -11,7 +11,7 @@ module hampm_shape_consistency
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_shape, check_holes, outlines_overlap, has_shapes
+   public :: check_shape, check_holes, outlines_overlap, has_shapes, comes_near_edges
 
    integer, parameter :: looks = 720             !! around a circle
 
@@ -23,6 +23,26 @@ contains
       integer :: i
       has_shapes = any([(scene%bodies(i)%outline%is_there(), i=1, size(scene%bodies))])
    end function has_shapes
+
+   !> Whether a polyline comes nearer than two cells to an edge of a polygon, a circle or a body with holes.
+   pure logical function comes_near_edges(scene, points) result(near)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
+      real(dp), parameter :: step = 0.25_dp      ! cells
+      integer :: i, j, k, n
+      near = .false.
+      do k = 1, size(scene%bodies)
+         if (.not. scene%bodies(k)%outline%is_there()) cycle
+         do i = 2, size(points, 2)
+            n = ceiling(norm2(points(:, i) - points(:, i - 1))/(step*scene%grid%cell))
+            do j = 0, n
+               associate (x => points(:, i - 1) + real(j, dp)/max(n, 1)*(points(:, i) - points(:, i - 1)))
+                  near = near .or. scene%bodies(k)%outline%distance(x) < 2*scene%grid%cell
+               end associate
+            end do
+         end do
+      end do
+   end function comes_near_edges
 
    !> Check the keys of the shape of a group &body, and its line. `is_good` tells whether it can be used.
    pure subroutine check_shape(settings, entry, mistakes, is_good)

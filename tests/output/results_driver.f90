@@ -8,7 +8,7 @@ program results_driver
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_results, only: results_t
    use hampm_snapshots, only: piece_t, vtk_quad
-   use hampm_progress, only: progress_t
+   use hampm_progress, only: progress_t, standing_t
    implicit none
    character(path_len) :: folder, mode
    integer :: failures = 0
@@ -166,11 +166,11 @@ contains
       now = begin
       step = 0
       do while (2*(now - begin) < rate)
-         call progress%show(real(now - begin, dp)/real(rate, dp)*2.0e-3_dp, step, 720, 2880, 4, 1.287_dp, -1.2e-6_dp)
+         call progress%show(standing_t(real(now - begin, dp)/real(rate, dp)*2.0e-3_dp, step, 720, 2880, 4, -1.2e-6_dp, 1.287_dp))
          step = step + 1
          call system_clock(now)
       end do
-      call progress%finish(1.0e-3_dp, step, 720, 2880, 4)
+      call progress%finish(standing_t(1.0e-3_dp, step, 720, 2880, 4, -1.2e-6_dp))
    end subroutine run_progress
 
    !> Three columns and their attributes.

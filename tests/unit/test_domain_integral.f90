@@ -375,7 +375,8 @@ contains
       g = shares_of_modes(new_tip_field(stress, directions(:, 1)), 10.0_dp, [-3.0_dp, 1.0_dp])
       call check_close(g(1), -9.0_dp, 1.0e-14_dp, 'a mode has its share of J, signed like its K')
       call check_close(sum(abs(g)), 10.0_dp, 1.0e-14_dp, 'and the shares add up to J')
-      call check_close(maxval(abs(shares_of_modes(new_tip_field(stress, directions(:, 1)), 0.0_dp, [0.0_dp, 0.0_dp]))), 0.0_dp, 0.0_dp, 'nothing is shared at rest')
+      call check_close(maxval(abs(shares_of_modes(new_tip_field(stress, directions(:, 1)), 0.0_dp, [0.0_dp, 0.0_dp]))), 0.0_dp, &
+                       0.0_dp, 'nothing is shared at rest')
    end subroutine shares
 
    !> A body that has turned by a large angle, and turns and drifts: its J is next to nothing beside its kinetic energy.
