@@ -143,10 +143,24 @@ class Scene:
                               UNREADABLE) from error
 
 
+    def body_groups(self):
+        """Numbers of the groups &body that are no holes."""
+        return [n for n in range(1, self.count("body") + 1) if self.text("body", "hole", n) != ".true."]
+
+    def box_of(self, number):
+        """Lower and upper corner of the box around a body, shape (2, 2)."""
+        match self.text("body", "shape", number):
+            case "polygon":
+                points = np.reshape(self.numbers("body", "points", number), (-1, 2))
+                return [points.min(axis=0), points.max(axis=0)]
+            case "circle":
+                center, radius = np.array(self.numbers("body", "center", number)), self.numbers("body", "radius", number)[0]
+                return [center - radius, center + radius]
+        return [self.numbers("body", key, number) for key in ("lower", "upper")]
+
     def bodies(self):
-        """Lower and upper corners of the bodies [m], shape (n, 2)."""
-        numbers = range(1, self.count("body") + 1)
-        return tuple(np.array([self.numbers("body", key, n) for n in numbers]).reshape(-1, 2) for key in ("lower", "upper"))
+        """Lower and upper corners of the boxes around the bodies [m], shape (n, 2)."""
+        return tuple(np.array([self.box_of(n) for n in self.body_groups()]).reshape(-1, 2, 2).swapaxes(0, 1))
 
     def has_paths(self):
         """Whether its cracks run in any direction."""

@@ -75,7 +75,8 @@ def stresses(result, particles):
 def poisson_ratios(scene):
     """Poisson's ratio of each body; an error where one is not linear elastic."""
     number = {scene.text("material", "name", n): n for n in range(1, scene.count("material") + 1)}
-    materials = [number[scene.text("body", "material", n)] for n in range(1, scene.count("body") + 1)]
-    if any(scene.text("material", "law", n) != "linear_elastic" for n in materials):
-        raise ResultError(f"{scene.path}: in plane strain the stress normal to the plane is known of linear elastic bodies alone")
+    materials = [number[scene.text("body", "material", n)] for n in scene.body_groups()]
+    strained = any(any(scene.numbers("body", "eigenstrain", n)) for n in scene.body_groups())
+    if strained or any(scene.text("material", "law", n) != "linear_elastic" for n in materials):
+        raise ResultError(f"{scene.path}: in plane strain the stress normal to the plane is known of linear elastic bodies without eigenstrain alone")
     return np.array([scene.numbers("material", "poisson", n)[0] for n in materials])

@@ -159,6 +159,16 @@ draw_growth() {
     done
 }
 
+# Specimens of the gallery, and one that yields
+draw_gallery() {
+    for scene in compact_tension brazilian_disc; do
+        run input/$scene.nml $scene
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --dpi 60 --output $out/$scene.png
+    done
+    run input/plastic_notch.nml plastic_notch
+    "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --dpi 60 --output $out/plastic_notch.png
+}
+
 # What runs at the extremes do: minutes, unless `make extremes` has left its tables
 draw_stability() {
     [ -f results/extremes/release.csv ] || "$python" bench/extremes.py --output results/extremes

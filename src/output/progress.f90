@@ -47,7 +47,7 @@ module hampm_progress
       real(dp) :: time                           !! simulated time [s]
       integer(long) :: step
       integer :: cells, particles, finest_level
-      real(dp) :: energy_residual                !! what is missing in the energy balance, relative
+      real(dp) :: energy_residual = not_there    !! what is missing in the energy balance, relative
       real(dp) :: g_ratio = not_there            !! energy release rate over its reference value
       real(dp) :: crack_length = not_there       !! of all cracks together, where some grow [m]
       real(dp) :: tip_speed = not_there          !! of the fastest tip, where some grow in motion [m/s]
@@ -144,7 +144,7 @@ contains
       if (now%tip_speed > not_there) text = text//' '//count_text(nint(now%tip_speed, long))//' m/s'
       text = text//' step '//count_text(now%step)//' cells '//count_text(int(now%cells, long))
       text = text//' particles '//count_text(int(now%particles, long))//' level '//count_text(int(now%finest_level, long))
-      text = text//' energy '//number(now%energy_residual, '(es12.1)')
+      if (now%energy_residual > not_there) text = text//' energy '//number(now%energy_residual, '(es12.1)')
       if (elapsed > 0.0_dp) text = text//' '//number(1.0e-6_dp*self%particle_steps/elapsed, '(f12.1)')//' Mp/s'
    end function line
 

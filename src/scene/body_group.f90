@@ -104,7 +104,9 @@ contains
    pure logical function is_hole(settings, i)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: i
-      is_hole = settings%flag(settings%find('body', i), 'hole')
+      integer :: entry
+      entry = settings%find('body', i)
+      is_hole = settings%flag(entry, 'hole')
    end function is_hole
 
    !> Whether a hole is inside the outer ring of a body. What touches it is not.

@@ -170,7 +170,7 @@ contains
          step = step + 1
          call system_clock(now)
       end do
-      call progress%finish(standing_t(1.0e-3_dp, step, 720, 2880, 4, -1.2e-6_dp))
+      call progress%finish(standing_t(1.0e-3_dp, step, 720, 2880, 4))
    end subroutine run_progress
 
    !> Three columns and their attributes.

@@ -113,6 +113,53 @@ def test_weights_of_shapes(hampm, tmp_path):
     assert file["history/kinetic_energy"][0] == pytest.approx(0.5*inertia*100, rel=2e-3)
 
 
+def tube(hampm, tmp_path, pressure, law="", cell=1e-3, poisson=0.3, plane="strain", steps=1):
+    """A tube of 10 to 20 mm under inner pressure: radii and radial displacements of its particles."""
+    a, b, n = 0.01, 0.02, math.ceil(0.02/cell) + 1
+    text = (f"&run plane = '{plane}' end_time = 1.0 /\n&grid lower = {-n*cell}, {-n*cell} cell = {cell} cells = {2*n}, {2*n} /\n"
+            f"&material name = 's' young = 200e9 poisson = {poisson} density = 8000 {law} /\n"
+            f"&body material = 's' shape = 'circle' center = 0.0, 0.0 radius = {b} /\n"
+            f"&body shape = 'circle' center = 0.0, 0.0 radius = {a} hole = .true. /\n"
+            f"&load kind = 'pressure' pressure = {pressure} lower = {-1.01*a}, {-1.01*a} upper = {1.01*a}, {1.01*a} "
+            "history = 'ramp' rise_time = 1.0 /\n"
+            f"&method time = 'static' load_steps = {steps} /\n")
+    for lower, upper, held in ((f"0.0, {-b}", f"0.0, {-1.05*a}", "x"), (f"0.0, {1.05*a}", f"0.0, {b}", "x"),
+                               (f"{1.05*a}, 0.0", f"{b}, 0.0", "y"), (f"{-b}, 0.0", f"{-1.05*a}, 0.0", "y")):
+        text += f"&constraint lower = {lower} upper = {upper} fix = '{held}' /\n"
+    file = run(hampm, tmp_path, text)
+    x, u = particles(file, "Points"), particles(file, "displacement")[:, :2]
+    r = np.hypot(*x.T)
+    return r, (x*u).sum(axis=1)/r
+
+
+@pytest.mark.parametrize("plane, poisson", [("strain", 0.3), ("stress", 0.25)])
+def test_a_tube_under_pressure(hampm, tmp_path, plane, poisson):
+    """Lame: pressure on an arc, whose direction goes around; the error falls with the square of the cells."""
+    a, b, p, young = 0.01, 0.02, 1e8, 200e9
+    e, nu = (young/(1 - poisson**2), poisson/(1 - poisson)) if plane == "strain" else (young, poisson)
+    error = []
+    for cell in 2e-3, 1e-3:
+        r, u = tube(hampm, tmp_path, p, cell=cell, poisson=poisson, plane=plane)
+        exact = p*a**2/(e*(b**2 - a**2))*((1 - nu)*r + (1 + nu)*b**2/r)
+        error.append(np.sqrt(np.mean((u/exact - 1)**2)))
+    print(f"tube in plane {plane}: {100*error[0]:.3f}, {100*error[1]:.3f} %, order {math.log2(error[0]/error[1]):.1f}")
+    assert error[1] < 2e-3 and math.log2(error[0]/error[1]) > 1.7
+
+
+@pytest.mark.parametrize("front, within", [(1.2, 0.005), (1.5, 0.01)])
+def test_a_tube_that_yields(hampm, tmp_path, front, within):
+    """Hill (1950): an elastic, perfectly plastic tube in plane strain whose plastic zone reaches so many inner radii far."""
+    a, b, young, nu, k = 0.01, 0.02, 200e9, 0.3, 400e6/math.sqrt(3)
+    c = front*a
+    pressure = k*(1 - (c/b)**2 + 2*math.log(c/a))
+    r, u = tube(hampm, tmp_path, pressure, "law = 'j2_plastic' yield_stress = 400e6 dilatation = 'cell'", steps=8)
+    outer = r > b - 0.3e-3
+    exact = (1 + nu)/young*k*(c/b)**2*((1 - 2*nu)*r + b**2/r)
+    ratio = np.mean(u[outer]/exact[outer])
+    print(f"plastic to {front} inner radii: displacement outside {ratio:.4f} of Hill's")
+    assert ratio == pytest.approx(1.0, abs=within)
+
+
 # --- cracks -----------------------------------------------------------------------------------------------------------
 
 def tip_values(file, *names):
