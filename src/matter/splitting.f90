@@ -6,7 +6,7 @@
 !> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
 !> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
 !> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the
-!> mean position, and the volume-weighted H and history of the laws.
+!> mean position, H and history of the laws, over the mass.
 !>
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
 !> find each other wherever they have moved.
@@ -192,24 +192,22 @@ contains
       integer, allocatable, intent(out) :: new_number(:) !! new place of each particle, or of the one that it is part of; (n)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: member(:, :), origin(:)
-      integer :: i, k, f
+      integer :: i, k, f, n
       call find_families(p, marked, forest, member, families)
       if (families == 0) return
       allocate (new_number(p%n), source=-1)
       do f = 1, families
-         associate (siblings => member(:count(member(:, f) > 0), f))
-            call merge_into_first(p, siblings)
-            new_number(siblings(2:)) = 0         ! no place of their own
-         end associate
+         n = count(member(:, f) > 0)
+         call merge_into_first(p, member(:n, f))
+         new_number(member(2:n, f)) = 0          ! no place of their own
       end do
       origin = pack([(i, i=1, p%n)], new_number /= 0)
       do k = 1, size(origin)
          new_number(origin(k)) = k
       end do
       do f = 1, families
-         associate (siblings => member(:count(member(:, f) > 0), f))
-            new_number(siblings(2:)) = new_number(siblings(1))
-         end associate
+         n = count(member(:, f) > 0)
+         new_number(member(2:n, f)) = new_number(member(1, f))
       end do
       call take_particles(p, origin, failure)
    end subroutine recombine
@@ -222,7 +220,8 @@ contains
       integer, allocatable, intent(out) :: member(:, :)  !! 0 behind the last, (corners, families and more)
       integer, intent(out) :: families
       type(place_table_t) :: table
-      integer, allocatable :: found(:), siblings(:)
+      integer, allocatable :: found(:)
+      integer :: siblings(corners), n
       integer :: i, f, status
       integer(long) :: key(ndim)
       allocate (member(corners, count(marked)), source=0)
@@ -240,13 +239,14 @@ contains
          member(int(mod(p%path(i), int(corners, long))) + 1, f) = i
       end do
       do f = 1, table%n
-         siblings = pack(member(:, f), member(:, f) > 0)
-         if (found(f) < number_of_siblings(p, siblings(1))) cycle
-         if (.not. is_together(p, siblings)) cycle
-         if (.not. fits_between(p, siblings, forest)) cycle
+         n = found(f)
+         siblings(:n) = pack(member(:, f), member(:, f) > 0)
+         if (n < number_of_siblings(p, siblings(1))) cycle
+         if (.not. is_together(p, siblings(:n))) cycle
+         if (.not. fits_between(p, siblings(:n), forest)) cycle
          families = families + 1
          member(:, families) = 0
-         member(:size(siblings), families) = siblings
+         member(:n, families) = siblings(:n)
       end do
    end subroutine find_families
 
@@ -285,24 +285,24 @@ contains
    !> a family that is much stretched may stand around a fine cell.
    pure logical function fits_between(p, siblings, forest) result(fits)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: siblings(corners)
+      integer, intent(in) :: siblings(:)
       type(forest_t), intent(in) :: forest
       real(dp) :: x(ndim)
       integer :: leaf
-      x = mean_of(p%reference, p%volume, siblings)
-      if (.not. p%total_frame) x = x + mean_of(p%displacement, p%volume, siblings)
+      x = mean_of(p%reference, p%mass, siblings)
+      if (.not. p%total_frame) x = x + mean_of(p%displacement, p%mass, siblings)
       leaf = forest%leaf_at(x)
       fits = leaf /= outside
       if (fits) fits = forest%level_of(leaf) < p%level(siblings(1))
    end function fits_between
 
-   !> Mean of a vector over the volume of siblings.
-   pure function mean_of(vector, volume, siblings) result(mean)
+   !> Mean of a vector over the mass of siblings.
+   pure function mean_of(vector, mass, siblings) result(mean)
       real(dp), intent(in) :: vector(:, :)       !! (n, ndim)
-      real(dp), intent(in) :: volume(:)          !! [m3], (n)
+      real(dp), intent(in) :: mass(:)            !! [kg], (n)
       integer, intent(in) :: siblings(:)
       real(dp) :: mean(ndim)
-      mean = matmul(volume(siblings)/sum(volume(siblings)), vector(siblings, :))
+      mean = matmul(mass(siblings)/sum(mass(siblings)), vector(siblings, :))
    end function mean_of
 
    !> Make the first of some siblings what all are together.
@@ -317,14 +317,14 @@ contains
       gradient = 0
       do c = 1, size(siblings)
          momentum = momentum + p%mass(siblings(c))*p%velocity(siblings(c), :)
-         gradient = gradient + p%volume(siblings(c))*p%gradient(siblings(c), :, :)
+         gradient = gradient + p%mass(siblings(c))*p%gradient(siblings(c), :, :)
       end do
       associate (k => siblings(1))
-         p%reference(k, :) = mean_of(p%reference, p%volume, siblings)
-         p%displacement(k, :) = mean_of(p%displacement, p%volume, siblings)
+         p%reference(k, :) = mean_of(p%reference, p%mass, siblings)
+         p%displacement(k, :) = mean_of(p%displacement, p%mass, siblings)
          p%velocity(k, :) = momentum/mass
-         p%gradient(k, :, :) = gradient/volume
-         if (allocated(p%history)) p%history(k, :) = matmul(p%volume(siblings), p%history(siblings, :))/volume
+         p%gradient(k, :, :) = gradient/mass
+         if (allocated(p%history)) p%history(k, :) = matmul(p%mass(siblings), p%history(siblings, :))/mass
          p%mass(k) = mass
          p%volume(k) = volume
          p%level(k) = p%level(k) - 1

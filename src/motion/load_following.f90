@@ -72,7 +72,7 @@ contains
       type(particles_t), intent(in) :: p
       real(dp) :: parent(ndim), x(ndim)
       integer :: c, best
-      parent = matmul(p%volume(first:last)/sum(p%volume(first:last)), p%reference(first:last, :))
+      parent = matmul(p%mass(first:last)/sum(p%mass(first:last)), p%reference(first:last, :))
       x = parent + offset
       best = first
       do c = first + 1, last

@@ -22,6 +22,7 @@ module hampm_motion
    use hampm_schemes, only: new_scheme
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_spring_placement, only: rebuild_springs
+   use hampm_thin_cells, only: soften_thin_cells
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
    implicit none
@@ -89,6 +90,7 @@ contains
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%plan = tiling_t()
       m%operators = element_operators_t()
+      if (allocated(m%grid%bodies)) call soften_thin_cells(m%particles, m%grid, m%materials)
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
       call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)

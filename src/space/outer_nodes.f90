@@ -27,9 +27,11 @@ module hampm_outer_nodes
    type :: outer_nodes_t
       type(place_table_t) :: places
       integer, allocatable :: host(:)            !! by number of the place in the table
+      integer, allocatable, private :: host_of_leaf(:) !! of each nearly empty leaf whose nodes may hang, 0 of others
    contains
       procedure :: are_there
       procedure :: number_at
+      procedure :: has_host
       procedure :: weights
    end type outer_nodes_t
 
@@ -48,6 +50,14 @@ contains
       number = 0
       if (self%places%n > 0) number = self%places%number_of(place)
    end function number_at
+
+   !> Whether a leaf is nearly empty and its outer nodes hang.
+   pure logical function has_host(self, leaf)
+      class(outer_nodes_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      has_host = .false.
+      if (allocated(self%host_of_leaf)) has_host = self%host_of_leaf(leaf) > 0
+   end function has_host
 
    !> Weights of the corners of the host of an outer node.
    pure function weights(self, forest, place) result(weight)
@@ -74,6 +84,7 @@ contains
          if (fill(leaf) > 0 .and. fill(leaf) < least_fill) hosts(leaf) = host_of(forest, cut_cells, fill, leaf)
       end do
       if (all(hosts == 0)) return
+      allocate (outer%host_of_leaf, source=hosts)
       call outer%places%reserve(corners*count(hosts > 0), status)
       allocate (outer%host(corners*count(hosts > 0)), source=0)
       do leaf = 1, size(fill)

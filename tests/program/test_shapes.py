@@ -224,6 +224,22 @@ def test_a_struck_polygon_keeps_its_energy(hampm, tmp_path, method):
     assert np.abs(history["numerical_loss"][-1]) < 0.3*energy.max()
 
 
+@pytest.mark.parametrize("method", ["", "mass = 'blend'", "scheme = 'usl'"])
+def test_cells_refine_and_recombine_at_slanted_edges(hampm, tmp_path, method):
+    """Children that are fewer than four find each other again, and thin cells beside cells of another size stay stable."""
+    corner = [(-0.08, -0.031), (0.083, -0.042), (0.02, 0.012), (0.041, 0.077), (-0.033, 0.05)]
+    text = ("&run plane = 'strain' end_time = 2e-4 /\n&grid lower = -0.1, -0.1 cell = 8e-3 cells = 26, 26 /\n" + STEEL + polygon(corner)
+            + "&body shape = 'circle' center = -0.01, 0.003 radius = 0.013 hole = .true. /\n" + traction(corner[0], corner[1], (0, 1e4))
+            + f"&method {method} /\n&refine indicator = 'gradient' field = 'energy_density' r_crit = 0.3 r_coarsen = 0.2 max_level = 1 /\n"
+            + "&energy_release estimators = 'energy_balance' /\n")
+    history = run(hampm, tmp_path, text)["history"]
+    energy = history["kinetic_energy"][:] + history["strain_energy"][:]
+    print(method, history["particles"][::100], history["numerical_loss"][-1]/energy[-1])
+    assert np.any(np.diff(history["particles"][:]) < 0) and np.any(np.diff(history["particles"][:]) > 0)
+    assert np.abs(energy + history["numerical_loss"][:] - history["external_work"][:]).max() < 1e-12*energy.max()
+    assert abs(history["numerical_loss"][-1]) < 0.2*energy[-1]
+
+
 def test_it_goes_on_after_a_checkpoint(hampm, tmp_path):
     """A disc with a crack, in motion, with cells that refine around its tips: the same bytes."""
     text = (INPUT / "brazilian_disc.nml").read_text().replace("cell = 1.0e-3", "cell = 5.0e-3").replace("104, 104", "22, 22")
