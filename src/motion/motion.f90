@@ -90,7 +90,8 @@ contains
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%plan = tiling_t()
       m%operators = element_operators_t()
-      if (allocated(m%grid%bodies)) call soften_thin_cells(m%particles, m%grid, m%materials)
+      if (allocated(m%grid%bodies) .and. m%springs%are_bounded) & ! explicit steps have to be stable
+         call soften_thin_cells(m%particles, m%grid, m%materials)
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
       call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)

@@ -1,7 +1,7 @@
 !> Cells that the edges of bodies leave nearly empty, and whose nodes do not hang on others (`hampm_outer_nodes`): those beside cells of
 !> another size or at a crack. Their outer nodes have little mass, and would have explicit steps as short as one likes.
 !>
-!> So the material in them is softer: with f the part of the cell that is filled, and f_least that from which on nodes are free, its stress acts
+!> So in explicit steps the material in them is softer: with f the part of the cell that is filled, and f_least that from which on nodes are free, its stress acts
 !> on the volume times (f/f_least)**2. The stiffness of an outer node falls with f, its mass at least with f**2 if lumped and with f**3 if
 !> not. What is lost is less than a tenth of a cell at the few cells where sizes change along an edge. Masses stay.
 module hampm_thin_cells
