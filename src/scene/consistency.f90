@@ -4,6 +4,7 @@ module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_eigenstrain_consistency, only: check_eigenstrains
+   use hampm_function_consistency, only: check_functions
    use hampm_growth_consistency, only: check_growth
    use hampm_implicit_consistency, only: check_implicit
    use hampm_joints, only: gap_between, groups_of_bodies
@@ -60,6 +61,7 @@ contains
       call check_time_steps(scene, settings, mistakes)
       call check_static(scene, settings, mistakes)
       call check_implicit(scene, settings, mistakes)
+      call check_functions(scene, settings, mistakes)
       call check_laws(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)
