@@ -20,7 +20,7 @@ module hampm_mass_matrix
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
    !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
    !> turns, and the equations are solved as well (docs/domains.md)
-   real(dp), parameter :: floor_of_domains = 1e-5_dp
+   real(dp), parameter :: floor_of_domains = 1e-3_dp
 
    !> Sums over nodes are taken over chunks of this many nodes first, so that they do not depend on the number of threads.
    integer, parameter :: nodes_per_chunk = 512

@@ -33,9 +33,11 @@ module hampm_largest_step
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> What edges in any direction leave of the limit of those along the grid lines
    real(dp), parameter :: of_outlines = 0.95_dp
-   !> What deformation leaves of the limit where particles have domains, and what slivers at edges that cut the lattice do: their domains
-   !> have half of the edges
-   real(dp), parameter :: of_domains = 0.6_dp, of_cut_domains = 0.3_dp
+   !> What deformation leaves of the limit where particles have domains; without the small losses of usl energy grows slowly in longer steps,
+   !> as material crosses cells (docs/domains.md)
+   real(dp), parameter :: of_domains = 0.6_dp, of_domains_in_leapfrog = 0.3_dp
+   !> What slivers at edges that cut the lattice leave of that: their domains have half of the edges
+   real(dp), parameter :: of_cut_domains = 0.5_dp
    real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
    real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
    real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
@@ -147,7 +149,10 @@ contains
                limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, scene%method%has_domains())/speed)
             end do
          end do
-         if (scene%method%has_domains()) limit = limit*merge(of_cut_domains, of_domains, body%outline%is_there())
+         if (scene%method%has_domains()) then
+            limit = limit*merge(of_domains, of_domains_in_leapfrog, strains_last)
+            if (body%outline%is_there()) limit = limit*of_cut_domains
+         end if
       end associate
    end function body_limit
 
