@@ -6,6 +6,7 @@ module hampm_guards
    use hampm_cut_cells, only: both_faces
    use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
+   use hampm_domains, only: is_tangled
    use hampm_energy, only: angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
@@ -65,6 +66,8 @@ contains
             return
          end if
       end if
+      if (motion%has_domains()) call look_at_domains(motion, now, failure)
+      if (failure%failed()) return
       if (.not. stored <= huge(stored)) then
          call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(motion)// &
                              ' is no longer a number. Likely cause: the run is unstable; reduce &method courant'// &
@@ -111,6 +114,22 @@ contains
                 gained, warning)
    end subroutine look_for_gain
 
+   !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
+   subroutine look_at_domains(motion, now, failure)
+      type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: now
+      type(failure_t), intent(inout) :: failure
+      integer :: i
+      do i = 1, motion%particles%n
+         if (.not. is_tangled(motion%particles, i)) cycle
+         call failure%report(exit_computation, now//'the domain of the particle that started at '// &
+                             origin(motion%grid, motion%particles, i)//' is turned over at a corner. Likely cause: the '// &
+                             'material is sheared further than its domains follow, or the run is unstable; give &body more '// &
+                             'points_per_cell, or reduce &method courant')
+         return
+      end do
+   end subroutine look_at_domains
+
    !> Warn, once, where material is stretched through the cells of the grid, so that its energy can be wrong by a notable part.
    !> Its particles carry the stress to the nodes, however many of them stand in a cell: that number is now one too large and now
    !> one too small for the stretch, and as the force that passes is the same everywhere, the stress jumps from cell to cell. With n
@@ -126,7 +145,7 @@ contains
       integer :: i
       if (is_told(crossed, warning)) return
       associate (p => motion%particles, laws => motion%materials)
-         if (p%total_frame .or. .not. any(laws%is_finite())) return
+         if (p%total_frame .or. motion%has_domains() .or. .not. any(laws%is_finite())) return
          uncertain = 0
          crosses = .false.
          do i = 1, p%n
@@ -157,7 +176,8 @@ contains
       real(dp) :: product, cells
       integer :: i
       associate (p => motion%particles)
-         if (p%total_frame .or. .not. measurements%strain_energy > 0 .or. is_told(travelled, warning)) return
+         if (p%total_frame .or. motion%has_domains()) return
+         if (.not. measurements%strain_energy > 0 .or. is_told(travelled, warning)) return
          if (maxval(abs(p%displacement(:p%n, :))) < motion%grid%finest_cell) return
          product = 0
          do i = 1, p%n

@@ -1,12 +1,15 @@
 !> Particles as fine as the cells in which they are: split where their cell is finer than they are, recombined where all
 !> siblings are in coarser cells. So a body that moves through a fine patch is split on entry and recombined behind it.
 !>
+!> Domains of particles (`hampm_domains`) that have become much longer than their cell are split, too.
+!>
 !> The kinetic and strain energy that this gains or loses is booked in the energy audit.
 module hampm_matching
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: interpolate_gradient, inside_cell
    use hampm_cut_cells, only: line_t
    use hampm_cuts, only: cut_t
+   use hampm_domains, only: longest_edge
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
@@ -19,6 +22,10 @@ module hampm_matching
    implicit none
    private
    public :: match_particles, adopt_forest, adopt_lines
+
+   !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
+   !> its children recombine
+   real(dp), parameter :: longest = 1.5_dp, shortest = 1.2_dp
 
 contains
 
@@ -92,7 +99,7 @@ contains
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
-   !> Which particles are coarser than the leaf of a forest in which they stand.
+   !> Which particles are coarser than the leaf of a forest in which they stand, or have domains that are much longer.
    pure function coarser_than(m, forest) result(coarser)
       type(motion_t), intent(in) :: m
       type(forest_t), intent(in) :: forest
@@ -101,7 +108,9 @@ contains
       allocate (coarser(m%particles%n), source=.false.)
       do i = 1, m%particles%n
          leaf = forest%leaf_at(m%particles%place_in_grid(i))
-         if (leaf /= outside) coarser(i) = m%particles%level(i) < forest%level_of(leaf)
+         if (leaf == outside) cycle
+         coarser(i) = m%particles%level(i) < forest%level_of(leaf)
+         if (m%has_domains() .and. .not. coarser(i)) coarser(i) = longest_edge(m%particles, i) > longest*forest%size_of(leaf)
       end do
    end function coarser_than
 
@@ -116,6 +125,7 @@ contains
       associate (grid => m%grid, p => m%particles)
          do i = 1, p%n
             finer(i) = p%level(i) > grid%forest%level_of(grid%element_leaf(p%cell(i)))
+            if (finer(i) .and. m%has_domains()) finer(i) = 2*longest_edge(p, i) < shortest*grid%leaf_size(p%cell(i))
             if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
             x = p%reference(i, :)
             finer(i) = .not. grid%cut_cells%divide(x, middle_of_parent(p, i))

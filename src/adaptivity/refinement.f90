@@ -86,7 +86,7 @@ contains
    subroutine follow_particles(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      if (.not. m%grid%forest%is_uniform()) call match_particles(m, failure)
+      if (.not. m%grid%forest%is_uniform() .or. m%has_domains()) call match_particles(m, failure)
    end subroutine follow_particles
 
    !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed.

@@ -6,9 +6,9 @@
 !>
 !>    u = sum of u_c / 4,   v = sum of v_c / 4,   H = sum of u_c (x) G_c,
 !>
-!> G_c being the gradient of the function of a corner at the centre of the reference domain, a rectangle of edges e: +-1/(2 e). So the
-!> function of a particle is the mean over the corners of its domain of the mesh's functions (Sadeghirad, Brannon & Burghardt 2011),
-!> and neighbours that share a corner at first share it for good, as their corners have the same velocity.
+!> G_c being the gradient of the function of a corner at the centre of the reference domain, a rectangle of edges e: +-1/(2 e). So
+!> the function of a particle is the mean over the corners of its domain of the mesh's functions (Sadeghirad, Brannon & Burghardt
+!> 2011), and neighbours that share a corner at first share it for good, as their corners have the same velocity.
 module hampm_domains
    use hampm_kinds, only: dp, ndim, corners
    use hampm_forest, only: corner_offset
@@ -16,7 +16,7 @@ module hampm_domains
    implicit none
    private
    public :: start_domains, edges_of_domain, corner_gradients, reference_corner, corner_place, follow_corners, weights_in_domain, &
-             kinetic_energy_of, spin_of
+             longest_edge, is_tangled, kinetic_energy_of, spin_of
 
    !> Least edge of a domain over that of a particle that no edge of the body cuts: a sliver would need steps that are as short.
    real(dp), parameter :: least_edge = 0.5_dp
@@ -101,6 +101,38 @@ contains
       p%velocity(i, :) = sum(v, dim=2)/corners
       p%gradient(i, :, :) = matmul(u, transpose(corner_gradients(p, i)))
    end subroutine follow_corners
+
+   !> The longest edge of a domain now [m].
+   pure real(dp) function longest_edge(p, i) result(length)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: x(ndim, corners)
+      x = corners_around(p, i)
+      length = sqrt(maxval(sum((cshift(x, 1, dim=2) - x)**2, dim=1)))
+   end function longest_edge
+
+   !> Whether a domain is turned over at one of its corners.
+   pure logical function is_tangled(p, i) result(tangled)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: x(ndim, corners), ahead(ndim, corners), behind(ndim, corners)
+      x = corners_around(p, i)
+      ahead = cshift(x, 1, dim=2) - x
+      behind = cshift(x, -1, dim=2) - x
+      tangled = .not. all(ahead(1, :)*behind(2, :) - ahead(2, :)*behind(1, :) > 0)
+   end function is_tangled
+
+   !> Places of the corners of a domain, anticlockwise [m].
+   pure function corners_around(p, i) result(x)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: x(ndim, corners)
+      integer, parameter :: order(corners) = [1, 2, 4, 3]
+      integer :: k
+      do k = 1, corners
+         x(:, k) = corner_place(p, i, order(k))
+      end do
+   end function corners_around
 
    !> Kinetic energy of a particle: of the corners of its domain, where it has one [J].
    pure real(dp) function kinetic_energy_of(p, i) result(energy)

@@ -131,6 +131,9 @@ SCENES = {
     "carried crack": (CARRIED,),
     "carried crack refined": (CARRIED, "refine.indicator=tip", "refine.max_level=1", "refine.rings=3", "method.mass=blend"),
     "growth": (GROWTH,),
+    "domains": (FLIGHT, "method.functions=cpdi", "method.mass=full", "method.scheme=usl"),
+    "domains refined": (FLIGHT, "method.functions=cpdi", "method.mass=fmpm", "method.scheme=usavg", *REFINED),
+    "domains carried crack": (CARRIED, "method.functions=cpdi", "refine.indicator=tip", "refine.max_level=1", "refine.rings=3"),
     "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
 }
 
@@ -321,8 +324,8 @@ WRONG = {
     "damaged": (damage, "cannot be read: reading /particles/gradient failed"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", "99.1"),
-                      "it was written by hampm 99.1 (format 6), this is hampm 0.1.0 (format 6); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 6)"),
+                      "it was written by hampm 99.1 (format 7), this is hampm 0.1.0 (format 7); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 7)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),

@@ -7,8 +7,6 @@ import h5py
 import numpy as np
 import pytest
 
-from results import differing
-
 MATERIAL = "&material name = 'a'  law = 'neo_hookean'  young = 1e6  poisson = 0.3  density = 1000 /\n"
 
 SQUARE = """\
@@ -139,10 +137,10 @@ def stretch_of(stress):
 BAR = """\
 &run end_time = {end!r}  plane = 'strain' /
 &grid lower = 0, 0  cell = {cell!r}  cells = {across}, {along} /
-&body material = 'a'  lower = 0, 6  upper = 1, 10  points_per_cell = 2 /
-&constraint lower = 0, 0  upper = 0, 10  fix = 'x' /
-&constraint lower = 1, 0  upper = 1, 10  fix = 'x' /
-&constraint lower = 0, 10  upper = 1, 10  fix = 'y' /
+&body material = 'a'  lower = 0, {bottom}  upper = 1, {top}  points_per_cell = 2 /
+&constraint lower = 0, 0  upper = 0, {top}  fix = 'x' /
+&constraint lower = 1, 0  upper = 1, {top}  fix = 'x' /
+&constraint lower = 0, {top}  upper = 1, {top}  fix = 'y' /
 &load kind = 'gravity'  acceleration = 0, {gravity!r}  history = 'ramp'  rise_time = {rise!r} /
 &damping rate = {rate!r} /
 &method frame = 'updated'  functions = 'cpdi'  scheme = 'usl'  mass = 'full' /
@@ -150,11 +148,11 @@ BAR = """\
 """
 
 
-def elongation_error(hampm, folder, cell, gravity):
-    """Of a bar of 4 m that hangs under its own weight, against the exact one, by the displacements of all particles."""
+def elongation_error(hampm, folder, cell, gravity, height=10):
+    """Of a bar of 4 m that hangs under its own weight, against the exact one, by the displacements of all particles, and their number."""
     wave = math.sqrt(1.35e6 / 1000)
     period = 4 * 4 / wave
-    text = MATERIAL + BAR.format(end=12 * period, cell=cell, across=round(1 / cell), along=round(10 / cell), gravity=-gravity,
+    text = MATERIAL + BAR.format(end=12 * period, cell=cell, across=round(1 / cell), along=round(height / cell), top=height, bottom=height - 4, gravity=-gravity,
                                  rise=4 * period, rate=2 * math.pi / period)
     run(hampm, folder, text, name="bar")
     with h5py.File(folder / "bar.h5") as file:
@@ -166,14 +164,40 @@ def elongation_error(hampm, folder, cell, gravity):
     ends = np.linspace(0, 4, 20001)                       # from the lower end
     stretch = stretch_of(1000 * gravity * ends)
     above = np.concatenate([[0], np.cumsum((stretch[1:] + stretch[:-1] - 2) / 2 * np.diff(ends))])
-    exact = -(above[-1] - np.interp(began - 6, ends, above))
-    return np.sqrt(np.mean((u - exact)**2)) / np.max(np.abs(exact))
+    exact = -(above[-1] - np.interp(began - height + 4, ends, above))
+    return np.sqrt(np.mean((u - exact)**2)) / np.max(np.abs(exact)), len(u)
 
 
 def test_a_bar_under_its_own_weight(hampm, tmp_path):
     """It becomes 1.7 m longer, and comes through several cells; the error falls with the square of the cell."""
-    error = [elongation_error(hampm, tmp_path, cell, 250.0) for cell in (1.0, 0.5)]
+    error = [elongation_error(hampm, tmp_path, cell, 250.0)[0] for cell in (1.0, 0.5)]
     order = math.log2(error[0] / error[1])
     print(error, order)
     assert error[1] < 1e-2
     assert order > 1.7
+
+
+def test_domains_that_become_long_are_split(hampm, tmp_path):
+    """A bar that hangs under more weight is more than four times as long at its upper end."""
+    error, particles = elongation_error(hampm, tmp_path, 0.5, 400.0, height=16)
+    print(error, particles)
+    assert particles > 4 * 16 + 8
+    assert error < 2e-2
+
+
+REFUSED = {
+    "frame='total'": "with &method functions = 'cpdi': in frame = 'total' particles stay in their cells",
+    "frame='updated'  time_steps='local'": "must be 'global' with &method functions = 'cpdi'",
+    "frame='updated'  time='implicit'": "must be 'total'",
+}
+
+
+@pytest.mark.parametrize("method", REFUSED)
+def test_what_does_not_go_with_domains_is_refused(hampm, tmp_path, method):
+    text = square(0.1).replace("frame = 'updated'", method)
+    assert REFUSED[method] in run(hampm, tmp_path, text, code=2)
+
+
+def test_a_domain_that_leaves_the_grid_is_told(hampm, tmp_path):
+    text = square(1, lower="0.4, 0.4", upper="1.4, 1.4", velocity="-2, 0")
+    assert "left the grid" in run(hampm, tmp_path, text, code=3)
