@@ -265,7 +265,7 @@ contains
          call s%integrator%advance(s%motion, s%dt, failure)
          if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)
          if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
-         if (.not. failure%failed() .and. s%refinement%is_active()) then
+         if (.not. failure%failed() .and. (s%refinement%is_active() .or. s%motion%has_domains())) then
             if (s%integrator%is_static) then
                call adapt_at_rest(s, failure)
             else

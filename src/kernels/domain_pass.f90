@@ -32,6 +32,8 @@ module hampm_domain_pass
    !> Part of the way to the particle by which a corner is looked for inwards of itself: that on the side of an element belongs to the one
    !> in which the material is. Of the size of the rounding of positions.
    real(dp), parameter :: inwards = 1e-9_dp
+   !> The same in the reference configuration where a line of a crack tells to which side a corner belongs
+   real(dp), parameter :: to_its_side = 0.01_dp
 
    !> Where the corners of the domains are in the grid, and what they give to its elements.
    type :: corner_map_t
@@ -90,7 +92,7 @@ contains
       x = origin + p%corner_displacement(i, :, c)
       beside = x + inwards*(p%position(i) - x)
       if (grid%cut_cells%are_there()) then
-         element = grid%element_at(beside, origin + inwards*(p%reference(i, :) - origin))
+         element = grid%element_at(beside, origin + to_its_side*(p%reference(i, :) - origin))
       else
          element = grid%element_at(beside)
       end if

@@ -7,6 +7,8 @@ import h5py
 import numpy as np
 import pytest
 
+from test_carried_cracks import block
+
 MATERIAL = "&material name = 'a'  law = 'neo_hookean'  young = 1e6  poisson = 0.3  density = 1000 /\n"
 
 SQUARE = """\
@@ -196,6 +198,24 @@ REFUSED = {
 def test_what_does_not_go_with_domains_is_refused(hampm, tmp_path, method):
     text = square(0.1).replace("frame = 'updated'", method)
     assert REFUSED[method] in run(hampm, tmp_path, text, code=2)
+
+
+def test_a_crack_along_the_edges_of_domains(hampm, tmp_path):
+    """In a block that turns by 27 degrees, by the forces of its own spin: J is G by K, as it is not with bilinear functions, the modes do not
+    mix, and K_I is that of the total frame as far as both vibrate alike."""
+    method = "functions = 'cpdi'  scheme = 'usl'  mass = 'lumped'"
+    rows = {frame: run(hampm, tmp_path, block(0.075, frame=frame, points=2, angle=0.0, method=method if frame == "updated" else ""))
+            for frame in ("total", "updated")}
+    mean = {frame: {name: np.mean(row[name]) for name in ("K_I", "K_II", "J", "G")} for frame, row in rows.items()}
+    print(mean)
+    assert mean["updated"]["J"] == pytest.approx(mean["updated"]["G"], rel=0.1)
+    assert abs(mean["updated"]["K_II"]) < 0.05 * mean["updated"]["K_I"]
+    assert mean["updated"]["K_I"] == pytest.approx(mean["total"]["K_I"], rel=0.1)
+
+
+def test_a_crack_through_domains_is_refused(hampm, tmp_path):
+    message = run(hampm, tmp_path, block(0.1, method="functions = 'cpdi'"), code=2)
+    assert "must run along edges of the domains of particles" in message
 
 
 def test_a_domain_that_leaves_the_grid_is_told(hampm, tmp_path):
