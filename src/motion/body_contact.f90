@@ -47,6 +47,7 @@ module hampm_body_contact
       real(dp), allocatable :: normal(:, :)      !! from the first to the second (ndim, n)
       real(dp), allocatable :: gap(:)            !! less `distance` [m], (n)
       real(dp), allocatable :: slip(:, :)        !! v2 - v1 at t^n [m/s], (ndim, n)
+      real(dp), allocatable :: shared(:, :)      !! impulse that sharing stands for at t^n [N s], (ndim, n)
       real(dp) :: force(ndim) = 0                !! of what is on the first sheet on all others, in the last step [N]
       real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
       real(dp) :: friction_loss = 0              !! energy taken by friction [J]
@@ -118,6 +119,7 @@ contains
       c%normal = reshape(spread(0.0_dp, 1, ndim*n), [ndim, n])
       c%gap = spread(0.0_dp, 1, n)
       c%slip = c%normal
+      c%shared = c%normal
    end subroutine find_body_pairs
 
    !> How many of the copies of a node are active; none of a point that is no node of the first sheet.
@@ -173,6 +175,7 @@ contains
       associate (v => f%velocity(:, :, which))
          do k = 1, c%n
             associate (a => c%node(1, k), b => c%node(2, k), n => c%normal(:, k))
+               impulse = 0
                if (c%state(k) /= apart .and. c%gap(k) < huge(c%gap)) then
                   give = yielding(a, b, free, f)
                   if (c%state(k) == sticks) then
@@ -182,7 +185,10 @@ contains
                   end if
                   call push(a, b, free, f, impulse, v)
                end if
-               if (which == v_n) c%slip(:, k) = v(:, b) - v(:, a)
+               if (which == v_n) then
+                  c%slip(:, k) = v(:, b) - v(:, a)
+                  c%shared(:, k) = impulse
+               end if
             end associate
          end do
       end associate
@@ -190,8 +196,8 @@ contains
    end subroutine share_between_bodies
 
    !> Keep the bodies from going through each other: change accelerations and new velocities of the pairs that would, correct the
-   !> power of the damping, and book what that takes.
-   subroutine keep_bodies_apart(c, grid, free, damping_rate, dt, f, damping_power)
+   !> powers of `accelerate` by what that takes, as `keep_apart` of `hampm_contact` does, and book what bodies lose by it.
+   subroutine keep_bodies_apart(c, grid, free, damping_rate, dt, f, damping_power, mapping_power)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in), contiguous :: free(:, :) !! 0 for fixed components of nodes, else 1; (ndim, n_points)
@@ -199,42 +205,52 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(inout) :: damping_power   !! [W]
+      real(dp), intent(inout) :: mapping_power   !! [W]
+      real(dp) :: impulse(ndim), work, before
       integer :: place, sweep, k
       logical :: acts
       c%force = 0
       c%state(:c%n) = apart
+      before = c%loss + c%friction_loss
       do place = 1, size(c%first) - 1
          do sweep = 1, most_sweeps
             acts = .false.
             do k = c%first(place), c%first(place + 1) - 1
-               call meet(c, k, free, damping_rate, dt, f, damping_power, acts)
+               mapping_power = mapping_power + work_on(c, k, free, f, f%force, c%shared(:, k))
+               c%shared(:, k) = 0
+               call meet(c, k, free, dt, f, impulse)
+               if (.not. any(abs(impulse) > 0)) cycle
+               acts = .true.
+               work = work_on(c, k, free, f, f%momentum, impulse)
+               damping_power = damping_power + damping_rate*work
+               mapping_power = mapping_power - work/dt - damping_rate*work
             end do
             if (.not. acts .or. c%first(place + 1) - c%first(place) == 1) exit
          end do
       end do
+      mapping_power = mapping_power - (c%loss + c%friction_loss - before)/dt
       if (.not. any(c%state /= apart)) return
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
    end subroutine keep_bodies_apart
 
    !> Let a pair meet, if it does.
-   subroutine meet(c, k, free, damping_rate, dt, f, damping_power, acts)
+   subroutine meet(c, k, free, dt, f, impulse)
       type(body_contact_t), intent(inout) :: c
       integer, intent(in) :: k                   !! the pair
       real(dp), intent(in), contiguous :: free(:, :)
-      real(dp), intent(in) :: damping_rate, dt
+      real(dp), intent(in) :: dt
       type(nodal_fields_t), intent(inout) :: f
-      real(dp), intent(inout) :: damping_power
-      logical, intent(inout) :: acts             !! becomes true where it does
-      real(dp), dimension(ndim) :: give, w, impulse, along, after, taken
+      real(dp), intent(out) :: impulse(ndim)     !! on the second node [N s]; 0 where the pair does not meet
+      real(dp), dimension(ndim) :: give, w, along, way
       real(dp) :: closing
+      impulse = 0
+      if (.not. c%gap(k) < huge(c%gap)) return
       associate (a => c%node(1, k), b => c%node(2, k), n => c%normal(:, k), velocity => f%velocity(:, :, v_next))
-         if (.not. c%gap(k) < huge(c%gap)) return
          give = yielding(a, b, free, f)
          w = velocity(:, b) - velocity(:, a)
          closing = -max(c%gap(k), 0.0_dp)/dt
          if (.not. dot_product(w, n) < closing) return
-         acts = .true.
          c%state(k) = slides
          impulse = n*impulse_along(n, n, give, dot_product(w, n), closing)
          if (c%always_sticks .or. c%friction > 0) then
@@ -247,26 +263,29 @@ contains
                impulse = along*impulse_along(n, along, give, dot_product(w, n), closing)
             end if
          end if
-         damping_power = damping_power - damping_rate*work_on(f%momentum)
          call push(a, b, free, f, impulse, velocity)
          call push(a, b, free, f, impulse/dt, f%acceleration)
-         after = velocity(:, b) - velocity(:, a)
-         taken = -impulse*(c%slip(:, k) + after)/2
+         way = (c%slip(:, k) + velocity(:, b) - velocity(:, a))/2
          along = dot_product(impulse, n)*n
-         c%loss = c%loss - dot_product(along, c%slip(:, k) + after)/2
-         c%friction_loss = c%friction_loss + sum(taken) + dot_product(along, c%slip(:, k) + after)/2
+         c%loss = c%loss - dot_product(along, way)
+         c%friction_loss = c%friction_loss - dot_product(impulse - along, way)
          if (c%of_first(k)) c%force = c%force + impulse/dt
       end associate
-   contains
-      !> Sum over both nodes of a field times the change of velocity by the impulse.
-      real(dp) function work_on(field) result(work)
-         real(dp), intent(in) :: field(:, :)     !! (ndim, n_points)
-         associate (a => c%node(1, k), b => c%node(2, k))
-            work = sum(impulse*(field(:, a)*free(:, a)*f%mass_matrix%inverse_lumped(a) &
-                                - field(:, b)*free(:, b)*f%mass_matrix%inverse_lumped(b)))
-         end associate
-      end function work_on
    end subroutine meet
+
+   !> Sum over both nodes of a pair of a field times the change of velocity by an impulse.
+   pure real(dp) function work_on(c, k, free, f, field, impulse) result(work)
+      type(body_contact_t), intent(in) :: c
+      integer, intent(in) :: k                   !! the pair
+      real(dp), intent(in) :: free(:, :)
+      type(nodal_fields_t), intent(in) :: f
+      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
+      real(dp), intent(in) :: impulse(ndim)      !! on the second node [N s]
+      associate (a => c%node(1, k), b => c%node(2, k))
+         work = sum(impulse*(field(:, b)*free(:, b)*f%mass_matrix%inverse_lumped(b) &
+                             - field(:, a)*free(:, a)*f%mass_matrix%inverse_lumped(a)))
+      end associate
+   end function work_on
 
    !> By how much two nodes change their relative velocity under a unit impulse in each direction: those that are held do not [1/kg].
    pure function yielding(a, b, free, f) result(give)

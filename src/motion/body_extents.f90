@@ -97,13 +97,15 @@ contains
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: normal(ndim)
       type(extents_t), intent(inout) :: e
-      real(dp) :: box
+      real(dp) :: box, origin(ndim)
       integer :: k
       do k = 1, e%n
          box = sum(abs(matmul(normal, e%half(:, :, k))))
          associate (i => e%particle(k))
-            if (p%has_outline(p%body(i))) &
-               box = min(box, p%outlines(p%body(i))%way_out(p%reference(i, :), back(p%gradient_of(i), normal)))
+            if (p%has_outline(p%body(i))) then
+               origin = p%reference(i, :)
+               box = min(box, p%outlines(p%body(i))%way_out(origin, back(p%gradient_of(i), normal)))
+            end if
          end associate
          e%reach(:, k) = [dot_product(e%place(:, k), normal) + box, normal(1)*e%place(2, k) - normal(2)*e%place(1, k)]
       end do

@@ -174,7 +174,7 @@ contains
       if (m%constraints%move()) call drive(m%constraints, m%grid, m%time, dt, m%fields, m%driven, m%external_work)
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
       if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, m%damping_rate, dt, m%fields, &
-                                                       damping_power)
+                                                       damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
