@@ -267,6 +267,7 @@ contains
          call push(a, b, free, f, impulse/dt, f%acceleration)
          way = (c%slip(:, k) + velocity(:, b) - velocity(:, a))/2
          along = dot_product(impulse, n)*n
+         if (c%always_sticks) along = impulse    ! nothing slides: what is lost is lost by meeting
          c%loss = c%loss - dot_product(along, way)
          c%friction_loss = c%friction_loss - dot_product(impulse - along, way)
          if (c%of_first(k)) c%force = c%force + impulse/dt
