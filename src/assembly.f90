@@ -9,6 +9,7 @@ module hampm_assembly
                                     largest_radius, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
+   use hampm_domains, only: start_domains
    use hampm_explicit, only: explicit_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
@@ -298,6 +299,7 @@ contains
          end associate
          first = first + number(k)
       end do
+      if (scene%method%has_domains()) call start_domains(m%particles, scene%bodies%spin)
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
    end subroutine place_particles
 

@@ -12,8 +12,8 @@ module hampm_guards
    use hampm_linear_elastic, only: small_gradient
    use hampm_measurements, only: measurements_t
    use hampm_motion, only: motion_t
+   use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_splitting, only: spacing_of
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
    implicit none

@@ -22,6 +22,7 @@ module hampm_measurements
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
    use hampm_motion, only: motion_t, stored_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_particles, only: particles_t
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
    use hampm_spring_placement, only: look_at_openings
@@ -241,6 +242,7 @@ contains
          call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
          call history%record('external_work', 'J', 'work of the loads and of constraints that move', motion%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
+         if (.not. p%total_frame) call record_momentum(p, history)
          if (any(scene%materials%law == 'j2_plastic')) call history%record('plastic_dissipation', 'J', &
                                                                         'work of the stress on the plastic strain', &
                                                                         m%plastic_dissipation)
@@ -287,6 +289,18 @@ contains
             call history%record('largest_R', '1', 'largest mean R of the cells in the region', m%indicator)
       end associate
    end subroutine take_row
+
+   !> Record linear momentum, and angular momentum around the middle of mass.
+   subroutine record_momentum(p, history)
+      type(particles_t), intent(in) :: p
+      type(history_t), intent(inout) :: history
+      real(dp) :: momentum(ndim), spin, largest
+      momentum = linear_momentum(p)
+      call angular_momentum(p, spin, largest)
+      call history%record('momentum_x', 'kg m/s', 'linear momentum', momentum(1))
+      call history%record('momentum_y', 'kg m/s', 'linear momentum', momentum(2))
+      call history%record('angular_momentum', 'kg m2/s', 'angular momentum around the centre of mass', spin)
+   end subroutine record_momentum
 
    !> Record the force of each constraint that has a name, on the bodies.
    subroutine record_reactions(scene, m)

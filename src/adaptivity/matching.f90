@@ -131,8 +131,14 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
+      real(dp), allocatable :: gradients(:, :, :), twist(:, :)
       if (.not. any(marked)) return
-      call split(m%particles, marked, velocity_gradients(m, marked), twists(m, marked), first_child, failure)
+      allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
+      if (.not. m%has_domains()) then            ! these have fields of their own
+         gradients = velocity_gradients(m, marked)
+         twist = twists(m, marked)
+      end if
+      call split(m%particles, marked, gradients, twist, first_child, failure)
       if (failure%failed()) return
       call follow_split(m%loads, m%particles, marked, first_child)
       call sort_anew(m, failure)

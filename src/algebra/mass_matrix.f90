@@ -15,9 +15,12 @@ module hampm_mass_matrix
    implicit none
    private
    public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, invert_lumped, assemble, &
-             eigenvalue_floor, nodes_per_chunk
+             eigenvalue_floor, floor_of_domains, nodes_per_chunk
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
+   !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
+   !> turns, and the equations are solved as well (docs/domains.md)
+   real(dp), parameter :: floor_of_domains = 1e-5_dp
 
    !> Sums over nodes are taken over chunks of this many nodes first, so that they do not depend on the number of threads.
    integer, parameter :: nodes_per_chunk = 512
@@ -96,18 +99,21 @@ contains
    !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
    !> What is lumped is put on the diagonal; in a quarter of a transition leaf, where corners may be hanging nodes, it is left
    !> out, for `assemble` to put it on the diagonal of the nodes.
-   pure subroutine prepare_cell(blend, is_solved, is_quarter, m)
+   pure subroutine prepare_cell(blend, is_solved, is_quarter, m, least)
       real(dp), intent(in) :: blend              !! 0: full, 1: lumped
       logical, intent(in) :: is_solved           !! else it is only multiplied by
       logical, intent(in) :: is_quarter          !! of a transition leaf
       real(dp), intent(inout) :: m(corners, corners)
-      real(dp) :: diagonal(corners)
+      real(dp), intent(in), optional :: least    !! eigenvalue, instead of `eigenvalue_floor`
+      real(dp) :: diagonal(corners), floor
       if (blend <= 0 .and. .not. is_solved) return
       diagonal = sum(m, dim=2)
       if (is_quarter) diagonal = 0
       if (blend > 0) call lump(blend, diagonal, m)
       if (blend < 1 .and. is_solved) then
-         if (is_quarter .or. .not. is_well_determined(diagonal, m)) call lump(eigenvalue_floor, diagonal, m)
+         floor = eigenvalue_floor
+         if (present(least)) floor = least
+         if (is_quarter .or. .not. is_well_determined(floor, diagonal, m)) call lump(floor, diagonal, m)
       end if
    end subroutine prepare_cell
 
@@ -123,13 +129,13 @@ contains
    end subroutine lump
 
    !> Whether m - floor diag(diagonal) is positive definite: whether elimination finds positive pivots only.
-   pure logical function is_well_determined(diagonal, m) result(well)
-      real(dp), intent(in) :: diagonal(corners), m(corners, corners)
+   pure logical function is_well_determined(floor, diagonal, m) result(well)
+      real(dp), intent(in) :: floor, diagonal(corners), m(corners, corners)
       real(dp) :: rest(corners, corners), factor
       integer :: i, j, c
       rest = m
       do c = 1, corners
-         rest(c, c) = rest(c, c) - eigenvalue_floor*diagonal(c)
+         rest(c, c) = rest(c, c) - floor*diagonal(c)
       end do
       well = rest(1, 1) > 0
       do c = 1, corners - 1

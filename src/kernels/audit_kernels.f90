@@ -7,7 +7,7 @@ module hampm_audit_kernels
    use hampm_tensors, only: product_of
    implicit none
    private
-   public :: kick_energy, strain_work
+   public :: kick_energy, strain_work, work_of_change
 
 contains
 
@@ -53,18 +53,27 @@ contains
             end do
             if (.not. total_frame) change = change + product_of(change, before)
             associate (m => materials(material(k)))
-               if (m%linear) then
-                  work = work + volume(k)*sum(change*m%conjugate_stress(before + change/2))
-               else if (m%has_history()) then
+               if (m%has_history()) then
                   work = work + volume(k)*remembered_work(m, before, change, dt, remembered(p, number(k)))
                else
-                  work = work + volume(k)/6*sum(change*(m%conjugate_stress(before) + 4*m%conjugate_stress(before + change/2) &
-                                                        + m%conjugate_stress(before + change)))
+                  work = work + volume(k)*work_of_change(m, before, change)
                end if
             end associate
          end do
       end do
    end function strain_work
+
+   !> Work of the stress of a law without a history per volume, by Simpson's rule, of a linear law by the stress in the middle [J/m3].
+   pure real(dp) function work_of_change(material, before, change) result(work)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
+      if (material%linear) then
+         work = sum(change*material%conjugate_stress(before + change/2))
+      else
+         work = sum(change*(material%conjugate_stress(before) + 4*material%conjugate_stress(before + change/2) &
+                            + material%conjugate_stress(before + change)))/6
+      end if
+   end function work_of_change
 
    !> Work of the stress of a law with a history per volume in a step of length `dt`, by the rule of trapezoids [J/m3].
    pure real(dp) function remembered_work(material, before, change, dt, past) result(work)

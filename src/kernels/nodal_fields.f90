@@ -12,7 +12,8 @@ module hampm_nodal_fields
    use hampm_node_list, only: list_marked
    implicit none
    private
-   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped, keep_fields
+   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, finish_sums, &
+             v_n, v_next, v_mapped, keep_fields
 
    ! The velocities of a node during a step
    integer, parameter :: v_n = 1                 !! v^n, mapped from the particles at the start of the step, (10)
@@ -74,26 +75,40 @@ contains
       type(cell_blocks_t), intent(inout) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       type(failure_t), intent(inout) :: failure
-      integer :: node, e
       if (f%layout == blocks%layout) return
       call place_blocks(blocks, grid, failure)
       if (.not. failure%failed()) call resize_to_blocks(blocks%n, f, failure)
       if (failure%failed()) return
       f%layout = blocks%layout
+      call list_active_nodes(grid, blocks%occupied(:blocks%n_occupied), f)
+   end subroutine find_active_nodes
+
+   !> List the nodes of elements with material, and clear what other elements and nodes hold.
+   subroutine list_active_nodes(grid, occupied, f)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: occupied(:)         !! elements, ascending
+      type(nodal_fields_t), intent(inout) :: f
+      integer :: node, e, k
+      k = 1
       do e = 1, grid%n_elements
-         if (blocks%count_in(e) > 0) cycle
+         if (k <= size(occupied)) then
+            if (occupied(k) == e) then
+               k = k + 1
+               cycle
+            end if
+         end if
          if (allocated(f%mass_matrix%cell)) f%mass_matrix%cell(:, :, e) = 0
          if (allocated(f%mass_matrix%cell_lumped)) f%mass_matrix%cell_lumped(:, e) = 0
          if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
       end do
       f%is_active = .false.
-      do e = 1, blocks%n_occupied
-         f%is_active(grid%element_nodes(:, blocks%occupied(e))) = .true.
+      do k = 1, size(occupied)
+         f%is_active(grid%element_nodes(:, occupied(k))) = .true.
       end do
       call grid%dofs%mark_masters(f%is_active)
       associate (matrix => f%mass_matrix)
-         matrix%all%n_cells = blocks%n_occupied
-         matrix%all%cells(:blocks%n_occupied) = blocks%occupied(:blocks%n_occupied)
+         matrix%all%n_cells = size(occupied)
+         matrix%all%cells(:size(occupied)) = occupied
          call list_marked(grid%n_nodes, f%is_active, matrix%all)
          do node = 1, grid%n_points
             if (f%is_active(node)) cycle
@@ -104,7 +119,7 @@ contains
          end do
          call find_coupled_region(grid, matrix)
       end associate
-   end subroutine find_active_nodes
+   end subroutine list_active_nodes
 
    !> Room for the contributions of a number of blocks.
    subroutine resize_to_blocks(n_blocks, f, failure)
@@ -143,12 +158,22 @@ contains
             if (momentum) call add_crowded(blocks%crowded, f%contribution(1, 1, of_momentum, 0), ndim, f%momentum)
             if (force) call add_crowded(blocks%crowded, f%contribution(1, 1, of_force, 0), ndim, f%force)
          end if
+      end associate
+      call finish_sums(grid, f, mass, momentum)
+   end subroutine assemble
+
+   !> Give what is summed at hanging nodes to their masters, and find what follows from the masses.
+   subroutine finish_sums(grid, f, mass, momentum)
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: mass, momentum
+      associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
          if (mass) call grid%dofs%condense(all, 1, matrix%lumped)
          if (momentum) call grid%dofs%condense(all, ndim, f%momentum)
          if (mass) call invert_lumped(matrix)
          if (mass) call assemble_rows(grid, matrix)
       end associate
-   end subroutine assemble
+   end subroutine finish_sums
 
    !> Keep what the next step needs of the nodal values of the last one, and what it has left in the cells.
    subroutine keep_fields(f, n_blocks, mapped, archive)

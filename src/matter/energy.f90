@@ -1,6 +1,7 @@
 !> Energies, momenta and extremes of the particles.
 module hampm_energy
    use hampm_kinds, only: dp, ndim
+   use hampm_domains, only: kinetic_energy_of, spin_of
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: determinant, identity, product_of
@@ -23,7 +24,7 @@ contains
       do block = 1, size(partial)
          partial(block) = 0
          do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + 0.5_dp*p%mass(i)*sum(p%velocity(i, :)**2)
+            partial(block) = partial(block) + kinetic_energy_of(p, i)
          end do
       end do
       energy = sum(partial)
@@ -97,7 +98,7 @@ contains
       do i = 1, p%n
          x = p%position(i) - middle
          v = p%velocity(i, :) - velocity
-         total = total + p%mass(i)*(x(1)*v(2) - x(2)*v(1))
+         total = total + p%mass(i)*(x(1)*v(2) - x(2)*v(1)) + spin_of(p, i)
          largest = largest + p%mass(i)*norm2(x)*(norm2(v) + rounding*norm2(p%velocity(i, :)))
       end do
    end subroutine angular_momentum
@@ -173,8 +174,7 @@ contains
       liveliest = 1
       most = -1
       do i = 1, p%n
-         energy = 0.5_dp*p%mass(i)*sum(p%velocity(i, :)**2) &
-                  + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
+         energy = kinetic_energy_of(p, i) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
          if (energy <= most) cycle
          liveliest = i
          if (.not. energy <= huge(energy)) return

@@ -7,7 +7,7 @@
 !> `move_particles` and listed in `visit_columns`. Whatever treats all fields alike goes by that list: sorting, splitting,
 !> recombining, checkpoints.
 module hampm_particles
-   use hampm_kinds, only: dp, ndim, long
+   use hampm_kinds, only: dp, ndim, corners, long
    use hampm_archive, only: archive_t
    use hampm_column_visitor, only: column_visitor_t
    use hampm_failure, only: failure_t, exit_computation
@@ -17,7 +17,7 @@ module hampm_particles
    use hampm_text, only: to_text
    implicit none
    private
-   public :: particles_t, new_particles, add_history, take_particles, keep_particles, remembered
+   public :: particles_t, new_particles, add_history, take_particles, keep_particles, remembered, spacing_of
 
    !> All material points: the first `n` entries of each array are used.
    type :: particles_t
@@ -32,6 +32,9 @@ module hampm_particles
       real(dp), allocatable :: local(:, :)              !! where in its cell it was when it was mapped last, 0 to 1, and kept a
                                                         !! little away from the edges; (n, ndim)
       real(dp), allocatable :: history(:, :)            !! what laws remember; not allocated where none does. (n, columns)
+      ! Where particles have domains (`hampm_domains`), each with a quarter of the mass at a corner. Not allocated elsewhere
+      real(dp), allocatable :: corner_displacement(:, :, :) !! [m], (n, ndim, corners)
+      real(dp), allocatable :: corner_velocity(:, :, :) !! [m/s], (n, ndim, corners)
       integer, allocatable :: material(:)               !! index of the material, (n)
       integer, allocatable :: body(:)                   !! index of the body, (n)
       integer, allocatable :: id(:)                     !! number that stays with the particle, (n)
@@ -126,6 +129,10 @@ contains
       call real_field('gradient', ndim*ndim, self%gradient)
       call real_field('local', ndim, self%local)
       if (allocated(self%history)) call real_field('history', size(self%history, 2), self%history)
+      if (allocated(self%corner_displacement)) then
+         call real_field('corner_displacement', ndim*corners, self%corner_displacement)
+         call real_field('corner_velocity', ndim*corners, self%corner_velocity)
+      end if
       call integer_field('material', self%material)
       call integer_field('body', self%body)
       call integer_field('id', self%id)
@@ -195,6 +202,8 @@ contains
       fresh%thickness = p%thickness
       if (has_families) allocate (fresh%level(n), fresh%path(n))
       if (columns > 0) call add_history(fresh, columns)
+      if (allocated(p%corner_velocity)) &
+         allocate (fresh%corner_displacement(n, ndim, corners), fresh%corner_velocity(n, ndim, corners), source=0.0_dp)
    end subroutine make_room
 
    !> Make particle k what particle origin(k) was, of which there may be more or fewer. Fails where the memory does not suffice.
@@ -236,6 +245,8 @@ contains
       call move_alloc(from%gradient, to%gradient)
       call move_alloc(from%local, to%local)
       call move_alloc(from%history, to%history)
+      call move_alloc(from%corner_displacement, to%corner_displacement)
+      call move_alloc(from%corner_velocity, to%corner_velocity)
       call move_alloc(from%material, to%material)
       call move_alloc(from%body, to%body)
       call move_alloc(from%id, to%id)
@@ -336,6 +347,15 @@ contains
       past = 0
       if (i > 0) past = p%history(i, :)
    end function remembered
+
+   !> Edges of the reference rectangle of a particle [m].
+   pure function spacing_of(p, i) result(spacing)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp) :: spacing(ndim)
+      spacing = p%spacing(:, p%body(i))
+      if (allocated(p%level)) spacing = scale(spacing, -p%level(i))
+   end function spacing_of
 
    !> How many numbers a particle remembers.
    pure integer function columns(self)

@@ -11,19 +11,22 @@
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
 !> find each other wherever they have moved.
 !>
+!> Domains of particles are split and recombined by their corners (`hampm_domain_splitting`).
+!>
 !> A particle of a body with an outline (`hampm_outline`) is what a box of a lattice has of the body. Its children are what the
 !> quarters of that box have of it, at their centroids; a quarter without material makes no child.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_domain_splitting, only: domain_t, domain_of, divide_domain, joined_domain, take_domain
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset, outside, deepest
    use hampm_outline, only: least_part
-   use hampm_particles, only: particles_t, take_particles
+   use hampm_particles, only: particles_t, take_particles, spacing_of
    use hampm_place_table, only: place_table_t
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: start_families, split, recombine, middle_of_parent, spacing_of
+   public :: start_families, split, recombine, middle_of_parent
 
    real(dp), parameter :: reach = 2              !! siblings further from their mean, in edges of the parent, stay apart
 
@@ -44,15 +47,6 @@ contains
       allocate (p%level(p%n), source=0)
       allocate (p%path(p%n), source=0_long)
    end subroutine start_families
-
-   !> Edges of the reference rectangle of a particle [m].
-   pure function spacing_of(p, i) result(spacing)
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
-      real(dp) :: spacing(ndim)
-      spacing = p%spacing(:, p%body(i))
-      if (allocated(p%level)) spacing = scale(spacing, -p%level(i))
-   end function spacing_of
 
    !> The children that a particle would have: their numbers, where they stand from it in the reference configuration, and their parts of its
    !> volume.
@@ -128,6 +122,7 @@ contains
                                                            !! (n + 1)
       type(failure_t), intent(inout) :: failure
       type(litter_t), allocatable :: litter(:)
+      type(domain_t) :: parent
       integer, allocatable :: origin(:)
       integer :: i, c, marks
       allocate (litter(count(marked)), first_child(p%n + 1))
@@ -150,9 +145,11 @@ contains
       do i = 1, size(marked)
          if (.not. marked(i)) cycle
          marks = marks + 1
+         if (allocated(p%corner_velocity)) parent = domain_of(p, first_child(i))
          do c = 1, litter(marks)%n
             call become_child(p, first_child(i) + c - 1, c, litter(marks), velocity_gradient(:, :, marks), twist(:, marks))
          end do
+         if (allocated(p%corner_velocity)) call divide_domain(p, first_child(i), first_child(i + 1) - 1, parent)
       end do
    end subroutine split
 
@@ -309,6 +306,7 @@ contains
    subroutine merge_into_first(p, siblings)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: siblings(:)
+      type(domain_t) :: domain
       real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim)
       integer :: c
       mass = sum(p%mass(siblings))
@@ -319,6 +317,7 @@ contains
          momentum = momentum + p%mass(siblings(c))*p%velocity(siblings(c), :)
          gradient = gradient + p%mass(siblings(c))*p%gradient(siblings(c), :, :)
       end do
+      if (allocated(p%corner_velocity)) domain = joined_domain(p, siblings, mean_of(p%reference, p%mass, siblings))
       associate (k => siblings(1))
          p%reference(k, :) = mean_of(p%reference, p%mass, siblings)
          p%displacement(k, :) = mean_of(p%displacement, p%mass, siblings)
@@ -329,6 +328,7 @@ contains
          p%volume(k) = volume
          p%level(k) = p%level(k) - 1
          p%path(k) = p%path(k)/corners
+         if (allocated(p%corner_velocity)) call take_domain(p, k, domain)
       end associate
    end subroutine merge_into_first
 end module hampm_splitting

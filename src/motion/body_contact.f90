@@ -22,6 +22,7 @@ module hampm_body_contact
    use hampm_archive, only: archive_t
    use hampm_body_extents, only: extents_t, gather_extents, find_normal_and_gap
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_domain_pass, only: corner_map_t
    use hampm_grid, only: grid_t
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    use hampm_particles, only: particles_t
@@ -51,7 +52,7 @@ module hampm_body_contact
       real(dp) :: force(ndim) = 0                !! of what is on the first sheet on all others, in the last step [N]
       real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
       real(dp) :: friction_loss = 0              !! energy taken by friction [J]
-      integer, private :: layout = -1            !! of the nodal fields to which the pairs belong
+      integer, private :: layout = -1            !! of the mass matrix when the pairs were listed
       integer, allocatable, private :: copies(:, :)  !! see `copies_of_nodes` of the grid
       type(extents_t), private :: sides(2)       !! workspace
    end type body_contact_t
@@ -72,7 +73,7 @@ contains
       call grid%copies_of_nodes(c%copies)
    end subroutine rebuild_body_contact
 
-   !> List the pairs, after a sort that has changed where particles are. Those that were there are as they were.
+   !> List the pairs, after particles have come to other cells. Those that were there are as they were.
    subroutine find_body_pairs(c, grid, f)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -80,8 +81,8 @@ contains
       integer, allocatable :: node(:, :), state(:), first(:)
       logical, allocatable :: of_first(:)
       integer :: i, a, b, n, old, places
-      if (c%layout == f%layout) return
-      c%layout = f%layout
+      if (c%layout == f%mass_matrix%layout) return
+      c%layout = f%mass_matrix%layout
       n = 0
       places = 0
       do i = 1, grid%n_nodes
@@ -145,15 +146,16 @@ contains
    end subroutine find_in
 
    !> Find the normals and gaps of the pairs, now that the particles are where they are.
-   subroutine find_gaps(c, grid, p, blocks)
+   subroutine find_gaps(c, grid, p, blocks, map)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
+      type(corner_map_t), intent(in) :: map      !! of domains, where particles have any
       integer :: k, side
       do k = 1, c%n
          do side = 1, 2
-            call gather_extents(grid, p, blocks, c%node(side, k), c%sides(side))
+            call gather_extents(grid, p, blocks, map, c%node(side, k), c%sides(side))
          end do
          c%gap(k) = huge(c%gap)
          if (any(c%sides%n == 0)) cycle

@@ -4,20 +4,20 @@
 !> sides h_d = F e_d l_d/2, which in a direction n reaches sum_d |n . h_d|, and no farther than the outline of the body, where it has one.
 !>
 !> The direction is that in which the particles of both bodies around the node can be told apart best: the normal of the line
-!> between them that leaves the widest margin. It is one for both, so that what they exchange is, too. The search for it begins at the
-!> mean of the volume gradients sum_p V_p grad N(x_p) of both bodies, as Bardenhagen, Guilkey, Roessig, Brackbill, Witzel & Foster
-!> (2001) take it, made collinear (Lemiale, Hurmane & Nairn 2010; Nairn 2013), but does not end there: with few particles a cell that
-!> turns by ten degrees and more at corners and wherever a row of particles changes cells. A line between particles as a normal is
-!> that of Nairn, Hammerquist & Smith (2020), who find it by logistic regression.
+!> between them that leaves the widest margin. It is one for both, so that what they exchange is, too (collinear, as Lemiale, Hurmane &
+!> Nairn 2010 and Nairn 2013 make the normals). Gradients of mass or volume (Bardenhagen, Guilkey, Roessig, Brackbill, Witzel & Foster
+!> 2001) turn by ten degrees and more at corners and wherever a row of particles changes cells, and with them friction does. A line
+!> between particles is that of Nairn, Hammerquist & Smith (2020), who find theirs by logistic regression.
 !>
 !> The gap is the distance of the surfaces of both bodies, in that direction, where the line through the node meets them: of each the
 !> upper hull of what its particles reach to. The widest margin would be less, where surfaces curve, by what they curve in a cell.
 module hampm_body_extents
    use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: shape_gradients, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_domain_pass, only: corner_map_t
+   use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
-   use hampm_particles, only: particles_t
+   use hampm_particles, only: particles_t, spacing_of
    use hampm_tensors, only: identity
    implicit none
    private
@@ -30,55 +30,84 @@ module hampm_body_extents
       real(dp), allocatable :: half(:, :, :)     !! half sides [m], (ndim, ndim, n and more)
       real(dp), allocatable :: reach(:, :)       !! in the last direction asked for: along it and across [m], (ndim, n and more)
       integer, allocatable :: particle(:)        !! numbers, (n and more)
-      real(dp) :: gradient(ndim) = 0             !! sum V grad N [m2]
+      real(dp) :: toward(ndim) = 0               !! sum of place times volume [m4]
    end type extents_t
 
    real(dp), parameter :: pi = acos(-1.0_dp)
-   integer, parameter :: looks = 8               !! for the normal, on each side of the mean of the volume gradients
+   integer, parameter :: looks = 8               !! for the normal, on each side of the way from the middle of one to that of the other
    real(dp), parameter :: turn = pi/(2*looks)    !! from one to the next [rad]
    integer, parameter :: sections = 36           !! of the angle around the best of these, by the golden section: to rounding
    real(dp), parameter :: far = 0.5_dp           !! cells: bodies farther apart do not meet in a step
 
 contains
 
-   !> Gather the particles in the elements at a node.
-   subroutine gather_extents(grid, p, blocks, node, e)
+   !> Gather the particles in the elements at a node; where they have domains, those of which a corner is there.
+   subroutine gather_extents(grid, p, blocks, map, node, e)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
+      type(corner_map_t), intent(in) :: map      !! of domains, where particles have any
       integer, intent(in) :: node
       type(extents_t), intent(inout) :: e
-      real(dp) :: slope(4, ndim), x(ndim), f(ndim, ndim), side(ndim)
       integer :: k, i
-      e%gradient = 0
+      e%toward = 0
       e%n = 0
-      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         call make_room(e, sum(blocks%count_in(elements)))
-         do k = 1, size(elements)
-            do i = blocks%first_in(elements(k)), blocks%last_in(elements(k)), blocks%stride_in(elements(k))
-               x = p%position(i)
-               slope = shape_gradients(inside_cell(grid%local_coordinate(elements(k), x)), 1/grid%element_size(elements(k)))
-               e%gradient = e%gradient + p%volume(i)*slope(corner(k), :)
-               f = identity + p%gradient_of(i)
-               side = sides_of(p, i)
-               e%n = e%n + 1
-               e%place(:, e%n) = x - grid%node_position(:, node)
-               e%half(:, :, e%n) = f*spread(side/2, 1, ndim)
-               e%particle(e%n) = i
+      associate (elements => grid%dofs%elements_at(node), here => grid%node_position(:, node))
+         if (allocated(p%corner_velocity)) then
+            elements_with_corners: do k = 1, size(elements)
+               associate (number => map%number(elements(k)))
+                  if (number == 0) cycle elements_with_corners
+                  do i = map%first(number), map%first(number + 1) - 1
+                     call add_particle(p, element_of_slot(map%slot(i)), here, e)
+                  end do
+               end associate
+            end do elements_with_corners
+         else
+            do k = 1, size(elements)
+               do i = blocks%first_in(elements(k)), blocks%last_in(elements(k)), blocks%stride_in(elements(k))
+                  call add_particle(p, i, here, e)
+               end do
             end do
-         end do
+         end if
       end associate
    end subroutine gather_extents
+
+   !> Add a particle that is not yet there.
+   subroutine add_particle(p, i, here, e)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp), intent(in) :: here(ndim)         !! place of the node [m]
+      type(extents_t), intent(inout) :: e
+      if (allocated(e%particle)) then
+         if (any(e%particle(:e%n) == i)) return
+      end if
+      call make_room(e, e%n + 1)
+      e%n = e%n + 1
+      e%particle(e%n) = i
+      e%place(:, e%n) = p%position(i) - here
+      e%half(:, :, e%n) = (identity + p%gradient_of(i))*spread(sides_of(p, i)/2, 1, ndim)
+      e%toward = e%toward + p%volume(i)*e%place(:, e%n)
+   end subroutine add_particle
 
    !> Room for some particles.
    subroutine make_room(e, n)
       type(extents_t), intent(inout) :: e
       integer, intent(in) :: n
+      type(extents_t) :: larger
       if (allocated(e%particle)) then
          if (size(e%particle) >= n) return
-         deallocate (e%place, e%half, e%reach, e%particle)
       end if
-      allocate (e%place(ndim, 2*n), e%half(ndim, ndim, 2*n), e%reach(ndim, 2*n), e%particle(2*n))
+      allocate (larger%place(ndim, 2*n + 16), larger%half(ndim, ndim, 2*n + 16), larger%reach(ndim, 2*n + 16), &
+                larger%particle(2*n + 16))
+      if (e%n > 0) then
+         larger%place(:, :e%n) = e%place(:, :e%n)
+         larger%half(:, :, :e%n) = e%half(:, :, :e%n)
+         larger%particle(:e%n) = e%particle(:e%n)
+      end if
+      call move_alloc(larger%place, e%place)
+      call move_alloc(larger%half, e%half)
+      call move_alloc(larger%reach, e%reach)
+      call move_alloc(larger%particle, e%particle)
    end subroutine make_room
 
    !> Sides of the rectangle that a particle stands for, in the reference configuration: where an outline cuts it, of one with as much
@@ -87,8 +116,7 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp) :: side(ndim)
-      side = p%spacing(:, p%body(i))
-      if (allocated(p%level)) side = scale(side, -p%level(i))
+      side = spacing_of(p, i)
       if (p%has_outline(p%body(i))) side = side*sqrt(p%volume(i)/(p%thickness*product(side)))
    end function sides_of
 
@@ -141,8 +169,7 @@ contains
       real(dp), parameter :: golden = (sqrt(5.0_dp) - 1)/2
       real(dp) :: first, angle, best, low, high, left, right, of_left, of_right
       integer :: k
-      normal = a%gradient - b%gradient
-      if (.not. norm2(normal) > 0) normal = sum(b%place(:, :b%n), dim=2)/b%n - sum(a%place(:, :a%n), dim=2)/a%n
+      normal = b%toward/sum(p%volume(b%particle(:b%n))) - a%toward/sum(p%volume(a%particle(:a%n)))
       first = atan2(normal(2), normal(1))
       angle = first
       best = -huge(best)

@@ -18,9 +18,10 @@
 module hampm_critical_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients
+   use hampm_forest, only: corner_offset
    use hampm_lapack, only: dpotrf, dpotri, dsyev
    use hampm_mass_choice, only: mass_choice_t
-   use hampm_mass_matrix, only: prepare_cell
+   use hampm_mass_matrix, only: prepare_cell, eigenvalue_floor, floor_of_domains
    use hampm_mass_solver, only: by_lumped, by_fmpm
    use hampm_orthotropic, only: n_voigt
    implicit none
@@ -103,18 +104,24 @@ contains
    end function shifted
 
    !> Largest stable time step, times the dilatational wave speed over the size of a cell [-]; huge where nothing has a stiffness.
-   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping) result(courant)
+   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping, have_domains) result(courant)
       type(row_t), intent(in) :: rows(ndim)      !! the particles in each direction
       real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! stiffness of the columns (11, 22, 12) over rho c**2 of dilatational waves [-]
       type(mass_choice_t), intent(in) :: mass    !! of a partial matrix the full part counts: it is the faster one
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
+      logical, intent(in) :: have_domains        !! whether particles have domains
       type(sample_t) :: sample
       real(dp), allocatable :: inverse(:, :), q(:, :), root(:)
       real(dp) :: square
       integer :: i, n
-      call build_sample(rows, moduli, sample)
-      call build_inverse(sample, mass, inverse)
+      if (have_domains) then
+         call build_sample_of_domains(rows, moduli, sample)
+         call build_inverse(sample, mass, floor_of_domains, inverse)
+      else
+         call build_sample(rows, moduli, sample)
+         call build_inverse(sample, mass, eigenvalue_floor, inverse)
+      end if
       q = matmul(inverse, matmul(sample%mass, inverse))
       if (strains_last) q = 2*inverse - q
       allocate (root, source=sqrt(where_mass(sample%lumped)))    ! with D of 1, nodes of little mass keep their digits
@@ -134,27 +141,96 @@ contains
       type(row_t), intent(in) :: rows(ndim)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt)
       type(sample_t), intent(out) :: s
-      real(dp) :: xi(ndim), shape(corners), gradient(corners, ndim), weight
-      integer :: nodes(corners), i, j, c, d, e, n, at(ndim)
-      s%cells = [(floor(maxval(rows(d)%x)) + 1, d=1, ndim)]
-      n = product(s%cells + 1)
-      allocate (s%cell(corners, corners, product(s%cells)), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
+      real(dp) :: xi(ndim), gradient(corners, ndim), weight
+      integer :: nodes(corners), i, j, c, d, at(ndim)
+      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], s)
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
-            xi = [rows(1)%x(i), rows(2)%x(j)]
-            at = floor(xi)
             weight = rows(1)%length(i)*rows(2)%length(j)
-            xi = min(max(xi - at, margin), 1 - margin)
-            shape = shape_functions(xi)
+            call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
+            call add_mass(weight, at, xi, s)
             gradient = shape_gradients(xi, 1.0_dp)
-            e = at(1) + at(2)*s%cells(1) + 1
             nodes = nodes_of(at, s%cells)
             do c = 1, corners
-               s%cell(:, c, e) = s%cell(:, c, e) + weight*shape(c)*shape
-               call add_stiffness(weight*moduli, gradient, c, nodes, n, s%stiffness)
+               call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
             end do
          end do
       end do
+      call sum_cells(s)
+   end subroutine build_sample
+
+   !> The same for particles with domains, which act on the nodes by their corners.
+   pure subroutine build_sample_of_domains(rows, moduli, s)
+      type(row_t), intent(in) :: rows(ndim)
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt)
+      type(sample_t), intent(out) :: s
+      real(dp) :: xi(ndim), length(ndim), toward(ndim), shape(corners), weight
+      real(dp), allocatable :: gradient(:, :)    ! of the function of a particle [1/cells], (nodes, ndim)
+      integer, allocatable :: nodes(:)
+      integer :: i, j, c, d, k, at(ndim)
+      call make_room([(floor(maxval(rows(d)%x + rows(d)%length/2) - margin) + 1, d=1, ndim)], s)
+      allocate (gradient(size(s%lumped), ndim))
+      do j = 1, size(rows(2)%x)
+         do i = 1, size(rows(1)%x)
+            length = [rows(1)%length(i), rows(2)%length(j)]
+            weight = product(length)
+            gradient = 0
+            do c = 1, corners
+               toward = corner_offset(c) - 0.5_dp
+               call locate([rows(1)%x(i), rows(2)%x(j)] + (1 - margin)*toward*length, at, xi)
+               call add_mass(weight/corners, at, xi, s)
+               shape = shape_functions(xi)
+               do d = 1, ndim
+                  gradient(nodes_of(at, s%cells), d) = gradient(nodes_of(at, s%cells), d) + shape*toward(d)/length(d)
+               end do
+            end do
+            nodes = pack([(k, k=1, size(s%lumped))], abs(gradient(:, 1)) + abs(gradient(:, 2)) > 0)
+            do c = 1, size(nodes)
+               call add_stiffness(weight*moduli, gradient(nodes, :), c, nodes, size(s%lumped), s%stiffness)
+            end do
+         end do
+      end do
+      call sum_cells(s)
+   end subroutine build_sample_of_domains
+
+   !> An empty sample.
+   pure subroutine make_room(cells, s)
+      integer, intent(in) :: cells(ndim)
+      type(sample_t), intent(inout) :: s
+      s%cells = cells
+      associate (n => product(cells + 1))
+         allocate (s%cell(corners, corners, product(cells)), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
+      end associate
+   end subroutine make_room
+
+   !> The cell of a place, and where in it that is.
+   pure subroutine locate(x, at, xi)
+      real(dp), intent(in) :: x(ndim)            !! [cells]
+      integer, intent(out) :: at(ndim)
+      real(dp), intent(out) :: xi(ndim)
+      at = floor(x)
+      xi = min(max(x - at, margin), 1 - margin)
+   end subroutine locate
+
+   !> Add a mass to the matrix of its cell.
+   pure subroutine add_mass(mass, at, xi, s)
+      real(dp), intent(in) :: mass
+      integer, intent(in) :: at(ndim)
+      real(dp), intent(in) :: xi(ndim)
+      type(sample_t), intent(inout) :: s
+      real(dp) :: shape(corners)
+      integer :: c, e
+      e = at(1) + at(2)*s%cells(1) + 1
+      shape = shape_functions(xi)
+      do c = 1, corners
+         s%cell(:, c, e) = s%cell(:, c, e) + mass*shape(c)*shape
+      end do
+   end subroutine add_mass
+
+   !> Sum the mass matrices of the cells.
+   pure subroutine sum_cells(s)
+      type(sample_t), intent(inout) :: s
+      integer :: nodes(corners), i, j
       do j = 0, s%cells(2) - 1
          do i = 0, s%cells(1) - 1
             nodes = nodes_of([i, j], s%cells)
@@ -162,7 +238,7 @@ contains
          end do
       end do
       s%lumped = sum(s%mass, dim=1)
-   end subroutine build_sample
+   end subroutine sum_cells
 
    !> Nodes at the corners of a cell.
    pure function nodes_of(at, cells) result(nodes)
@@ -173,8 +249,8 @@ contains
 
    !> Add what a particle gives to the columns of a corner in the stiffness: B^T C B.
    pure subroutine add_stiffness(moduli, gradient, c, nodes, n, stiffness)
-      real(dp), intent(in) :: moduli(n_voigt, n_voigt), gradient(corners, ndim)
-      integer, intent(in) :: c, nodes(corners), n
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt), gradient(:, :)  !! (nodes, ndim)
+      integer, intent(in) :: c, nodes(:), n
       real(dp), intent(inout) :: stiffness(:, :)
       integer, parameter :: voigt(ndim, ndim) = reshape([1, 3, 3, 2], [ndim, ndim])
       real(dp) :: stress(ndim)                   ! on planes of either direction, of a unit displacement in direction k
@@ -190,9 +266,10 @@ contains
    end subroutine add_stiffness
 
    !> What a run takes for the inverse of M, by the rule of `hampm_mass_matrix`.
-   pure subroutine build_inverse(s, mass, inverse)
+   pure subroutine build_inverse(s, mass, least, inverse)
       type(sample_t), intent(in) :: s
       type(mass_choice_t), intent(in) :: mass
+      real(dp), intent(in) :: least              !! eigenvalue of the matrices of cells
       real(dp), allocatable, intent(out) :: inverse(:, :)
       real(dp) :: cell(corners, corners)
       integer :: nodes(corners), n, i, j, info
@@ -206,7 +283,7 @@ contains
          do j = 0, s%cells(2) - 1
             do i = 0, s%cells(1) - 1
                cell = s%cell(:, :, i + j*s%cells(1) + 1)
-               call prepare_cell(mass%blend_inside, .true., .false., cell)
+               call prepare_cell(mass%blend_inside, .true., .false., cell, least)
                nodes = nodes_of([i, j], s%cells)
                inverse(nodes, nodes) = inverse(nodes, nodes) + cell
             end do

@@ -2,7 +2,9 @@
 module hampm_extrapolation
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell
+   use hampm_domain_pass, only: find_corner
    use hampm_failure, only: failure_t
+   use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t, solve_mass
@@ -58,17 +60,32 @@ contains
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: sums(width, *)
-      real(dp) :: n(corners)
-      integer :: i, c
+      real(dp) :: local(ndim)
+      integer :: i, c, element
       sums(:, :grid%n_points) = 0
       do i = 1, p%n
-         n = p%mass(i)*shape_functions(inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
-         do c = 1, corners
-            associate (point => grid%element_nodes(c, p%cell(i)))
-               sums(:, point) = sums(:, point) + n(c)*field(:, i)
-            end associate
+         if (.not. allocated(p%corner_velocity)) then
+            local = inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i)))
+            call add_value(p%cell(i), p%mass(i)*shape_functions(local), field(:, i))
+            cycle
+         end if
+         do c = 1, corners                       ! as those that the masses of the nodes are of
+            call find_corner(p, grid, i, c, element, local)
+            if (element /= outside) call add_value(element, p%mass(i)/corners*shape_functions(local), field(:, i))
          end do
       end do
       call grid%dofs%condense(matrix%all, width, sums)
+   contains
+      !> Add a value times its weights at the nodes of an element.
+      subroutine add_value(element, n, value)
+         integer, intent(in) :: element
+         real(dp), intent(in) :: n(corners), value(width)
+         integer :: k
+         do k = 1, corners
+            associate (point => grid%element_nodes(k, element))
+               sums(:, point) = sums(:, point) + n(k)*value
+            end associate
+         end do
+      end subroutine add_value
    end subroutine map_field
 end module hampm_extrapolation

@@ -9,6 +9,9 @@ module hampm_loads
    use hampm_archive, only: archive_t
    use hampm_basis, only: shape_functions
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_domain_pass, only: find_corner
+   use hampm_domains, only: edges_of_domain, weights_in_domain
+   use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_time_history, only: time_history_t
    use hampm_outline, only: edge_part_t
@@ -34,8 +37,9 @@ module hampm_loads
       real(dp) :: pressure = 0                   !! [Pa]
       real(dp) :: into(ndim) = 0                 !! unit vector into the material on which it presses
       ! Where its points were in the grid when `place_loads` looked last
-      integer, allocatable :: node(:, :)         !! nodes of the cell of each point, (corners, points)
-      real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], (corners, points)
+      integer, allocatable :: node(:, :)         !! nodes of the cell of each point, with domains of those of all corners of its
+                                                 !! host; (nodes, points)
+      real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], as `node`
       ! What `book_work_late` needs of the step before [m/s]
       logical :: begun = .false.                 !! whether there was one
       real(dp) :: host_velocity(ndim) = 0        !! of the hosts after it, the mean by the parts of the load
@@ -146,19 +150,24 @@ contains
       type(load_t), intent(inout) :: loads(:)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      integer :: l, k, n
+      integer :: l, k, n, nodes
       do l = 1, size(loads)
          associate (load => loads(l))
             n = size(load%host)
             if (allocated(load%node)) then
                if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
             end if
-            if (.not. allocated(load%node)) allocate (load%node(corners, n), load%shape(corners, n))
+            nodes = merge(corners**2, corners, allocated(p%corner_velocity))
+            if (.not. allocated(load%node)) allocate (load%node(nodes, n), load%shape(nodes, n))
             if (.not. load%begun) load%host_velocity = velocity_of_hosts(load, p)
             load%begun = .true.
             do k = 1, n
-               load%node(:, k) = grid%element_nodes(:, p%cell(load%host(k)))
-               load%shape(:, k) = weights(load, k, grid, p)
+               if (allocated(p%corner_velocity)) then
+                  call share_by_corners(p, grid, load%host(k), load%offset(:, k), load%node(:, k), load%shape(:, k))
+               else
+                  load%node(:, k) = grid%element_nodes(:, p%cell(load%host(k)))
+                  load%shape(:, k) = weights(load, k, grid, p)
+               end if
             end do
          end associate
       end do
@@ -207,7 +216,7 @@ contains
       integer :: k, c
       do k = 1, size(load%host)
          point_force = load%fraction(k)*factor*load%force
-         do c = 1, corners
+         do c = 1, size(load%node, 1)
             associate (node => load%node(c, k))
                force(:, node) = force(:, node) + load%shape(c, k)*point_force
             end associate
@@ -321,6 +330,28 @@ contains
          v = v + load%fraction(k)*matmul(velocity(:, load%node(:, k)), load%shape(:, k))
       end do
    end function velocity_of_points
+
+   !> Nodes of the cells in which the corners of a domain stand, and their shape functions there times those of the corners at a
+   !> material place: the function of this place in the domain.
+   pure subroutine share_by_corners(p, grid, host, offset, node, shape)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: host
+      real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
+      integer, intent(out) :: node(corners, corners)
+      real(dp), intent(out) :: shape(corners, corners)
+      real(dp) :: part(corners), local(ndim)
+      integer :: c, element
+      part = weights_in_domain(offset, edges_of_domain(p, host))
+      do c = 1, corners
+         call find_corner(p, grid, host, c, element, local)
+         node(:, c) = 1
+         shape(:, c) = 0
+         if (element == outside) cycle           ! the next step will tell
+         node(:, c) = grid%element_nodes(:, element)
+         shape(:, c) = part(c)*shape_functions(local)
+      end do
+   end subroutine share_by_corners
 
    !> Shape functions of the nodes of the host's cell at point `k` of a load.
    pure function weights(load, k, grid, p) result(n)

@@ -6,6 +6,7 @@ module hampm_motion
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
    use hampm_cuts, only: crosses
+   use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: strain_energy, plastic_dissipation, viscous_dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
@@ -20,7 +21,7 @@ module hampm_motion
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t, scheme_t
-   use hampm_schemes, only: new_scheme
+   use hampm_schemes, only: new_scheme, new_scheme_of_domains
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_spring_placement, only: rebuild_springs
    use hampm_thin_cells, only: soften_thin_cells
@@ -29,7 +30,7 @@ module hampm_motion
    implicit none
    private
    public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, rebuild_operators, &
-             refresh_grid, pass_on, stored_energy, dissipated_energy, keep_history
+             refresh_grid, pass_on, do_pass, assemble_sums, stored_energy, dissipated_energy, keep_history
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -46,6 +47,7 @@ module hampm_motion
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
       type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
+      type(corner_map_t) :: corners              !! of the domains of particles, where these have any
       type(face_springs_t) :: springs            !! between the sides of cracks that cut cells
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
                                                  !! allocated where velocities are kept by the particles only
@@ -66,9 +68,17 @@ module hampm_motion
       real(dp) :: damping_loss = 0               !! energy taken by the damping [J]
       real(dp) :: fracture_energy = 0            !! energy taken by the new faces of cracks that grow [J]
       real(dp) :: numerical_loss = 0             !! energy lost by the method, booked with `audit` [J]
+   contains
+      procedure :: has_domains
    end type motion_t
 
 contains
+
+   !> Whether particles have domains (`hampm_domains`).
+   pure logical function has_domains(self)
+      class(motion_t), intent(in) :: self
+      has_domains = allocated(self%particles%corner_velocity)
+   end function has_domains
 
    !> Prepare for the first step with a scheme ('usf', 'usl', 'usavg' or 'musl') and, where it is not to be lumped, a mass
    !> matrix.
@@ -78,7 +88,11 @@ contains
       type(failure_t), intent(inout) :: failure
       type(mass_choice_t), intent(in), optional :: mass
       if (present(mass)) m%mass = mass
-      m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
+      if (m%has_domains()) then
+         m%scheme = new_scheme_of_domains(scheme, m%mass%by /= by_lumped)
+      else
+         m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
+      end if
       if (.not. allocated(m%loads)) allocate (m%loads(0))
       call rebuild_on_grid(m, failure)
    end subroutine start_motion
@@ -92,6 +106,7 @@ contains
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%plan = tiling_t()
       m%operators = element_operators_t()
+      m%corners = corner_map_t()
       if (allocated(m%grid%bodies) .and. m%springs%are_bounded) & ! explicit steps have to be stable
          call soften_thin_cells(m%particles, m%grid, m%materials)
       call rebuild_constraints(m%constraints, m%grid)
@@ -142,17 +157,55 @@ contains
    end subroutine update_particles
 
    !> Map the particles to the grid at the start of a step, where the last step has not done so.
-   subroutine map_to_grid(m)
+   subroutine map_to_grid(m, failure)
       type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout), optional :: failure !! of a domain that has left the grid
       type(pass_report_t) :: report
       type(pass_t) :: map
+      type(failure_t) :: lost
       m%weighed = .false.
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
-      call pass_over_all(map, 0.0_dp, m%materials, m%particles, m%blocks, m%fields, report)
+      if (m%has_domains()) call locate_corners(m%corners, m%particles, m%grid, m%fields, lost)
+      if (lost%failed()) then
+         if (present(failure)) call pass_on(m, m%steps, lost, failure)
+         return
+      end if
+      call do_pass(m, map, 0.0_dp, report, lost)
       call rebuild_operators(m)
       m%mapped = .true.
    end subroutine map_to_grid
+
+   !> Do a pass over the particles. Fails where a corner of a domain leaves the grid.
+   subroutine do_pass(m, pass, dt, report, failure)
+      type(motion_t), intent(inout) :: m
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                 !! [s]
+      type(pass_report_t), intent(inout) :: report
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: lost
+      if (.not. m%has_domains()) then
+         call pass_over_all(pass, dt, m%materials, m%particles, m%blocks, m%fields, report)
+         return
+      end if
+      call move_corners(pass, dt, m%materials, m%particles, m%corners, m%grid, m%fields, report)
+      if (report%jumped) return
+      if (pass%strain_fraction > 0) call locate_corners(m%corners, m%particles, m%grid, m%fields, lost)
+      call pass_on(m, m%steps + 1, lost, failure)
+      if (lost%failed()) return
+      call map_corners(pass, m%materials, m%particles, m%corners, m%fields)
+   end subroutine do_pass
+
+   !> Assemble the nodal sums from what the particles have mapped.
+   subroutine assemble_sums(m, mass, momentum, force)
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: mass, momentum, force
+      if (m%has_domains()) then
+         call assemble_corners(m%corners, m%grid, m%fields, mass, momentum, force)
+      else
+         call assemble(m%grid, m%blocks, m%fields, mass, momentum, force)
+      end if
+   end subroutine assemble_sums
 
    !> Find the cells that are passed without their particles, and their operators, from particles and contributions that fit each
    !> other.
@@ -173,7 +226,7 @@ contains
    subroutine refresh_grid(m)
       type(motion_t), intent(inout) :: m
       if (.not. m%mapped) call map_to_grid(m)
-      call assemble(m%grid, m%blocks, m%fields, mass=.true., momentum=.true., force=.false.)
+      call assemble_sums(m, mass=.true., momentum=.true., force=.false.)
    end subroutine refresh_grid
 
    !> Sort the particles, after some have moved to other cells or their number has changed.

@@ -15,8 +15,7 @@ module hampm_pressed_faces
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_loads, only: load_t, note_hosts
    use hampm_motion, only: motion_t
-   use hampm_particles, only: particles_t
-   use hampm_splitting, only: spacing_of
+   use hampm_particles, only: particles_t, spacing_of
    implicit none
    private
    public :: press_faces

@@ -10,7 +10,7 @@ module hampm_schemes
    use hampm_pass, only: pass_t, scheme_t
    implicit none
    private
-   public :: new_scheme
+   public :: new_scheme, new_scheme_of_domains
 
 contains
 
@@ -54,4 +54,33 @@ contains
          last%map_matrix = has_matrix .and. .not. particles_stay
       end associate
    end function new_scheme
+
+   !> The scheme of that name where particles have domains (`hampm_domain_pass`). As the corners that tell the strain move with it,
+   !> stress and positions are always of one time, and usf, usavg and musl are the same leapfrog: they drift, kick and drift by the
+   !> whole and nothing, by halves, or by nothing and the whole of a step. Every step begins with a map,
+   !> and where it has drifted before the kick, velocities are mapped anew to where the forces act.
+   pure function new_scheme_of_domains(name, has_matrix) result(scheme)
+      character(*), intent(in) :: name           !! 'usf', 'usl', 'usavg' or 'musl'
+      logical, intent(in) :: has_matrix
+      type(scheme_t) :: scheme
+      type(pass_t) :: drift_and_map_force, kick_and_map
+      scheme%name = name
+      scheme%remaps = name == 'usavg' .or. name == 'musl'
+      scheme%map_at_start = pass_t(map_mass=.true., map_momentum=.true., map_matrix=has_matrix)
+      scheme%map_at_start%map_force = name == 'usl' .or. name == 'musl'
+      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
+      drift_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_mass=.true., map_momentum=.true., &
+                                   map_matrix=has_matrix, map_force=.true.)
+      select case (name)
+      case ('usf')
+         allocate (scheme%passes, source=[drift_and_map_force, pass_t(kick=.true.)])
+      case ('usl')
+         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next)])
+      case ('usavg')
+         drift_and_map_force%strain_fraction = 0.5_dp
+         allocate (scheme%passes, source=[drift_and_map_force, kick_and_map, pass_t(strain_fraction=0.5_dp, strain_by=v_mapped)])
+      case default
+         allocate (scheme%passes, source=[kick_and_map, pass_t(strain_fraction=1.0_dp, strain_by=v_mapped)])
+      end select
+   end function new_scheme_of_domains
 end module hampm_schemes

@@ -15,10 +15,10 @@ module hampm_step
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
-   use hampm_motion, only: motion_t, update_particles, map_to_grid, sort_particles, sort_anew, pass_on
-   use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes, assemble
+   use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on
+   use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate
-   use hampm_particle_pass, only: pass_report_t, pass_over_all, pass_over, look_for_leavers
+   use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
    use hampm_pass, only: pass_t
    use hampm_tiled_step, only: step_in_tiles
    use hampm_tiling, only: plan_tiles
@@ -46,7 +46,8 @@ contains
       type(failure_t), intent(inout) :: failure
       type(pass_report_t) :: report
       logical :: new_masses
-      if (.not. m%mapped) call map_to_grid(m)
+      if (.not. m%mapped) call map_to_grid(m, failure)
+      if (failure%failed()) return
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
       m%weighed = .true.
       if (m%body_contact%wanted) call look_around(m)
@@ -67,7 +68,7 @@ contains
    subroutine look_around(m)
       type(motion_t), intent(inout) :: m
       call find_body_pairs(m%body_contact, m%grid, m%fields)
-      call find_gaps(m%body_contact, m%grid, m%particles, m%blocks)
+      call find_gaps(m%body_contact, m%grid, m%particles, m%blocks, m%corners)
    end subroutine look_around
 
    !> Nodal forces of the loads, and of springs between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
@@ -85,7 +86,7 @@ contains
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
       is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. m%body_contact%n == 0 &
-                 .and. .not. m%audit .and. .not. m%constraints%move()
+                 .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains()
    end function is_local
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
@@ -113,35 +114,38 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: k
       associate (start => m%scheme%map_at_start)
-         call assemble(m%grid, m%blocks, m%fields, mass=new_masses, momentum=.true., force=start%map_force)
+         call assemble_sums(m, mass=new_masses, momentum=.true., force=start%map_force)
          call solve_velocity(m, v_n, merge(v_mapped, v_next, m%scheme%remaps), failure)
          if (start%map_force) call solve_acceleration(m, dt, failure)
       end associate
       do k = 1, size(m%scheme%passes)
          if (failure%failed()) return
          associate (pass => m%scheme%passes(k))
-            call pass_and_book(m, pass, dt, report)
-            if (k == size(m%scheme%passes)) exit
-            call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=pass%map_momentum, force=pass%map_force)
-            if (pass%map_momentum) call solve_velocity(m, v_mapped, v_next, failure)
+            call pass_and_book(m, pass, dt, report, failure)
+            if (k == size(m%scheme%passes) .or. failure%failed() .or. report%jumped) return
+            call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
+            if (m%body_contact%wanted .and. pass%map_mass) call look_around(m)
+            if (pass%map_momentum) call solve_velocity(m, merge(v_n, v_mapped, pass%map_force), v_next, failure)
+            if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%springs%n > 0) call find_external_force(m)
             if (pass%map_force) call solve_acceleration(m, dt, failure)
          end associate
       end do
    end subroutine step_in_stages
 
    !> Do one pass, and book for the audit what it finds.
-   subroutine pass_and_book(m, pass, dt, report)
+   subroutine pass_and_book(m, pass, dt, report, failure)
       type(motion_t), intent(inout) :: m
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt
       type(pass_report_t), intent(inout) :: report
+      type(failure_t), intent(inout) :: failure
       type(pass_t) :: audited
       if (m%operators%is_active) then
          call pass_or_apply_everywhere(m%operators, pass, dt, m%materials, m%particles, m%blocks, m%fields)
       else
          audited = pass
          audited%audit = m%audit
-         call pass_over_all(audited, dt, m%materials, m%particles, m%blocks, m%fields, report)
+         call do_pass(m, audited, dt, report, failure)
       end if
       if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
    end subroutine pass_and_book
@@ -218,12 +222,12 @@ contains
       integer, intent(in) :: steps
       logical, intent(in) :: left_cell
       type(failure_t), intent(inout) :: failure
-      m%mapped = .not. left_cell
+      m%mapped = .not. (left_cell .or. m%has_domains())
       m%time = m%time + steps*dt
       m%steps = m%steps + steps
       m%sorted = left_cell
       if (.not. left_cell) return
-      if (m%blocks%by_group) then
+      if (m%blocks%by_group .or. m%has_domains()) then
          call sort_anew(m, failure)
       else
          call change_cells(m, failure)

@@ -5,6 +5,7 @@ module hampm_consistency
    use hampm_contact_consistency, only: check_contact
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_eigenstrain_consistency, only: check_eigenstrains
+   use hampm_function_consistency, only: check_functions
    use hampm_growth_consistency, only: check_growth
    use hampm_implicit_consistency, only: check_implicit
    use hampm_joints, only: gap_between, groups_of_bodies
@@ -62,6 +63,7 @@ contains
       call check_contact(scene, settings, mistakes)
       call check_static(scene, settings, mistakes)
       call check_implicit(scene, settings, mistakes)
+      call check_functions(scene, settings, mistakes)
       call check_laws(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)

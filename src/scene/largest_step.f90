@@ -33,6 +33,9 @@ module hampm_largest_step
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> What edges in any direction leave of the limit of those along the grid lines
    real(dp), parameter :: of_outlines = 0.95_dp
+   !> What deformation leaves of the limit where particles have domains, and what slivers at edges that cut the lattice do: their domains
+   !> have half of the edges
+   real(dp), parameter :: of_domains = 0.6_dp, of_cut_domains = 0.3_dp
    real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
    real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
    real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
@@ -70,7 +73,7 @@ contains
       type(scene_t), intent(in) :: scene
       courant = default_part*courant_limit(scene)
       associate (method => scene%method)
-         if (method%frame == 'updated') &
+         if (method%frame == 'updated' .and. .not. method%has_domains()) &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
       end associate
       courant = rounded_down(min(courant, default_part*damping_limit(scene), most))
@@ -122,7 +125,7 @@ contains
             do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
                rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
             end do
-            limit = largest_courant(rows, moduli, mass, strains_last, damping)/speed
+            limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.)/speed
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
@@ -141,9 +144,10 @@ contains
                if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
                moved(1) = shifted(rows(1), shift(1, i))
                moved(2) = shifted(rows(2), shift(2, j))
-               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping)/speed)
+               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, scene%method%has_domains())/speed)
             end do
          end do
+         if (scene%method%has_domains()) limit = limit*merge(of_cut_domains, of_domains, body%outline%is_there())
       end associate
    end function body_limit
 
@@ -166,7 +170,7 @@ contains
             if (product(fill) < least_fill) cycle
             rows(1) = row_of_cut_cells(fill(1), points_per_cell)
             rows(2) = row_of_cut_cells(fill(2), points_per_cell)
-            limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping))
+            limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
          end do
       end do
       limit = limit*of_outlines
@@ -177,8 +181,8 @@ contains
    elemental logical function crosses_cells(scene, body) result(crosses)
       type(scene_t), intent(in) :: scene
       type(body_t), intent(in) :: body
-      crosses = .false.
-      if (scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
+      crosses = scene%method%has_domains()
+      if (crosses .or. scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
       crosses = scene%materials(body%material_index)%law == 'neo_hookean' &
                 .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
                 > small_move*scene%grid%cell/scene%run%end_time

@@ -32,6 +32,8 @@ module hampm_method_group
             'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
       key_t('method', 'frame', type_name, 1, 1, may, 'total', '', '', &
             'updated|total', 'shape functions at the present positions, for bodies that meet, or always at the initial ones'), &
+      key_t('method', 'functions', type_name, 1, 1, may, 'linear', '', '', &
+            'linear|cpdi', 'of a particle in frame = ''updated'': of its place, or the mean over the corners of its domain'), &
       key_t('method', 'mass', type_name, 1, 1, may, 'lumped', '', '', &
             'lumped|full|partial|fmpm|blend', &
             'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a mean of both'), &
@@ -60,6 +62,7 @@ module hampm_method_group
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
       character(name_len) :: time_steps = 'global' !! 'global' or 'local'
       character(name_len) :: frame = 'total'     !! 'updated' or 'total'
+      character(name_len) :: functions = 'linear' !! 'linear' or 'cpdi'
       character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
       integer :: order = 1                       !! of fmpm
       real(dp) :: blend = 0                      !! lumped part [-]
@@ -67,9 +70,17 @@ module hampm_method_group
       real(dp) :: full_lower(ndim) = 0           !! box in which it is full [m]
       real(dp) :: full_upper(ndim) = 0           !! [m]
       character(name_len) :: solver = 'auto'     !! 'auto', 'cg', 'umfpack' or 'banded'
+   contains
+      procedure :: has_domains
    end type method_t
 
 contains
+
+   !> Whether particles have domains (`hampm_domains`).
+   elemental logical function has_domains(self)
+      class(method_t), intent(in) :: self
+      has_domains = self%functions == 'cpdi'
+   end function has_domains
 
    !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
    pure subroutine fill_method(settings, method)
@@ -86,6 +97,7 @@ contains
       method%wave_speed = settings%text(entry, 'wave_speed')
       method%time_steps = settings%text(entry, 'time_steps')
       method%frame = settings%text(entry, 'frame')
+      method%functions = settings%text(entry, 'functions')
       method%mass = settings%text(entry, 'mass')
       method%order = nint(settings%number(entry, 'order'))
       method%blend = settings%number(entry, 'blend')

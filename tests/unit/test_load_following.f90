@@ -10,7 +10,8 @@ program test_load_following
    use hampm_motion, only: motion_t, sort_anew
    use hampm_node_list, only: node_list_t
    use hampm_samples, only: rectangle_t, place_bodies, start
-   use hampm_splitting, only: start_families, spacing_of
+   use hampm_particles, only: spacing_of
+   use hampm_splitting, only: start_families
    use hampm_tensors, only: identity
    use hampm_text, only: to_text
    implicit none

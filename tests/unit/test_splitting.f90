@@ -7,9 +7,9 @@ program test_splitting
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: material_t, new_material
    use hampm_motion, only: motion_t
-   use hampm_particles, only: particles_t
+   use hampm_particles, only: particles_t, spacing_of
    use hampm_samples, only: rectangle_t, place_bodies
-   use hampm_splitting, only: start_families, split, recombine, spacing_of
+   use hampm_splitting, only: start_families, split, recombine
    use hampm_tensors, only: identity
    implicit none
 

@@ -1,0 +1,281 @@
+!> The passes over the particles (`hampm_particle_pass`) where these have domains (`hampm_domains`): what goes to and fro between nodes and
+!> particles there goes by the corners of the domains, each of which stands in some element. The force on a corner is -V P G_c, P being
+!> the first Piola stress.
+!>
+!> A pass does what its `pass_t` asks for in the order
+!>
+!>   1. G2P     kick:   v_c <- v_c + a dt;
+!>   2.         strain: u_c <- u_c + v dt: the corners move with the velocity that strains, as it is they that tell the strain;
+!>   3. P2G     map:    mass and momentum, mass matrix, internal force to the elements, once `locate_corners` has found these.
+!>
+!> Sums are taken in the order of the particles: the result has the same bytes on any number of threads.
+module hampm_domain_pass
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_audit_kernels, only: work_of_change
+   use hampm_basis, only: shape_functions, inside_cell
+   use hampm_domains, only: corner_gradients, reference_corner, follow_corners
+   use hampm_dofs, only: element_of_slot, corner_of_slot
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_forest, only: outside
+   use hampm_grid, only: grid_t
+   use hampm_mass_matrix, only: prepare_cell, floor_of_domains
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: nodal_fields_t, list_active_nodes, finish_sums
+   use hampm_particle_pass, only: pass_report_t
+   use hampm_particles, only: particles_t
+   use hampm_pass, only: pass_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: corner_map_t, locate_corners, find_corner, move_corners, map_corners, assemble_corners
+
+   !> Part of the way to the particle by which a corner is looked for inwards of itself: that on the side of an element belongs to the one
+   !> in which the material is. Of the size of the rounding of positions.
+   real(dp), parameter :: inwards = 1e-9_dp
+
+   !> Where the corners of the domains are in the grid, and what they give to its elements.
+   type :: corner_map_t
+      integer, allocatable :: element(:, :)             !! in which each corner stands, (corners, n)
+      real(dp), allocatable :: local(:, :, :)           !! where in it, 0 to 1, (ndim, corners, n)
+      integer :: n_cells = 0
+      integer, allocatable :: cells(:)                  !! elements with corners, ascending, (n_elements)
+      integer, allocatable :: number(:)                 !! of each element in `cells`, 0 for the others, (n_elements)
+      integer, allocatable :: first(:)                  !! first entry of each of these elements in the next, (n_cells + 1)
+      integer, allocatable :: slot(:)                   !! corner + corners (particle - 1), by element and ascending, (corners n)
+      integer :: layout = -1                            !! of the mass matrix when `cells` were listed
+      real(dp), allocatable :: mass(:, :)               !! what they give to the corners of the elements [kg], (corners, n_cells)
+      real(dp), allocatable :: momentum(:, :, :)        !! [kg m/s], (ndim, corners, n_cells)
+      real(dp), allocatable :: force(:, :, :)           !! [N], as `momentum`
+   end type corner_map_t
+
+contains
+
+   !> Find the elements in which the corners stand, and the nodes of these. Fails where a corner has left the grid.
+   subroutine locate_corners(map, p, grid, f, failure)
+      type(corner_map_t), intent(inout) :: map
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(inout) :: f
+      type(failure_t), intent(inout) :: failure
+      integer :: i, c, lost
+      if (allocated(map%element)) then
+         if (size(map%element, 2) /= p%n) deallocate (map%element, map%local, map%slot)
+      end if
+      if (.not. allocated(map%element)) &
+         allocate (map%element(corners, p%n), map%local(ndim, corners, p%n), map%slot(corners*p%n))
+      lost = 0
+      !$omp parallel do schedule(static) private(c) reduction(max: lost)
+      do i = 1, p%n
+         do c = 1, corners
+            call find_corner(p, grid, i, c, map%element(c, i), map%local(:, c, i))
+            if (map%element(c, i) == outside) lost = max(lost, i)
+         end do
+      end do
+      if (lost > 0) then
+         call failure%report(exit_computation, lost_corner(p, lost))
+         return
+      end if
+      call list_corners(map, p%n, grid, f)
+   end subroutine locate_corners
+
+   !> The element in which a corner of a domain stands, `outside` for none, and where in it.
+   pure subroutine find_corner(p, grid, i, c, element, local)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: i, c                !! particle, corner
+      integer, intent(out) :: element
+      real(dp), intent(out) :: local(ndim)       !! 0 to 1
+      real(dp) :: x(ndim), origin(ndim), beside(ndim)
+      origin = reference_corner(p, i, c)
+      x = origin + p%corner_displacement(i, :, c)
+      beside = x + inwards*(p%position(i) - x)
+      if (grid%cut_cells%are_there()) then
+         element = grid%element_at(beside, origin + inwards*(p%reference(i, :) - origin), p%body(i))
+      else
+         element = grid%element_at(beside, body=p%body(i))
+      end if
+      local = 0
+      if (element /= outside) local = inside_cell(grid%local_coordinate(element, x))
+   end subroutine find_corner
+
+   !> Message about a domain of which a corner is no longer in the grid.
+   function lost_corner(p, i) result(message)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      character(:), allocatable :: message
+      message = 'a corner of the domain of particle '//to_text(p%id(i))//', which started at ('//to_text(p%reference(i, 1))// &
+                ', '//to_text(p%reference(i, 2))//') m, left the grid or is no longer a number. Likely cause: the body moves '// &
+                'beyond the grid: give &grid more cells or add a &constraint; or the run is unstable: reduce &method courant'
+   end function lost_corner
+
+   !> List the corners by element, and the nodes of the elements where these are no longer the same.
+   subroutine list_corners(map, n, grid, f)
+      type(corner_map_t), intent(inout) :: map
+      integer, intent(in) :: n                   !! particles
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(inout) :: f
+      integer, allocatable :: next(:)
+      integer :: i, c, e, k, before
+      logical :: is_new
+      allocate (next(grid%n_elements), source=0)
+      do i = 1, n
+         do c = 1, corners
+            next(map%element(c, i)) = next(map%element(c, i)) + 1
+         end do
+      end do
+      is_new = map%layout /= f%mass_matrix%layout .or. .not. allocated(map%number)
+      if (.not. is_new) is_new = size(map%number) /= grid%n_elements
+      if (.not. is_new) is_new = any((next > 0) .neqv. (map%number > 0))
+      if (is_new) then
+         map%cells = pack([(e, e=1, grid%n_elements)], next > 0)
+         map%n_cells = size(map%cells)
+         map%number = unpack([(k, k=1, map%n_cells)], next > 0, spread(0, 1, grid%n_elements))
+         if (allocated(map%mass)) deallocate (map%first, map%mass, map%momentum, map%force)
+         allocate (map%first(map%n_cells + 1), map%mass(corners, map%n_cells))
+         allocate (map%momentum(ndim, corners, map%n_cells), map%force(ndim, corners, map%n_cells))
+      end if
+      before = 1
+      do k = 1, map%n_cells
+         map%first(k) = before
+         before = before + next(map%cells(k))
+         next(map%cells(k)) = map%first(k)
+      end do
+      map%first(map%n_cells + 1) = before
+      do i = 1, n
+         do c = 1, corners
+            associate (place => next(map%element(c, i)))
+               map%slot(place) = c + corners*(i - 1)
+               place = place + 1
+            end associate
+         end do
+      end do
+      if (.not. is_new) return
+      call list_active_nodes(grid, map%cells, f)
+      map%layout = f%mass_matrix%layout
+   end subroutine list_corners
+
+   !> Do the part of a pass in which the nodes act on the particles. `report` tells whether any has then left its cell.
+   subroutine move_corners(pass, dt, materials, p, map, grid, f, report)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                 !! [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(corner_map_t), intent(in) :: map
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(in) :: f
+      type(pass_report_t), intent(out) :: report
+      real(dp) :: n(corners), change(ndim), before(ndim, ndim), kicked(p%n), strained(p%n), at(ndim)
+      logical :: left, jumped
+      integer :: i, c
+      left = .false.
+      jumped = .false.
+      if (.not. (pass%kick .or. pass%strain_fraction > 0)) return
+      !$omp parallel do schedule(static) private(c, n, change, before, at) reduction(.or.: left, jumped)
+      do i = 1, p%n
+         kicked(i) = 0
+         before = p%gradient(i, :, :)
+         do c = 1, corners
+            associate (nodes => grid%element_nodes(:, map%element(c, i)))
+               n = shape_functions(map%local(:, c, i))
+               if (pass%kick) then
+                  change = dt*matmul(f%acceleration(:, nodes), n)
+                  p%corner_velocity(i, :, c) = p%corner_velocity(i, :, c) + change
+                  kicked(i) = kicked(i) + 0.5_dp*p%mass(i)/corners*sum(change**2)
+               end if
+               if (pass%strain_fraction > 0) p%corner_displacement(i, :, c) = p%corner_displacement(i, :, c) &
+                  + pass%strain_fraction*dt*matmul(f%velocity(:, nodes, pass%strain_by), n)
+            end associate
+         end do
+         call follow_corners(p, i)
+         strained(i) = 0
+         if (pass%audit .and. pass%strain_fraction > 0) strained(i) = p%volume(i) &
+            *work_of_change(materials(p%material(i)), before, p%gradient_of(i) - before)
+         at = grid%local_coordinate(p%cell(i), p%position(i))
+         left = left .or. .not. all(at >= 0 .and. at < 1)
+         jumped = jumped .or. .not. all(at >= -1 .and. at < 2)
+      end do
+      report%left_cell = left
+      report%jumped = jumped
+      if (.not. pass%audit) return
+      report%velocity_change_energy = sum(kicked)
+      report%stress_work = sum(strained)
+   end subroutine move_corners
+
+   !> Do the part of a pass in which the particles act on the elements in which `locate_corners` has found their corners.
+   subroutine map_corners(pass, materials, p, map, f)
+      type(pass_t), intent(in) :: pass
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(in) :: p
+      type(corner_map_t), intent(inout) :: map
+      type(nodal_fields_t), intent(inout) :: f
+      real(dp), allocatable :: pull(:, :, :)     ! force on the corners of each domain [N], (ndim, corners, n)
+      real(dp) :: n(corners), mass
+      integer :: i, c, j, k, a
+      if (pass%map_force) then
+         allocate (pull(ndim, corners, p%n))
+         !$omp parallel do schedule(static)
+         do i = 1, p%n
+            pull(:, :, i) = -p%volume(i)*matmul(materials(p%material(i))%conjugate_stress(p%gradient_of(i)), corner_gradients(p, i))
+         end do
+      end if
+      !$omp parallel do schedule(static) private(j, i, c, a, n, mass)
+      do k = 1, map%n_cells
+         if (pass%map_mass) map%mass(:, k) = 0
+         if (pass%map_momentum) map%momentum(:, :, k) = 0
+         if (pass%map_force) map%force(:, :, k) = 0
+         if (pass%map_matrix) f%mass_matrix%cell(:, :, map%cells(k)) = 0
+         do j = map%first(k), map%first(k + 1) - 1
+            i = element_of_slot(map%slot(j))
+            c = corner_of_slot(map%slot(j))
+            n = shape_functions(map%local(:, c, i))
+            mass = p%mass(i)/corners
+            if (pass%map_mass) map%mass(:, k) = map%mass(:, k) + mass*n
+            do a = 1, corners
+               if (pass%map_momentum) map%momentum(:, a, k) = map%momentum(:, a, k) + mass*n(a)*p%corner_velocity(i, :, c)
+               if (pass%map_force) map%force(:, a, k) = map%force(:, a, k) + n(a)*pull(:, c, i)
+               if (pass%map_matrix) f%mass_matrix%cell(:, a, map%cells(k)) = f%mass_matrix%cell(:, a, map%cells(k)) + mass*n(a)*n
+            end do
+         end do
+         if (pass%map_matrix) call finish_matrix(map%cells(k), f)
+      end do
+      if (pass%map_matrix) f%mass_matrix%assembled = .false.
+   end subroutine map_corners
+
+   !> Complete the mass matrix of an element.
+   pure subroutine finish_matrix(e, f)
+      integer, intent(in) :: e
+      type(nodal_fields_t), intent(inout) :: f
+      associate (matrix => f%mass_matrix)
+         matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
+         call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e), floor_of_domains)
+      end associate
+   end subroutine finish_matrix
+
+   !> Sums at the nodes from those of the elements, as `assemble` has them.
+   subroutine assemble_corners(map, grid, f, mass, momentum, force)
+      type(corner_map_t), intent(in) :: map
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: mass, momentum, force
+      integer :: a, j, k, c
+      associate (matrix => f%mass_matrix, all => f%mass_matrix%all, dofs => grid%dofs)
+         !$omp parallel do schedule(static) private(j, k, c)
+         do a = 1, all%n_points
+            associate (node => all%nodes(a))
+               if (mass) matrix%lumped(node) = 0
+               if (momentum) f%momentum(:, node) = 0
+               if (force) f%force(:, node) = 0
+               do j = dofs%first_slot(node), dofs%first_slot(node + 1) - 1
+                  k = map%number(element_of_slot(dofs%slot(j)))
+                  if (k == 0) cycle
+                  c = corner_of_slot(dofs%slot(j))
+                  if (mass) matrix%lumped(node) = matrix%lumped(node) + map%mass(c, k)
+                  if (momentum) f%momentum(:, node) = f%momentum(:, node) + map%momentum(:, c, k)
+                  if (force) f%force(:, node) = f%force(:, node) + map%force(:, c, k)
+               end do
+            end associate
+         end do
+      end associate
+      call finish_sums(grid, f, mass, momentum)
+   end subroutine assemble_corners
+end module hampm_domain_pass
