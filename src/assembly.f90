@@ -18,6 +18,7 @@ module hampm_assembly
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
+   use hampm_joints, only: sheets_of_bodies
    use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
@@ -50,6 +51,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
       type(outline_t), allocatable :: bodies(:)  ! whose edges cut cells
+      integer, allocatable :: sheets(:)          ! of bodies that have their own velocity fields
       integer :: k
       refinement = refinement_of(scene)
       call place_cracks(scene, cracks)
@@ -60,7 +62,8 @@ contains
             bodies(k) = outline_of(scene%bodies(k))
          end do
       end if
-      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies)
+      if (scene%contact%is_wanted()) allocate (sheets, source=sheets_of_bodies(scene))
+      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies, sheets)
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
@@ -80,6 +83,10 @@ contains
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
       motion%contact%wanted = any(cracks%crack%contact .and. cracks%crack%kind /= 'path')
+      motion%body_contact%wanted = scene%contact%is_wanted()
+      motion%body_contact%always_sticks = scene%contact%bodies == 'stick'
+      motion%body_contact%friction = scene%contact%friction
+      motion%body_contact%distance = scene%contact%distance
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
          call start_motion(motion, scheme_of(scene), failure, new_mass_choice(method%mass, method%solver, method%order, &

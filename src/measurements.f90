@@ -250,7 +250,15 @@ contains
                                                                            'energy taken by the viscosity of the material', &
                                                                            m%viscous_dissipation)
          if (any(scene%paths%friction > 0)) &
-            call history%record('friction_loss', 'J', 'energy taken by friction between faces', motion%springs%loss)
+            call history%record('friction_loss', 'J', 'energy taken by friction', motion%springs%loss)
+         if (scene%contact%is_wanted()) then
+            call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', motion%body_contact%loss)
+            call history%record('friction_loss', 'J', 'energy taken by friction', motion%body_contact%friction_loss)
+            call history%record('contact_force_x', 'N', 'force of the first body, or part, on all others', &
+                                motion%body_contact%force(1))
+            call history%record('contact_force_y', 'N', 'force of the first body, or part, on all others', &
+                                motion%body_contact%force(2))
+         end if
          if (growing%are_there()) then
             if (growing%at_rest) call history%record('load_factor', '1', &
                                                      'by which all loads and prescribed motions are multiplied', &
@@ -329,6 +337,7 @@ contains
       if (m%largest_energy <= m%rounding_energy) return
       residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
                   - motion%numerical_loss - motion%springs%loss - motion%fracture_energy &
+                  - motion%body_contact%loss - motion%body_contact%friction_loss &
                   - m%plastic_dissipation - m%viscous_dissipation)/m%largest_energy
    end function energy_residual
 

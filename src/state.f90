@@ -6,6 +6,7 @@
 !> past is kept, down to guesses of solvers and the numbers of an old factorisation: the last digits depend on them.
 module hampm_state
    use hampm_kinds, only: ndim
+   use hampm_body_contact, only: keep_body_contact
    use hampm_checkpoint, only: checkpoint_t
    use hampm_contact, only: keep_contact
    use hampm_cracks, only: cracks_t
@@ -56,6 +57,7 @@ contains
          call keep_gains(m%operators, c)
       end if
       call keep_contact(m%contact, c)
+      call keep_body_contact(m%body_contact, c)
       call keep_supports(m%constraints, c)
       call keep_springs(m%springs, c)
       call keep_solver(m%solver, 'solver', m%grid, c)
@@ -78,6 +80,7 @@ contains
       type(forest_t) :: forest
       type(line_t), allocatable :: lines(:)
       type(outline_t), allocatable :: bodies(:)
+      integer, allocatable :: sheets(:)
       integer :: leaves
       forest = grid%forest
       leaves = 0
@@ -89,7 +92,9 @@ contains
       if (cracks%spacing > 0) call keep_lines(c, grid, lines)
       if (.not. c%is_read .or. c%failure%failed()) return
       if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines, bodies)
+      if (allocated(grid%sheet_of_body)) allocate (sheets, source=grid%sheet_of_body)
+      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines, &
+                                                                       bodies, sheets)
    end subroutine keep_grid
 
    !> Keep where lines that the material carries are in a grid; those that are read are the ones in `lines`.

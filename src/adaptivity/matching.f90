@@ -69,9 +69,11 @@ contains
       type(failure_t), intent(inout) :: failure
       type(cut_t), allocatable :: cuts(:)
       type(outline_t), allocatable :: bodies(:)
+      integer, allocatable :: sheets(:)
       cuts = m%grid%cuts
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
-      call build_grid(forest, m%grid, failure, cuts, lines, bodies)
+      if (allocated(m%grid%sheet_of_body)) allocate (sheets, source=m%grid%sheet_of_body)
+      call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
    end subroutine change_grid

@@ -92,9 +92,9 @@ contains
       x = origin + p%corner_displacement(i, :, c)
       beside = x + inwards*(p%position(i) - x)
       if (grid%cut_cells%are_there()) then
-         element = grid%element_at(beside, origin + to_its_side*(p%reference(i, :) - origin))
+         element = grid%element_at(beside, origin + to_its_side*(p%reference(i, :) - origin), p%body(i))
       else
-         element = grid%element_at(beside)
+         element = grid%element_at(beside, body=p%body(i))
       end if
       local = 0
       if (element /= outside) local = inside_cell(grid%local_coordinate(element, x))

@@ -123,9 +123,9 @@ contains
          integer :: e
          if (grid%cut_cells%are_there()) then
             origin = p%reference(i, :)
-            e = grid%element_at(p%place_in_grid(i), origin)
+            e = grid%element_at(p%place_in_grid(i), origin, body=p%body(i))
          else
-            e = grid%element_at(p%place_in_grid(i))
+            e = grid%element_at(p%place_in_grid(i), body=p%body(i))
          end if
          if (e == outside) then
             if (lost == 0) lost = i

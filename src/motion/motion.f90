@@ -1,6 +1,7 @@
 !> Everything that moves, and how it stands on the grid between two steps.
 module hampm_motion
    use hampm_kinds, only: dp, ndim, long
+   use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
@@ -45,6 +46,7 @@ module hampm_motion
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       type(contact_t) :: contact                 !! of the faces of cuts
+      type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
       type(face_springs_t) :: springs            !! between the sides of cracks that cut cells
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
@@ -109,6 +111,7 @@ contains
          call soften_thin_cells(m%particles, m%grid, m%materials)
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
+      call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)
       call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return

@@ -64,7 +64,7 @@ contains
       m%time = m%time + dt
       m%steps = m%steps + 1
       do i = 1, m%particles%n
-         m%particles%cell(i) = m%grid%element_at(m%particles%place_in_grid(i))
+         m%particles%cell(i) = m%grid%element_at(m%particles%place_in_grid(i), body=m%particles%body(i))
       end do
    end subroutine reference_step
 

@@ -40,6 +40,7 @@ contains
       real(dp) :: stored, missing
       logical :: done
       distance = -1
+      if (m%body_contact%wanted) return          ! where bodies rest on each other is not known beforehand
       call update_particles(m)
       stored = stored_energy(m)
       if (.not. stored > 0) return

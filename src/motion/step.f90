@@ -7,6 +7,7 @@
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
    use hampm_kinds, only: dp, ndim
+   use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
    use hampm_bond_release, only: work_of_release
    use hampm_contact, only: share_velocity, keep_apart
    use hampm_driven_nodes, only: impose, drive
@@ -49,6 +50,7 @@ contains
       if (failure%failed()) return
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
       m%weighed = .true.
+      if (m%body_contact%wanted) call look_around(m)
       if (size(m%loads) + m%springs%n > 0) call find_external_force(m)
       if (is_local(m)) then
          call step_through_tiles(m, dt, new_masses, report)
@@ -61,6 +63,13 @@ contains
       if (m%springs%n > 0) call follow_springs(m, dt)
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
+
+   !> Find which bodies are near each other, and where.
+   subroutine look_around(m)
+      type(motion_t), intent(inout) :: m
+      call find_body_pairs(m%body_contact, m%grid, m%fields)
+      call find_gaps(m%body_contact, m%grid, m%particles, m%blocks, m%corners)
+   end subroutine look_around
 
    !> Nodal forces of the loads, and of springs between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
    !> path the step takes and whenever it strains the particles, these are the forces that act in it.
@@ -76,8 +85,8 @@ contains
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
-      is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. .not. m%audit &
-                 .and. .not. m%constraints%move() .and. .not. m%has_domains()
+      is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. m%body_contact%n == 0 &
+                 .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains()
    end function is_local
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
@@ -115,6 +124,7 @@ contains
             call pass_and_book(m, pass, dt, report, failure)
             if (k == size(m%scheme%passes) .or. failure%failed() .or. report%jumped) return
             call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
+            if (m%body_contact%wanted .and. pass%map_mass) call look_around(m)
             if (pass%map_momentum) call solve_velocity(m, merge(v_n, v_mapped, pass%map_force), v_next, failure)
             if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%springs%n > 0) call find_external_force(m)
             if (pass%map_force) call solve_acceleration(m, dt, failure)
@@ -150,6 +160,7 @@ contains
       call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       if (m%constraints%move()) call impose(m%constraints, m%grid, m%time, m%driven, m%fields, which)
       if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
+      if (m%body_contact%n > 0) call share_between_bodies(m%body_contact, m%grid, m%constraints%free, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
    end subroutine solve_velocity
 
@@ -166,6 +177,8 @@ contains
                       unsolved)
       if (m%constraints%move()) call drive(m%constraints, m%grid, m%time, dt, m%fields, m%driven, m%external_work)
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
+      if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, m%damping_rate, dt, m%fields, &
+                                                       damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power

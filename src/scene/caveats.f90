@@ -3,7 +3,7 @@
 module hampm_caveats
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at
-   use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes
+   use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
    use hampm_placement, only: length_text, upper_corner
    use hampm_history_consistency, only: has_history
    use hampm_scene, only: scene_t, material_spec_t
@@ -91,13 +91,15 @@ contains
    pure subroutine look_at_gaps(scene, text)
       type(scene_t), intent(in) :: scene
       character(:), allocatable, intent(inout) :: text
-      integer :: i, j
+      integer :: i, j, sheet(size(scene%bodies))
+      sheet = sheets_of_bodies(scene)
       do i = 2, size(scene%bodies)
          do j = 1, i - 1
+            if (sheet(i) /= sheet(j)) cycle
             if (do_touch(scene, i, j) .or. .not. share_nodes(scene, i, j)) cycle
             call add(text, 'bodies '//to_text(j)//' and '//to_text(i)//' are '//length_text(gap_between(scene, i, j))// &
                      ' m apart, but no whole cell is free between them: they act on each other from the start, as if they '// &
-                     'touched. Use smaller &grid cell, or a &crack where they are to part')
+                     'touched. Use smaller &grid cell, &contact, or a &crack where they are to part')
          end do
       end do
    end subroutine look_at_gaps
@@ -199,12 +201,14 @@ contains
       character(:), allocatable, intent(inout) :: text
       integer, parameter :: most_named = 6
       character(:), allocatable :: pairs
-      integer :: i, j, touching, apart
+      integer :: i, j, touching, apart, sheet(size(scene%bodies))
+      sheet = sheets_of_bodies(scene)
       touching = 0
       apart = 0
       pairs = ''
       do i = 2, size(scene%bodies)
          do j = 1, i - 1
+            if (sheet(i) /= sheet(j)) cycle
             if (.not. do_touch(scene, i, j)) then
                apart = apart + 1
                cycle
@@ -219,6 +223,6 @@ contains
       if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are joined as one, but where a &crack parts them')
       if (apart > 0 .and. scene%method%frame == 'updated') call add(text, 'bodies that meet act on each other from about a '// &
          'cell apart ('//to_text(scene%grid%cell)//' m) on, by the nodes that their cells have in common, and stick as long '// &
-         'as they are so near; smaller cells make both less')
+         'as they are so near; smaller cells make both less, and &contact lets them meet where they are')
    end subroutine look_at_bodies
 end module hampm_caveats

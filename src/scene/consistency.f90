@@ -2,6 +2,7 @@
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
+   use hampm_contact_consistency, only: check_contact
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_eigenstrain_consistency, only: check_eigenstrains
    use hampm_function_consistency, only: check_functions
@@ -59,6 +60,7 @@ contains
       call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_mass(scene, settings, has_grid, mistakes)
       call check_time_steps(scene, settings, mistakes)
+      call check_contact(scene, settings, mistakes)
       call check_static(scene, settings, mistakes)
       call check_implicit(scene, settings, mistakes)
       call check_functions(scene, settings, mistakes)

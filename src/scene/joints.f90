@@ -9,7 +9,7 @@ module hampm_joints
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: do_touch, share_nodes, gap_between, groups_of_bodies, holds_material
+   public :: do_touch, share_nodes, gap_between, groups_of_bodies, sheets_of_bodies, holds_material
 
 contains
 
@@ -119,4 +119,21 @@ contains
          end do
       end do
    end function groups_of_bodies
+
+   !> The sheet of the grid, that is the velocity field, on which each body is: those of one part, or all without contact between
+   !> bodies, are on the same.
+   pure function sheets_of_bodies(scene) result(sheet)
+      type(scene_t), intent(in) :: scene
+      integer :: sheet(size(scene%bodies))
+      integer :: i, j
+      sheet = 1
+      if (.not. scene%contact%is_wanted()) return
+      do i = 1, size(sheet)
+         sheet(i) = maxval([0, sheet(:i - 1)]) + 1
+         if (scene%bodies(i)%part == '') cycle
+         do j = 1, i - 1
+            if (scene%bodies(j)%part == scene%bodies(i)%part) sheet(i) = sheet(j)
+         end do
+      end do
+   end function sheets_of_bodies
 end module hampm_joints

@@ -4,6 +4,7 @@ module hampm_keys
    use hampm_kinds, only: name_len
    use hampm_body_group, only: body_group, body_keys
    use hampm_constraint_group, only: constraint_group, constraint_keys
+   use hampm_contact_group, only: contact_group, contact_keys
    use hampm_crack_group, only: crack_group, crack_keys
    use hampm_damping_group, only: damping_group, damping_keys
    use hampm_energy_release_group, only: energy_release_group, energy_release_keys
@@ -24,12 +25,12 @@ module hampm_keys
              unknown_group, unknown_key, is_text, new_entry
 
    type(group_t), parameter :: groups(*) = [ &
-      run_group, grid_group, material_group, body_group, constraint_group, load_group, damping_group, method_group, &
-      refine_group, crack_group, growth_group, energy_release_group, output_group]
+      run_group, grid_group, material_group, body_group, constraint_group, load_group, damping_group, contact_group, &
+      method_group, refine_group, crack_group, growth_group, energy_release_group, output_group]
 
    type(key_t), parameter :: keys(*) = [ &
-      run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, method_keys, &
-      refine_keys, crack_keys, growth_keys, energy_release_keys, output_keys]
+      run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, contact_keys, &
+      method_keys, refine_keys, crack_keys, growth_keys, energy_release_keys, output_keys]
 
 contains
 

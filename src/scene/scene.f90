@@ -3,6 +3,7 @@
 module hampm_scene
    use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
    use hampm_constraint_group, only: constraint_spec_t, fill_constraints
+   use hampm_contact_group, only: body_contact_spec_t, fill_contact
    use hampm_crack_group, only: crack_spec_t, path_spec_t, fill_crack, fill_paths
    use hampm_damping_group, only: damping_t, fill_damping
    use hampm_energy_release_group, only: energy_release_t, fill_energy_release
@@ -18,7 +19,7 @@ module hampm_scene
    implicit none
    private
    public :: scene_t, fill_scene, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, method_t, refine_t, crack_spec_t, path_spec_t, growth_t, energy_release_t, output_t
+             damping_t, body_contact_spec_t, method_t, refine_t, crack_spec_t, path_spec_t, growth_t, energy_release_t, output_t
 
    !> All groups.
    type :: scene_t
@@ -30,6 +31,7 @@ module hampm_scene
       type(constraint_spec_t), allocatable :: constraints(:)
       type(load_spec_t), allocatable :: loads(:)
       type(damping_t) :: damping
+      type(body_contact_spec_t) :: contact
       type(method_t) :: method
       type(refine_t) :: refine
       type(crack_spec_t) :: crack                !! that is no path
@@ -54,6 +56,7 @@ contains
       call fill_constraints(settings, scene%constraints)
       call fill_loads(settings, scene%loads)
       call fill_damping(settings, scene%damping)
+      call fill_contact(settings, scene%contact)
       call fill_method(settings, scene%method)
       call fill_refine(settings, scene%refine)
       call fill_crack(settings, scene%crack)

@@ -15,6 +15,10 @@
 !> Along a cut (`hampm_cuts`) there are nodes on either side, at one position. Where its sides are matched, a leaf across from
 !> finer ones is a transition element too. A leaf that a line in any direction divides (`hampm_cut_cells`) has an element, or four
 !> quarters, for each of its pieces, and its nodes have copies.
+!>
+!> Where bodies have velocity fields of their own, to meet and part (`hampm_body_contact`), each field is a sheet: all leaves have the
+!> same elements, or quarters, or pieces of these, once more for each sheet, and all nodes a copy on each. Those of a leaf follow each
+!> other, sheet after sheet. A particle stands in an element of the sheet of its body.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
@@ -38,6 +42,8 @@ module hampm_grid
       type(cut_cells_t) :: cut_cells                    !! and in any direction
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
       type(outer_nodes_t) :: outer_nodes                !! of cells that these nearly leave empty
+      integer, allocatable :: sheet_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
+      integer :: n_sheets = 1
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
       integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
@@ -62,19 +68,23 @@ module hampm_grid
       procedure :: last_of_piece
       procedure :: leaf_size
       procedure :: smallest_leaf_at
+      procedure :: sheet_of
+      procedure :: copies_of_nodes
+      procedure, private :: all_pieces
    end type grid_t
 
 contains
 
    !> Build the grid of a forest, with or without cuts along grid lines, and lines that cut in any direction. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, cuts, lines, bodies)
+   subroutine build_grid(forest, grid, failure, cuts, lines, bodies, sheets)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
       type(cut_t), intent(in), optional :: cuts(:)
       type(line_t), intent(in), optional :: lines(:)
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
+      integer, allocatable, intent(in), optional :: sheets(:)         !! the sheet on which each body is, from 1 on
       type(place_table_t) :: points
       integer :: status, leaf
       grid%forest = forest
@@ -87,8 +97,14 @@ contains
             call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
          end if
       end if
+      if (present(sheets)) then
+         if (allocated(sheets)) then
+            allocate (grid%sheet_of_body, source=sheets)
+            grid%n_sheets = maxval(sheets)
+         end if
+      end if
       associate (n_leaves => forest%leaf_count())
-         call points%reserve(expected_points(n_leaves), status)
+         call points%reserve(grid%n_sheets*expected_points(n_leaves), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
             call number_nodes(grid, points)
@@ -97,7 +113,7 @@ contains
             grid%leaf_element(1) = 1
             do leaf = 1, n_leaves
                grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) &
-                                             + grid%cut_cells%pieces_of(leaf)*merge(corners, 1, has_mid_node(grid, points, leaf))
+                                             + grid%all_pieces(leaf)*merge(corners, 1, has_mid_node(grid, points, leaf))
             end do
             grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
             allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
@@ -131,7 +147,7 @@ contains
       type(place_table_t), intent(inout) :: points
       integer :: leaf, piece, c, number
       do leaf = 1, grid%forest%leaf_count()
-         do piece = 1, grid%cut_cells%pieces_of(leaf)
+         do piece = 1, grid%all_pieces(leaf)
             do c = 1, corners
                if (grid%outer_nodes%are_there()) then
                   if (grid%outer_nodes%number_at(corner_of_leaf(grid, leaf, piece, c)) > 0) cycle
@@ -156,17 +172,24 @@ contains
       end do
    end subroutine match_sides
 
-   !> A place as a piece of a leaf sees it: points at one place that are not the same have different ones.
+   !> A place as a piece of a leaf, on its sheet, sees it: points at one place that are not the same have different ones. Those of
+   !> sheets but the first one are far outside the lattice.
    pure function seen_from(grid, leaf, piece, place) result(seen)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: leaf, piece
+      integer, intent(in) :: leaf
+      integer, intent(in) :: piece               !! of all sheets
       integer(long), intent(in) :: place(ndim)
       integer(long) :: seen(ndim)
+      integer(long), parameter :: far = 2_long**48
+      integer :: sheet
+      sheet = (piece - 1)/grid%cut_cells%pieces_of(leaf)
       if (grid%cut_cells%are_there()) then
-         seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
+         seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, &
+                                                            piece - sheet*grid%cut_cells%pieces_of(leaf)))
       else
          seen = place_seen(grid%cuts, place, grid%forest%place_of(leaf))
       end if
+      seen(2) = seen(2) + sheet*far
    end function seen_from
 
    !> Place of a corner of a leaf, as a piece of it sees it.
@@ -200,7 +223,7 @@ contains
       integer :: piece, side
       has = .false.
       if (grid%forest%is_uniform()) return
-      do piece = 1, grid%cut_cells%pieces_of(leaf)
+      do piece = 1, grid%all_pieces(leaf)
          do side = 1, sides
             has = has .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
          end do
@@ -217,7 +240,7 @@ contains
          width = level_width(grid%forest%level_of(leaf))
          if (grid%is_transition(leaf)) width = width/2
          e = grid%leaf_element(leaf) - 1
-         do piece = 1, grid%cut_cells%pieces_of(leaf)
+         do piece = 1, grid%all_pieces(leaf)
             do quarter = 1, grid%quarters_of(leaf)
                e = e + 1
                lower = grid%forest%place_of(leaf) + corner_offset(quarter)*width
@@ -258,7 +281,7 @@ contains
          count_of = 0
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
-            do piece = 1, grid%cut_cells%pieces_of(leaf)
+            do piece = 1, grid%all_pieces(leaf)
                do side = 1, sides
                   mids(side) = points%number_of(middle_of_side(grid, leaf, piece, side))
                   ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, piece, side_corner(side, k))), k=1, 2)]
@@ -337,8 +360,41 @@ contains
    pure integer function quarters_of(self, leaf)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: leaf
-      quarters_of = (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%cut_cells%pieces_of(leaf)
+      quarters_of = (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%all_pieces(leaf)
    end function quarters_of
+
+   !> Number of pieces of a leaf on all sheets.
+   pure integer function all_pieces(self, leaf)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      all_pieces = self%n_sheets*self%cut_cells%pieces_of(leaf)
+   end function all_pieces
+
+   !> The sheet on which a body is.
+   pure integer function sheet_of(self, body) result(sheet)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: body
+      sheet = 1
+      if (allocated(self%sheet_of_body)) sheet = self%sheet_of_body(body)
+   end function sheet_of
+
+   !> The copies of each node on all sheets, by its copy on the first one; 0 for the other points. (sheets, points)
+   pure subroutine copies_of_nodes(self, copies)
+      class(grid_t), intent(in) :: self
+      integer, allocatable, intent(out) :: copies(:, :)
+      integer :: leaf, of_sheet, e, k, c, sheet
+      allocate (copies(self%n_sheets, self%n_points), source=0)
+      do leaf = 1, self%forest%leaf_count()
+         e = self%leaf_element(leaf)
+         of_sheet = (self%leaf_element(leaf + 1) - e)/self%n_sheets
+         do k = 0, of_sheet - 1
+            do c = 1, corners
+               copies(:, self%element_nodes(c, e + k)) = [(self%element_nodes(c, e + k + (sheet - 1)*of_sheet), &
+                                                           sheet=1, self%n_sheets)]
+            end do
+         end do
+      end do
+   end subroutine copies_of_nodes
 
    !> The first element of the leaf of an element or, where that is cut, of its piece.
    pure integer function first_of_piece(self, e) result(first)
@@ -370,7 +426,7 @@ contains
       piece = 0
       if (.not. self%is_piece(e)) return
       associate (leaf => self%element_leaf(e))
-         piece = 1 + (e - self%leaf_element(leaf))/self%quarters_of(leaf)
+         piece = 1 + mod((e - self%leaf_element(leaf))/self%quarters_of(leaf), self%cut_cells%pieces_of(leaf))
       end associate
    end function piece_of
 
@@ -425,11 +481,13 @@ contains
    end function is_toward
 
    !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a
-   !> number. Where lines move, the piece is that of the material that began at `origin`.
-   pure integer function element_at(self, x, origin) result(e)
+   !> number. Where lines move, the piece is that of the material that began at `origin`. Of several sheets it is that of the body to
+   !> which the material belongs, or else the first.
+   pure integer function element_at(self, x, origin, body) result(e)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in), optional :: origin(ndim) !! in the reference configuration [m]
+      integer, intent(in), optional :: body
       real(dp) :: beside(ndim)
       integer(long) :: place(ndim)
       integer :: leaf, d
@@ -444,6 +502,8 @@ contains
          if (present(origin)) beside = self%cut_cells%follow(origin)
          e = e + (self%cut_cells%piece_at(self%forest, leaf, beside) - 1)*self%quarters_of(leaf)
       end if
+      if (present(body) .and. self%n_sheets > 1) &
+         e = e + (self%sheet_of(body) - 1)*((self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_sheets)
       if (.not. self%is_transition(leaf)) return
       place = (place - self%forest%place_of(leaf))/(level_width(self%forest%level_of(leaf))/2)
       do d = 1, ndim

@@ -28,6 +28,7 @@ module hampm_outline
       procedure :: distance => distance_to_ring
       procedure :: moments => moments_of_ring
       procedure :: corners => corners_of_ring
+      procedure :: way_to => way_to_ring
    end type ring_t
 
    !> A ring, without what is in some others.
@@ -38,6 +39,7 @@ module hampm_outline
       procedure :: area
       procedure :: covers
       procedure :: distance
+      procedure :: way_out
       procedure :: moments
       procedure :: parts_in_box
    end type outline_t
@@ -141,6 +143,36 @@ contains
          j = i
       end do
    end function distance_to_ring
+
+   !> How far it is from a point to a ring in some direction, in lengths of the vector that gives it: huge where the ring is not met.
+   pure real(dp) function way_to_ring(self, x, direction) result(way)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: direction(ndim)
+      real(dp) :: middle, root, across
+      integer :: i, j
+      way = huge(way)
+      if (self%is_circle) then
+         middle = -dot_product(x - self%center, direction)/sum(direction**2)
+         root = middle**2 - (sum((x - self%center)**2) - self%radius**2)/sum(direction**2)
+         if (root < 0) return
+         if (middle + sqrt(root) >= 0) way = middle + sqrt(root)
+         if (middle - sqrt(root) >= 0) way = middle - sqrt(root)
+         return
+      end if
+      j = size(self%points, 2)
+      do i = 1, size(self%points, 2)
+         associate (a => self%points(:, j) - x, side => self%points(:, i) - self%points(:, j))
+            across = direction(1)*side(2) - direction(2)*side(1)
+            if (abs(across) > 0) then
+               root = (a(1)*direction(2) - a(2)*direction(1))/across
+               middle = (a(1)*side(2) - a(2)*side(1))/across
+               if (root >= 0 .and. root <= 1 .and. middle >= 0) way = min(way, middle)
+            end if
+         end associate
+         j = i
+      end do
+   end function way_to_ring
 
    !> Area inside a ring and a box, and its first moments around the lower corner of the box [m2, m3, m3].
    pure function moments_of_ring(self, lower, upper) result(m)
@@ -330,6 +362,18 @@ contains
       integer :: k
       distance = minval([(self%rings(k)%distance(x), k=1, size(self%rings))])
    end function distance
+
+   !> How far it is from a point to the nearest edge in some direction, in lengths of the vector that gives it: huge where there is none.
+   pure real(dp) function way_out(self, x, direction)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: direction(ndim)
+      integer :: k
+      way_out = huge(way_out)
+      do k = 1, size(self%rings)
+         way_out = min(way_out, self%rings(k)%way_to(x, direction))
+      end do
+   end function way_out
 
    !> Area inside an outline and a box, and its first moments around the lower corner of the box [m2, m3, m3].
    pure function moments(self, lower, upper) result(m)

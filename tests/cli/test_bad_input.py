@@ -1,6 +1,7 @@
 """Every mistake of a user ends with exit code 2 (or 4 for files) and a message that says where, what and what is right."""
 
 import os
+import re
 
 import pytest
 from base_case import GOOD, LINE, REFINE, changed, line_of
@@ -335,6 +336,34 @@ def test_what_implicit_steps_do_not_go_with(hampm, tmp_path, old, new, fragment,
 def test_implicit_steps_do_not_go_with_contact(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(changed(*IMPLICIT, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")))
     assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless': must be 'none' with &method time = 'implicit': whether faces")
+
+
+MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) + "&contact bodies = 'frictionless' /\n"
+
+
+@pytest.mark.parametrize(("old", "new", "fragment", "phrase"), [
+    ("'frictionless'", "'sticky'", "&contact", "&contact bodies = 'sticky': must be 'joined', 'stick', 'frictionless' or 'friction'; did you mean 'stick'?"),
+    ("'frictionless'", "'friction'", "&contact", "&contact friction = 0.0 (default): must be above 0 with bodies = 'friction' and 0 without"),
+    ("'frictionless'", "'stick' friction = 0.1", "&contact", "&contact friction = 0.1: must be above 0 with bodies = 'friction' and 0 without"),
+    ("'frictionless'", "'friction' friction = -0.1", "&contact", "&contact friction = -0.1: must be in [0, inf)"),
+    ("'frictionless'", "'stick' distance = 1e-3", "&contact", "&contact distance = 1e-3: must not be above half of a cell: bodies farther"),
+    ("'frictionless'", "'joined' distance = 1e-4", "&contact", "&contact distance = 1e-4: must be 0 with bodies = 'joined': such bodies act"),
+    ("frame = 'updated'", "frame = 'total'", "frame", "&method frame = 'total': must be 'updated' with &contact bodies: in the total frame"),
+    ("frame = 'updated'", "frame = 'updated' time_steps = 'local'", "frame", "&method time_steps = 'local': must be 'global' with &contact bodies"),
+    ("courant = 0.1", "time = 'static'", "'static'", "&method time = 'static': must be 'explicit' with &contact bodies"),
+    ("courant = 0.1", "time = 'implicit'", "'implicit'", "&method time = 'implicit': must be 'explicit' with &contact bodies"),
+    ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine", "&refine indicator = 'gradient': must not be 'gradient' with &contact bodies"),
+    ("&damping", "&crack tip = 0.05, 0.0 direction = 1.0, 0.0 /\n&damping", "&crack", "there must be no crack with &contact bodies: it would cut"),
+    ("'frictionless' /", "'joined' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 part = 'a' /", "part = 'a'",
+     "&body part = 'a': goes with &contact bodies = 'stick', 'frictionless' or 'friction' only"),
+    ("'frictionless' /", "'stick' /\n" + "".join(f"&body material = 'aluminium' lower = {k}e-3, 0.0105 upper = {k + 0.5}e-3, 0.011 /\n"
+                                                 for k in range(16)), "&contact", "must be 'joined' where there are more than 16 bodies"),
+])
+def test_what_contact_between_bodies_does_not_go_with(hampm, tmp_path, old, new, fragment, phrase):
+    assert MEETING.count(old) == 1
+    text = MEETING.replace(old, new)
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
 
 
 def test_local_time_steps_do_not_go_with_the_energy_balance(hampm, tmp_path):

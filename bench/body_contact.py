@@ -1,0 +1,74 @@
+"""Bodies that meet, beside what is exact: the tables of docs/contact.md.
+
+    bars    restitution, time of contact, onset and energy of two bars, over cells, place in the cell, mass matrix and functions
+    block   acceleration of a block on a slope
+    discs   two discs that meet at two speeds
+    hertz   contact of a disc on a large body
+
+Run by .venv/bin/python bench/body_contact.py, or for some parts: .venv/bin/python bench/body_contact.py bars --output DIR
+"""
+
+import math
+import tempfile
+from pathlib import Path
+
+import body_contact_scenes as scenes
+from tables import command_line, write
+
+CPDI = "method.functions='cpdi'"
+BLEND = "method.mass='blend'"
+BARS = [(25, ()), (50, ()), (100, ()), (25, (BLEND,)), (50, (BLEND,)), (100, (BLEND,)), (50, (CPDI,)), (50, (CPDI, BLEND)), (100, (CPDI, BLEND)),
+        (50, ("method.mass='full'",)), (50, ("method.mass='fmpm'",))]
+PHASES = (0.0, 0.13, 0.25, 0.5, 0.77)
+HERTZ = [(16, 0.2, 0.0, ()), (24, 0.16, 0.0, ()), (24, 0.16, 0.4, ()), (48, 0.16, 0.0, ()), (16, 0.2, 0.0, (CPDI,)), (24, 0.16, 0.0, (CPDI,)),
+         (24, 0.16, 0.4, (CPDI,))]
+
+
+def shown(options):
+    """Options as a cell of a table."""
+    return " ".join(option.split("=")[1].strip("'") for option in options) or "lumped, linear"
+
+
+def bars(program, folder):
+    """The least and the greatest over where in a cell the bars meet."""
+    yield "cells", "method", "restitution", "time of contact/2", "onset [cells]", "energy", "contact loss"
+    for cells, options in BARS:
+        found = [scenes.bars(program, folder, cells, phase, options=options) for phase in PHASES]
+        yield cells, shown(options), *(" to ".join(f"{limit(row[name] for row in found):.4f}" for limit in (min, max)) for name in found[0])
+
+
+def block(program, folder):
+    """Asked and measured accelerations."""
+    yield "contact", "method", "acceleration", "exact", "force along over normal", "way"
+    for contact, friction in (("'friction' friction = 0.3", 0.3), ("'frictionless'", 0.0), ("'friction' friction = 1.0", None), ("'stick'", None)):
+        for options in ((), (CPDI,)):
+            found = scenes.block(program, folder, contact, end=0.1, options=options)
+            slope = math.radians(30)
+            exact = 0 if friction is None else 10 * (math.sin(slope) - friction * math.cos(slope))
+            yield contact, shown(options), f"{found['acceleration']:.4f}", f"{exact:.4f}", f"{found['ratio']:.5f}", f"{found['way']:.5f}"
+
+
+def discs(program, folder):
+    """What has become of the energies of two discs."""
+    yield "speed", "cell", "method", "least kinetic energy", "kinetic at the end", "strain at the end", "contact loss", "restitution"
+    for v, end in ((0.1, 4.0), (0.02, 16.0)):
+        for h, options in ((0.05, ()), (0.025, ()), (0.05, (CPDI,)), (0.025, (CPDI,))):
+            found, restitution = scenes.discs(program, folder, h, v, end=end, options=options)
+            kinetic = found["kinetic_energy"] / found["kinetic_energy"][0]
+            strain, loss = (found[name][-1] / found["kinetic_energy"][0] for name in ("strain_energy", "contact_loss"))
+            yield v, h, shown(options), *(f"{value:.3f}" for value in (kinetic.min(), kinetic[-1], strain, loss, restitution))
+
+
+def hertz(program, folder):
+    """Half-width, pressure and stress over Hertz's."""
+    yield "cells to the half-width", "surface in the cell", "method", "half-width", "pressure", "error of the stress", "force"
+    for cells, a, phase, options in HERTZ:
+        found = scenes.hertz(program, folder, cells, a, phase, options=options)
+        yield f"{a * cells:.1f}", phase, shown(options), *(f"{value:.3f}" for value in found.values())
+
+
+if __name__ == "__main__":
+    arguments = command_line(__doc__, ["bars", "block", "discs", "hertz"], "results/contact")
+    for part in arguments.part:
+        with tempfile.TemporaryDirectory() as folder:
+            write(list(globals()[part](arguments.program.resolve(), Path(folder))), part, arguments.output)

@@ -1,0 +1,351 @@
+!> Contact between bodies, each with its own velocity field on a sheet of the grid (`hampm_grid`).
+!>
+!> Copies of a node on two sheets that both have mass are a pair. Around it the bodies have one normal n, from the first to the second,
+!> and a gap g, both by the extents of their particles at t^n (`hampm_body_extents`), not by their being in one cell. Where the velocities
+!> w that move the particles would close the gap, w changes by equal and opposite impulses J so that the bodies just meet,
+!>
+!>    (w2 - w1) . n = -g/dt,   and 0 where they touch or overlap,
+!>
+!> by the lumped masses, whatever the mass matrix: the particles are kicked by the changes over dt, and sum_p m_p N_i is the lumped mass,
+!> so that momentum is exact. Tangentially the impulse is what it takes to stick, but with friction no more than the coefficient
+!> times the normal one, and none without. Bodies that part are never held.
+!>
+!> The velocities of a pair as they are mapped, v^n and those that strain the particles in musl and usavg, are means each over its own side.
+!> In a smooth field they differ; exchanged for what they have in common they would act as a viscosity of the surface. So where a pair
+!> touched in the last step, or in this one, they are set to what both have in common, and particles are not kicked by that.
+!>
+!> Where the impulse acts for dt the bodies move past each other with the mean of v^n and w, so that it takes
+!> -J . ((v2 - v1)^n + (w2 - w1))/2 of their energy: tangentially what friction takes, normally what bodies lose that meet, as each node
+!> meets the other as an inelastic point does: that of a cell at the surface, less with smaller cells.
+module hampm_body_contact
+   use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
+   use hampm_body_extents, only: extents_t, gather_extents, find_normal_and_gap
+   use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_domain_pass, only: corner_map_t
+   use hampm_grid, only: grid_t
+   use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: body_contact_t, rebuild_body_contact, find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart, &
+             keep_body_contact
+
+   ! How a pair is after a step
+   integer, parameter :: apart = 0, slides = 1, sticks = 2
+
+   !> The pairs of nodes of bodies that are near each other.
+   type :: body_contact_t
+      logical :: wanted = .false.                !! whether bodies have velocity fields of their own; without, there are no pairs
+      logical :: always_sticks = .false.         !! whether bodies that touch do not slide
+      real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp) :: distance = 0                   !! gap at which they touch [m]
+      integer :: n = 0                           !! number of pairs
+      integer, allocatable :: node(:, :)         !! of the body on the lower and that on the upper sheet, (2, n)
+      integer, allocatable :: first(:)           !! pairs at one place follow each other: the first of each place, and n + 1
+      logical, allocatable :: of_first(:)        !! whether one of the two is on the first sheet, (n)
+      integer, allocatable :: state(:)           !! `apart`, `slides` or `sticks`, (n)
+      real(dp), allocatable :: normal(:, :)      !! from the first to the second (ndim, n)
+      real(dp), allocatable :: gap(:)            !! less `distance` [m], (n)
+      real(dp), allocatable :: slip(:, :)        !! v2 - v1 at t^n [m/s], (ndim, n)
+      real(dp), allocatable :: shared(:, :)      !! impulse that sharing stands for at t^n [N s], (ndim, n)
+      real(dp) :: force(ndim) = 0                !! of what is on the first sheet on all others, in the last step [N]
+      real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
+      real(dp) :: friction_loss = 0              !! energy taken by friction [J]
+      integer, private :: layout = -1            !! of the mass matrix when the pairs were listed
+      integer, allocatable, private :: copies(:, :)  !! see `copies_of_nodes` of the grid
+      type(extents_t), private :: sides(2)       !! workspace
+   end type body_contact_t
+
+   integer, parameter :: most_sweeps = 8         !! over the pairs at a place where three bodies meet
+
+contains
+
+   !> Forget the pairs of the last grid.
+   subroutine rebuild_body_contact(c, grid)
+      type(body_contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      if (.not. c%wanted) return
+      c%n = 0
+      c%layout = -1
+      c%node = reshape([integer ::], [2, 0])
+      c%state = [integer ::]
+      call grid%copies_of_nodes(c%copies)
+   end subroutine rebuild_body_contact
+
+   !> List the pairs, after particles have come to other cells. Those that were there are as they were.
+   subroutine find_body_pairs(c, grid, f)
+      type(body_contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(in) :: f
+      integer, allocatable :: node(:, :), state(:), first(:)
+      logical, allocatable :: of_first(:)
+      integer :: i, a, b, n, old, places
+      if (c%layout == f%mass_matrix%layout) return
+      c%layout = f%mass_matrix%layout
+      n = 0
+      places = 0
+      do i = 1, grid%n_nodes
+         a = count_active(c%copies(:, i), f%is_active)
+         if (a > 1) places = places + 1
+         n = n + (a*(a - 1))/2
+      end do
+      allocate (node(2, n), of_first(n), state(n), first(places + 1))
+      n = 0
+      places = 0
+      old = 1
+      do i = 1, grid%n_nodes
+         if (count_active(c%copies(:, i), f%is_active) < 2) cycle
+         places = places + 1
+         first(places) = n + 1
+         do a = 1, size(c%copies, 1)
+            if (.not. f%is_active(c%copies(a, i))) cycle
+            do b = a + 1, size(c%copies, 1)
+               if (.not. f%is_active(c%copies(b, i))) cycle
+               n = n + 1
+               node(:, n) = c%copies([a, b], i)
+               call find_in(c, node(:, n), old)
+               of_first(n) = a == 1
+               state(n) = apart
+               if (old <= c%n) state(n) = c%state(old)
+            end do
+         end do
+      end do
+      first(places + 1) = n + 1
+      c%n = n
+      call move_alloc(node, c%node)
+      call move_alloc(of_first, c%of_first)
+      call move_alloc(state, c%state)
+      call move_alloc(first, c%first)
+      c%normal = reshape(spread(0.0_dp, 1, ndim*n), [ndim, n])
+      c%gap = spread(0.0_dp, 1, n)
+      c%slip = c%normal
+      c%shared = c%normal
+   end subroutine find_body_pairs
+
+   !> How many of the copies of a node are active; none of a point that is no node of the first sheet.
+   pure integer function count_active(copies, is_active) result(n)
+      integer, intent(in) :: copies(:)
+      logical, intent(in) :: is_active(:)
+      n = 0
+      if (copies(1) > 0) n = count(is_active(copies))
+   end function count_active
+
+   !> Find a pair among those that there were, from a place on and then from the first; their number and one where it was not.
+   pure subroutine find_in(c, node, at)
+      type(body_contact_t), intent(in) :: c
+      integer, intent(in) :: node(2)
+      integer, intent(inout) :: at
+      integer :: k, from
+      from = at
+      do k = 0, c%n - 1
+         at = 1 + modulo(from - 1 + k, c%n)
+         if (all(c%node(:, at) == node)) return
+      end do
+      at = c%n + 1
+   end subroutine find_in
+
+   !> Find the normals and gaps of the pairs, now that the particles are where they are.
+   subroutine find_gaps(c, grid, p, blocks, map)
+      type(body_contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(corner_map_t), intent(in) :: map      !! of domains, where particles have any
+      integer :: k, side
+      do k = 1, c%n
+         do side = 1, 2
+            call gather_extents(grid, p, blocks, map, c%node(side, k), c%sides(side))
+         end do
+         c%gap(k) = huge(c%gap)
+         if (any(c%sides%n == 0)) cycle
+         call find_normal_and_gap(p, grid%smallest_leaf_at(c%node(1, k)), c%sides(1), c%sides(2), c%normal(:, k), c%gap(k))
+         c%gap(k) = c%gap(k) - c%distance
+      end do
+   end subroutine find_gaps
+
+   !> Let pairs that touch have what they have in common of a mapped velocity, `v_n` or `v_mapped`: the normal component, and all where
+   !> they stick.
+   subroutine share_between_bodies(c, grid, free, f, which)
+      type(body_contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in), contiguous :: free(:, :) !! 0 for fixed components of nodes, else 1; (ndim, n_points)
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: which
+      real(dp) :: impulse(ndim), give(ndim)
+      integer :: k
+      associate (v => f%velocity(:, :, which))
+         do k = 1, c%n
+            associate (a => c%node(1, k), b => c%node(2, k), n => c%normal(:, k))
+               impulse = 0
+               if (c%state(k) /= apart .and. c%gap(k) < huge(c%gap)) then
+                  give = yielding(a, b, free, f)
+                  if (c%state(k) == sticks) then
+                     impulse = impulse_to_stick(give, v(:, b) - v(:, a), spread(0.0_dp, 1, ndim))
+                  else
+                     impulse = n*impulse_along(n, n, give, dot_product(v(:, b) - v(:, a), n), 0.0_dp)
+                  end if
+                  call push(a, b, free, f, impulse, v)
+               end if
+               if (which == v_n) then
+                  c%slip(:, k) = v(:, b) - v(:, a)
+                  c%shared(:, k) = impulse
+               end if
+            end associate
+         end do
+      end associate
+      if (any(c%state /= apart)) call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
+   end subroutine share_between_bodies
+
+   !> Keep the bodies from going through each other: change accelerations and new velocities of the pairs that would, correct the
+   !> powers of `accelerate` by what that takes, as `keep_apart` of `hampm_contact` does, and book what bodies lose by it.
+   subroutine keep_bodies_apart(c, grid, free, damping_rate, dt, f, damping_power, mapping_power)
+      type(body_contact_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in), contiguous :: free(:, :) !! 0 for fixed components of nodes, else 1; (ndim, n_points)
+      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
+      real(dp), intent(in) :: dt                 !! [s]
+      type(nodal_fields_t), intent(inout) :: f
+      real(dp), intent(inout) :: damping_power   !! [W]
+      real(dp), intent(inout) :: mapping_power   !! [W]
+      real(dp) :: impulse(ndim), work, before
+      integer :: place, sweep, k
+      logical :: acts
+      c%force = 0
+      c%state(:c%n) = apart
+      before = c%loss + c%friction_loss
+      do place = 1, size(c%first) - 1
+         do sweep = 1, most_sweeps
+            acts = .false.
+            do k = c%first(place), c%first(place + 1) - 1
+               mapping_power = mapping_power + work_on(c, k, free, f, f%force, c%shared(:, k))
+               c%shared(:, k) = 0
+               call meet(c, k, free, dt, f, impulse)
+               if (.not. any(abs(impulse) > 0)) cycle
+               acts = .true.
+               work = work_on(c, k, free, f, f%momentum, impulse)
+               damping_power = damping_power + damping_rate*work
+               mapping_power = mapping_power - work/dt - damping_rate*work
+            end do
+            if (.not. acts .or. c%first(place + 1) - c%first(place) == 1) exit
+         end do
+      end do
+      mapping_power = mapping_power - (c%loss + c%friction_loss - before)/dt
+      if (.not. any(c%state /= apart)) return
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
+   end subroutine keep_bodies_apart
+
+   !> Let a pair meet, if it does.
+   subroutine meet(c, k, free, dt, f, impulse)
+      type(body_contact_t), intent(inout) :: c
+      integer, intent(in) :: k                   !! the pair
+      real(dp), intent(in), contiguous :: free(:, :)
+      real(dp), intent(in) :: dt
+      type(nodal_fields_t), intent(inout) :: f
+      real(dp), intent(out) :: impulse(ndim)     !! on the second node [N s]; 0 where the pair does not meet
+      real(dp), dimension(ndim) :: give, w, along, way
+      real(dp) :: closing
+      impulse = 0
+      if (.not. c%gap(k) < huge(c%gap)) return
+      associate (a => c%node(1, k), b => c%node(2, k), n => c%normal(:, k), velocity => f%velocity(:, :, v_next))
+         give = yielding(a, b, free, f)
+         w = velocity(:, b) - velocity(:, a)
+         closing = -max(c%gap(k), 0.0_dp)/dt
+         if (.not. dot_product(w, n) < closing) return
+         c%state(k) = slides
+         impulse = n*impulse_along(n, n, give, dot_product(w, n), closing)
+         if (c%always_sticks .or. c%friction > 0) then
+            impulse = impulse_to_stick(give, w, closing*n)
+            along = impulse - dot_product(impulse, n)*n
+            if (c%always_sticks .or. norm2(along) <= c%friction*dot_product(impulse, n)) then
+               c%state(k) = sticks
+            else
+               along = n + c%friction*along/norm2(along)
+               impulse = along*impulse_along(n, along, give, dot_product(w, n), closing)
+            end if
+         end if
+         call push(a, b, free, f, impulse, velocity)
+         call push(a, b, free, f, impulse/dt, f%acceleration)
+         way = (c%slip(:, k) + velocity(:, b) - velocity(:, a))/2
+         along = dot_product(impulse, n)*n
+         if (c%always_sticks) along = impulse    ! nothing slides: what is lost is lost by meeting
+         c%loss = c%loss - dot_product(along, way)
+         c%friction_loss = c%friction_loss - dot_product(impulse - along, way)
+         if (c%of_first(k)) c%force = c%force + impulse/dt
+      end associate
+   end subroutine meet
+
+   !> Sum over both nodes of a pair of a field times the change of velocity by an impulse.
+   pure real(dp) function work_on(c, k, free, f, field, impulse) result(work)
+      type(body_contact_t), intent(in) :: c
+      integer, intent(in) :: k                   !! the pair
+      real(dp), intent(in) :: free(:, :)
+      type(nodal_fields_t), intent(in) :: f
+      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
+      real(dp), intent(in) :: impulse(ndim)      !! on the second node [N s]
+      associate (a => c%node(1, k), b => c%node(2, k))
+         work = sum(impulse*(field(:, b)*free(:, b)*f%mass_matrix%inverse_lumped(b) &
+                             - field(:, a)*free(:, a)*f%mass_matrix%inverse_lumped(a)))
+      end associate
+   end function work_on
+
+   !> By how much two nodes change their relative velocity under a unit impulse in each direction: those that are held do not [1/kg].
+   pure function yielding(a, b, free, f) result(give)
+      integer, intent(in) :: a, b
+      real(dp), intent(in) :: free(:, :)
+      type(nodal_fields_t), intent(in) :: f
+      real(dp) :: give(ndim)
+      give = free(:, a)*f%mass_matrix%inverse_lumped(a) + free(:, b)*f%mass_matrix%inverse_lumped(b)
+   end function yielding
+
+   !> The impulse along a direction that changes the relative velocity in the direction n from `before` to `after` [N s]; 0 where
+   !> nothing yields.
+   pure real(dp) function impulse_along(n, direction, give, before, after) result(impulse)
+      real(dp), intent(in) :: n(ndim), direction(ndim)
+      real(dp), intent(in) :: give(ndim)         !! see `yielding`
+      real(dp), intent(in) :: before, after      !! [m/s]
+      impulse = 0
+      if (dot_product(n, give*direction) > 0) impulse = (after - before)/dot_product(n, give*direction)
+   end function impulse_along
+
+   !> The impulse that changes the relative velocity from one to another [N s], but for components in which nothing yields.
+   pure function impulse_to_stick(give, before, after) result(impulse)
+      real(dp), intent(in) :: give(ndim)         !! see `yielding`
+      real(dp), intent(in) :: before(ndim), after(ndim) !! [m/s]
+      real(dp) :: impulse(ndim)
+      impulse = 0
+      where (give > 0) impulse = (after - before)/give
+   end function impulse_to_stick
+
+   !> Change a nodal field at a pair by an impulse on the second node, and an opposite one on the first.
+   pure subroutine push(a, b, free, f, impulse, field)
+      integer, intent(in) :: a, b
+      real(dp), intent(in) :: free(:, :)
+      type(nodal_fields_t), intent(in) :: f
+      real(dp), intent(in) :: impulse(ndim)      !! [N s]
+      real(dp), intent(inout) :: field(:, :)     !! (ndim, n_points)
+      field(:, a) = field(:, a) - free(:, a)*f%mass_matrix%inverse_lumped(a)*impulse
+      field(:, b) = field(:, b) + free(:, b)*f%mass_matrix%inverse_lumped(b)*impulse
+   end subroutine push
+
+   !> Keep which pairs touch, and what contact has taken.
+   subroutine keep_body_contact(c, archive)
+      type(body_contact_t), intent(inout) :: c
+      class(archive_t), intent(inout) :: archive
+      if (.not. c%wanted) return
+      call archive%section('body_contact')
+      call archive%keep('loss', c%loss)
+      call archive%keep('friction_loss', c%friction_loss)
+      call archive%keep_reals('force', ndim, c%force)
+      call archive%keep('pairs', c%n)
+      if (archive%failure%failed()) return
+      if (archive%is_read) then
+         c%node = reshape(spread(0, 1, 2*c%n), [2, c%n])
+         c%state = spread(0, 1, c%n)
+         c%layout = -1
+      end if
+      call archive%keep_integers('node', 2*c%n, c%node)
+      call archive%keep_integers('state', c%n, c%state)
+   end subroutine keep_body_contact
+end module hampm_body_contact
