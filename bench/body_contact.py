@@ -4,6 +4,7 @@
     block   acceleration of a block on a slope
     discs   two discs that meet at two speeds
     hertz   contact of a disc on a large body
+    drop    K_I(t) of a notched beam on which a weight falls, over the cell and where in a cell the crack is
 
 Run by .venv/bin/python bench/body_contact.py, or for some parts: .venv/bin/python bench/body_contact.py bars --output DIR
 """
@@ -13,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 import body_contact_scenes as scenes
+import numpy as np
 from tables import command_line, write
 
 CPDI = "method.functions='cpdi'"
@@ -67,8 +69,28 @@ def hertz(program, folder):
         yield f"{a * cells:.1f}", phase, shown(options), *(f"{value:.3f}" for value in found.values())
 
 
+def drop(program, folder):
+    """Differences of K_I(t) from that of the finest cells, over its greatest value."""
+    yield "cell [mm]", "crack", "contact from [us]", "K_I from [us]", "greatest K_I [MPa sqrt(m)]", "rms difference"
+    runs = [(5e-3, 0.0), (2.5e-3, 0.0), (2.5e-3, 0.4), (1.25e-3, 0.4), (1.25e-3, 0.0)]
+    rows = []
+    for cell, phase in runs:
+        crack = f"kind = 'path' points = {phase * cell}, -0.01, {phase * cell}, 0.02"
+        history, touch = scenes.drop(program, folder, cell, crack=crack)
+        rows.append((cell, phase, history))
+    last = rows[-1][2]
+    after = last["time"] > touch
+    for cell, phase, history in rows:
+        k = np.interp(last["time"], history["time"], history["K_I"])
+        pressed = history["time"][np.abs(history["contact_force_y"]) > 0][0]
+        begins = history["time"][np.abs(history["K_I"]) > 0.02 * history["K_I"].max()][0]
+        rms = np.sqrt(np.mean((k - last["K_I"])[after] ** 2)) / last["K_I"].max()
+        yield (f"{cell * 1e3:g}", f"{phase} cells beside a grid line", f"{pressed * 1e6:.2f}", f"{begins * 1e6:.2f}", f"{k.max() / 1e6:.3f}",
+               f"{rms:.4f}")
+
+
 if __name__ == "__main__":
-    arguments = command_line(__doc__, ["bars", "block", "discs", "hertz"], "results/contact")
+    arguments = command_line(__doc__, ["bars", "block", "discs", "hertz", "drop"], "results/contact")
     for part in arguments.part:
         with tempfile.TemporaryDirectory() as folder:
             write(list(globals()[part](arguments.program.resolve(), Path(folder))), part, arguments.output)

@@ -4,6 +4,7 @@
             to a wave and gets the opposite one back, so that they part after the time 2, each with its speed turned around
     block   a block slides down a plane with the acceleration g (sin a - mu cos a), or stays where tan a < mu
     discs   two elastic discs meet head on (Sulsky, Chen & Schreyer 1994, section 5.2)
+    drop    a weight falls on a beam with a notch: K_I over time
     hertz   a disc pressed on a large body: half-width of the contact a = sqrt(4 F R/(pi E*)), pressure p0 = 2 F/(pi a) in its middle
             (Hertz; Johnson 1985, section 4.2), and the stress below by McEwen's formulas (1949)
 """
@@ -58,6 +59,21 @@ HERTZ = """
 &damping rate = 22.0 /
 &contact bodies = 'frictionless' /
 &method frame = 'updated' /
+&output history_interval = {sample} snapshot_interval = {end} /
+"""
+# Steel, a beam of 200 by 40 mm on supports 160 mm apart, with a notch half as deep as the beam
+DROP = """
+&run plane = 'strain' end_time = {end} /
+&grid lower = -0.11, -0.01 cell = {h} cells = {nx}, {ny} /
+&material name = 'm' young = 200e9 poisson = 0.3 density = 7850.0 /
+&body material = 'm' lower = -0.1, 0.0 upper = 0.1, 0.04 /
+&body material = 'm' lower = -0.01, {bottom} upper = 0.01, {top} velocity = 0.0, -{v} /
+&constraint lower = -0.08, 0.0 upper = -0.08, 0.0 fix = 'y' /
+&constraint lower = 0.08, 0.0 upper = 0.08, 0.0 fix = 'y' /
+&crack {crack} /
+&contact bodies = 'frictionless' /
+&method frame = 'updated' mass = 'blend' /
+&energy_release estimators = 'domain_integral' /
 &output history_interval = {sample} snapshot_interval = {end} /
 """
 
@@ -160,3 +176,11 @@ def hertz(program, folder, cells=24, a=0.16, phase=0.0, end=1.2, wide=2.5, optio
     exact = below(x, z, p0, a)
     return {"half_width": best[1] / a, "pressure": best[2] / p0, "stress_error": np.linalg.norm(stress - exact) / np.linalg.norm(exact),
             "force": history["contact_force_y"][-20:].mean() / force}
+
+
+def drop(program, folder, cell=2.5e-3, gap=0.25e-3, v=5.0, end=100e-6, crack="kind = 'line' tip = 0.0, 0.02 direction = 0.0, 1.0", options=()):
+    """History of a notched beam on which a weight falls, and the time at which that must touch it."""
+    n = round(0.22 / cell), round(0.09 / cell)
+    history, _ = run(program, folder, DROP, {"h": cell, "nx": n[0], "ny": n[1], "end": end, "sample": end / 400, "v": v,
+                                             "crack": crack, "bottom": 0.04 + gap, "top": 0.07 + gap}, options)
+    return history, gap / v

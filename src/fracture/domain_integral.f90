@@ -160,7 +160,7 @@ contains
       call grid%dofs%distribute(all, size(t), q)
    end subroutine weight_nodes
 
-   !> The elements with particles in which q of some disc is above 0, ascending.
+   !> The elements with particles in which q of some disc is above 0, ascending. Bodies that meet the cracked one are not part of it.
    pure subroutine find_elements(grid, blocks, q, elements)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
@@ -168,7 +168,8 @@ contains
       integer, allocatable, intent(out) :: elements(:)
       integer :: n
       associate (occupied => blocks%occupied(:blocks%n_occupied))
-         elements = pack(occupied, [(any(q(:, grid%element_nodes(:, occupied(n))) > 0), n=1, size(occupied))])
+         elements = pack(occupied, [(any(q(:, grid%element_nodes(:, occupied(n))) > 0) .and. grid%is_on_first_sheet(occupied(n)), &
+                                    n=1, size(occupied))])
       end associate
    end subroutine find_elements
 

@@ -67,7 +67,8 @@ contains
       call patch_of_material(grid, p, node, patch)
    end subroutine patch_of_face
 
-   !> Collect the particles whose reference positions are in the cells around a node, with the shape functions there.
+   !> Collect the particles, of the bodies that cracks can be in, whose reference positions are in the cells around a node, with the shape
+   !> functions there.
    pure subroutine patch_of_material(grid, p, node, patch)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -99,7 +100,7 @@ contains
          integer, intent(in) :: e, i
          real(dp) :: x(ndim)
          x = p%reference(i, :)
-         began_in = all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
+         began_in = grid%sheet_of(p%body(i)) == 1 .and. all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
       end function began_in
    end subroutine patch_of_material
 

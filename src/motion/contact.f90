@@ -69,7 +69,7 @@ contains
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       type(place_table_t) :: places
-      integer, allocatable :: node(:, :)
+      integer, allocatable :: node(:, :), copies(:, :)
       integer(long) :: place(ndim)
       real(dp) :: up(ndim)
       integer :: cut, i, k, status
@@ -77,12 +77,13 @@ contains
       allocate (node(sides, grid%n_nodes), source=0)
       c%cut = [integer ::]
       c%n = 0
+      call grid%copies_of_nodes(copies)
       do cut = 1, size(grid%cuts)
          up = 0
          up(grid%cuts(cut)%normal) = 1
          do i = 1, grid%n_nodes
             place = grid%forest%nearest_place(grid%node_position(:, i))
-            if (.not. is_within(grid%cuts(cut), place)) cycle
+            if (copies(1, i) == 0 .or. .not. is_within(grid%cuts(cut), place)) cycle ! cuts are on the first sheet only
             call places%enter(place, k)
             node(merge(1, 2, grid%has_element_toward(i, up)), k) = i
          end do

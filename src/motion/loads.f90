@@ -104,13 +104,17 @@ contains
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
-      integer :: e, i
+      integer :: first, sheet, i
       nearest = 0
-      e = grid%element_at(beside)
-      if (e > 0) then
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            if (nearest == 0) nearest = i
-            if (norm2(p%position(i) - x) < norm2(p%position(nearest) - x)) nearest = i
+      first = grid%element_at(beside)
+      if (first > 0) then
+         do sheet = 1, grid%n_sheets
+            associate (e => grid%copy_on(first, sheet))
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  if (nearest == 0) nearest = i
+                  if (norm2(p%position(i) - x) < norm2(p%position(nearest) - x)) nearest = i
+               end do
+            end associate
          end do
       end if
       if (nearest == 0) nearest = nearest_particle(p, grid, blocks, x)

@@ -1,5 +1,7 @@
 !> Whether the keys of a scene agree with contact between bodies: what cannot follow them is refused.
 module hampm_contact_consistency
+   use hampm_crack_placement, only: body_at, distance_to_mouth
+   use hampm_kinds, only: dp, ndim
    use hampm_joints, only: sheets_of_bodies
    use hampm_mistakes, only: mistakes_t
    use hampm_scene, only: scene_t
@@ -39,12 +41,51 @@ contains
       if (settings%good(settings%find('refine', 1), 'indicator') .and. scene%refine%indicator == 'gradient') &
          call settings%complain(mistakes, settings%find('refine', 1), 'indicator', 'must not be ''gradient'' '//intro// &
                                 ': it takes all nodes of a cell for those of one body. Use ''zz''')
-      if (settings%count_of('crack') > 0) call settings%complain(mistakes, settings%find('crack', 1), 'kind', &
-         'there must be no crack '//intro//': it would cut all bodies')
+      call check_cracks(scene, settings, mistakes)
       if (maxval(sheets_of_bodies(scene)) > most_sheets) call settings%complain(mistakes, contact, 'bodies', 'must be '// &
          '''joined'' where there are more than '//to_text(most_sheets)//' bodies: each has a velocity field on the whole grid. '// &
          'Give the same &body part to those that do not meet')
    end subroutine check_contact
+
+   !> Cracks are those of the first velocity field.
+   pure subroutine check_cracks(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: k, i
+      if (scene%crack%present) call check_way(scene, settings, mistakes, settings%find('crack', 1), 'tip', scene%crack%tip, &
+                                              scene%crack%tip - distance_to_mouth(scene)*scene%crack%direction)
+      do k = 1, size(scene%paths)
+         associate (path => scene%paths(k))
+            do i = 2, size(path%points, 2)
+               call check_way(scene, settings, mistakes, settings%find('crack', path%number), 'points', path%points(:, i - 1), &
+                              path%points(:, i))
+            end do
+         end associate
+      end do
+   end subroutine check_cracks
+
+   !> A straight part of a crack must not be in a body of another velocity field.
+   pure subroutine check_way(scene, settings, mistakes, entry, key, from, to)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer, intent(in) :: entry               !! the crack
+      character(*), intent(in) :: key
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      integer, parameter :: places = 1000        ! that are looked at
+      integer :: sheets(size(scene%bodies)), i, body
+      if (.not. settings%good(entry, key)) return
+      sheets = sheets_of_bodies(scene)
+      do i = 0, places
+         body = body_at(scene, from + (i*(to - from))/places)
+         if (body == 0) cycle
+         if (sheets(body) == 1) cycle
+         call settings%complain(mistakes, entry, key, 'must be in the first &body, or in one of its part, '//intro// &
+                                ': put the body with the crack first')
+         return
+      end do
+   end subroutine check_way
 
    !> Parts are told apart by contact only.
    pure subroutine check_parts(scene, settings, mistakes)

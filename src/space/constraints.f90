@@ -129,7 +129,7 @@ contains
       real(dp), intent(in) :: margin             !! [m]
       real(dp), parameter :: aside = 1e-3_dp     ! smallest cell at the node
       real(dp) :: x(ndim)
-      integer :: i, e
+      integer :: i, e, sheet
       is = .true.
       if (size(grid%cuts) == 0 .and. .not. grid%cut_cells%are_there()) return
       do i = 0, 3
@@ -137,7 +137,9 @@ contains
          if (any(box%upper - box%lower > 2*margin .and. (x < box%lower .or. x > box%upper))) cycle
          e = grid%element_at(x)
          if (e == 0) cycle
-         if (any(grid%element_nodes(:, e) == node)) return
+         do sheet = 1, grid%n_sheets
+            if (any(grid%element_nodes(:, grid%copy_on(e, sheet)) == node)) return
+         end do
       end do
       is = .false.
    end function is_beside

@@ -18,7 +18,8 @@
 !>
 !> Where bodies have velocity fields of their own, to meet and part (`hampm_body_contact`), each field is a sheet: all leaves have the
 !> same elements, or quarters, or pieces of these, once more for each sheet, and all nodes a copy on each. Those of a leaf follow each
-!> other, sheet after sheet. A particle stands in an element of the sheet of its body.
+!> other, sheet after sheet. A particle stands in an element of the sheet of its body. Cracks are on the first sheet only: on others the pieces of
+!> a leaf have the same nodes.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
@@ -69,6 +70,8 @@ module hampm_grid
       procedure :: leaf_size
       procedure :: smallest_leaf_at
       procedure :: sheet_of
+      procedure :: copy_on
+      procedure :: is_on_first_sheet
       procedure :: copies_of_nodes
       procedure, private :: all_pieces
    end type grid_t
@@ -183,10 +186,10 @@ contains
       integer(long), parameter :: far = 2_long**48
       integer :: sheet
       sheet = (piece - 1)/grid%cut_cells%pieces_of(leaf)
-      if (grid%cut_cells%are_there()) then
-         seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, &
-                                                            piece - sheet*grid%cut_cells%pieces_of(leaf)))
-      else
+      seen = place
+      if (sheet == 0 .and. grid%cut_cells%are_there()) then
+         seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
+      else if (sheet == 0) then
          seen = place_seen(grid%cuts, place, grid%forest%place_of(leaf))
       end if
       seen(2) = seen(2) + sheet*far
@@ -378,19 +381,35 @@ contains
       if (allocated(self%sheet_of_body)) sheet = self%sheet_of_body(body)
    end function sheet_of
 
+   !> Whether an element is on the first sheet.
+   pure logical function is_on_first_sheet(self, e) result(is)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      associate (leaf => self%element_leaf(e))
+         is = e - self%leaf_element(leaf) < (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_sheets
+      end associate
+   end function is_on_first_sheet
+
+   !> What is on a sheet where an element of the first one is.
+   pure integer function copy_on(self, e, sheet) result(copy)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e, sheet
+      associate (leaf => self%element_leaf(e))
+         copy = e + (sheet - 1)*((self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_sheets)
+      end associate
+   end function copy_on
+
    !> The copies of each node on all sheets, by its copy on the first one; 0 for the other points. (sheets, points)
    pure subroutine copies_of_nodes(self, copies)
       class(grid_t), intent(in) :: self
       integer, allocatable, intent(out) :: copies(:, :)
-      integer :: leaf, of_sheet, e, k, c, sheet
+      integer :: leaf, first, e, c, sheet
       allocate (copies(self%n_sheets, self%n_points), source=0)
       do leaf = 1, self%forest%leaf_count()
-         e = self%leaf_element(leaf)
-         of_sheet = (self%leaf_element(leaf + 1) - e)/self%n_sheets
-         do k = 0, of_sheet - 1
+         first = self%leaf_element(leaf)
+         do e = first, first + (self%leaf_element(leaf + 1) - first)/self%n_sheets - 1
             do c = 1, corners
-               copies(:, self%element_nodes(c, e + k)) = [(self%element_nodes(c, e + k + (sheet - 1)*of_sheet), &
-                                                           sheet=1, self%n_sheets)]
+               copies(:, self%element_nodes(c, e)) = [(self%element_nodes(c, self%copy_on(e, sheet)), sheet=1, self%n_sheets)]
             end do
          end do
       end do
@@ -457,6 +476,11 @@ contains
       tolerance = self%forest%tolerance()
       do node_at = self%n_nodes, 1, -1
          if (.not. all(abs(self%node_position(:, node_at) - x) <= tolerance)) cycle
+         if (self%n_sheets > 1) then
+            associate (elements => self%dofs%elements_at(node_at))
+               if (.not. self%is_on_first_sheet(elements(1))) cycle
+            end associate
+         end if
          if (.not. present(toward)) return
          if (self%has_element_toward(node_at, toward)) return
       end do
@@ -502,8 +526,7 @@ contains
          if (present(origin)) beside = self%cut_cells%follow(origin)
          e = e + (self%cut_cells%piece_at(self%forest, leaf, beside) - 1)*self%quarters_of(leaf)
       end if
-      if (present(body) .and. self%n_sheets > 1) &
-         e = e + (self%sheet_of(body) - 1)*((self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_sheets)
+      if (present(body) .and. self%n_sheets > 1) e = self%copy_on(e, self%sheet_of(body))
       if (.not. self%is_transition(leaf)) return
       place = (place - self%forest%place_of(leaf))/(level_width(self%forest%level_of(leaf))/2)
       do d = 1, ndim
