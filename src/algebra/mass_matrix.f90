@@ -48,6 +48,9 @@ module hampm_mass_matrix
       real(dp), allocatable :: cell_lumped(:, :)        !! D by cells [kg], (corners, n_elements); not allocated where all is lumped
       real(dp), allocatable :: blend(:)                 !! part of each cell that is lumped, 0 to 1, (n_elements);
                                                         !! not allocated where all is lumped
+      integer, allocatable :: copies(:, :)              !! of each node for bodies that meet (`copies_of_nodes` of the grid): where
+                                                        !! several have mass, all is lumped; not allocated without such bodies
+      real(dp), allocatable :: blend_apart(:)           !! `blend` of cells in which no bodies meet
       logical, allocatable :: is_quarter(:)             !! which elements are quarters of a transition leaf, (n_elements);
                                                         !! not allocated where all is lumped
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
@@ -78,6 +81,7 @@ contains
       integer :: k
       matrix%layout = matrix%layout + 1
       if (.not. allocated(matrix%blend)) return
+      if (allocated(matrix%copies)) call lump_where_bodies_meet(grid, matrix)
       allocate (is_coupled(grid%n_points), source=.false.)
       do k = 1, matrix%all%n_cells
          associate (e => matrix%all%cells(k))
@@ -95,6 +99,26 @@ contains
          call find_spans(matrix%pattern, region%nodes(:region%n_points), nodes_per_chunk, matrix%spans)
       end associate
    end subroutine find_coupled_region
+
+   !> Lump the cells around nodes at which several bodies have mass: an impulse between the copies of a node then moves only these.
+   subroutine lump_where_bodies_meet(grid, matrix)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      logical, allocatable :: is_active(:)
+      integer :: node, k
+      allocate (is_active(grid%n_points), source=.false.)
+      is_active(matrix%all%nodes(:matrix%all%n_nodes)) = .true.
+      matrix%blend = matrix%blend_apart
+      do node = 1, size(matrix%copies, 2)
+         associate (copies => matrix%copies(:, node))
+            if (copies(1) == 0) cycle
+            if (count(is_active(copies)) < 2) cycle
+            do k = 1, size(copies)
+               matrix%blend(grid%dofs%elements_at(copies(k))) = 1
+            end do
+         end associate
+      end do
+   end subroutine lump_where_bodies_meet
 
    !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
    !> What is lumped is put on the diagonal; in a quarter of a transition leaf, where corners may be hanging nodes, it is left

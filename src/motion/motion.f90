@@ -117,6 +117,10 @@ contains
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       call lump_at_pairs(m%contact, m%grid, m%fields%mass_matrix)
+      if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
+         call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
+         m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
+      end if
       call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
