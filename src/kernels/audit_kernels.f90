@@ -52,22 +52,21 @@ contains
                change(d, 2) = a(l, 3, d) + xi(k, 1)*a(l, 4, d)
             end do
             if (.not. total_frame) change = change + product_of(change, before)
-            associate (m => materials(material(k)))
-               if (m%has_history()) then
-                  work = work + volume(k)*remembered_work(m, before, change, dt, remembered(p, number(k)))
-               else
-                  work = work + volume(k)*work_of_change(m, before, change)
-               end if
-            end associate
+            work = work + volume(k)*work_of_change(materials(material(k)), before, change, dt, p, number(k))
          end do
       end do
    end function strain_work
 
-   !> Work of the stress of a law without a history per volume, by Simpson's rule, of a linear law by the stress in the middle [J/m3].
-   pure real(dp) function work_of_change(material, before, change) result(work)
+   !> Work of the stress per volume [J/m3], see `strain_work`.
+   pure real(dp) function work_of_change(material, before, change, dt, p, number) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
-      if (material%linear) then
+      real(dp), intent(in) :: dt                        !! over which it changes [s]
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
+      if (material%has_history()) then
+         work = remembered_work(material, before, change, dt, remembered(p, number))
+      else if (material%linear) then
          work = sum(change*material%conjugate_stress(before + change/2))
       else
          work = sum(change*(material%conjugate_stress(before) + 4*material%conjugate_stress(before + change/2) &

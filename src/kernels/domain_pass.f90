@@ -167,12 +167,13 @@ contains
       type(nodal_fields_t), intent(in) :: f
       type(pass_report_t), intent(out) :: report
       real(dp) :: n(corners), change(ndim), before(ndim, ndim), kicked(p%n), strained(p%n), at(ndim)
+      real(dp), allocatable :: past(:)
       logical :: left, jumped
       integer :: i, c
       left = .false.
       jumped = .false.
       if (.not. (pass%kick .or. pass%strain_fraction > 0)) return
-      !$omp parallel do schedule(static) private(c, n, change, before, at) reduction(.or.: left, jumped)
+      !$omp parallel do schedule(static) private(c, n, change, before, at, past) reduction(.or.: left, jumped)
       do i = 1, p%n
          kicked(i) = 0
          before = p%gradient(i, :, :)
@@ -191,7 +192,12 @@ contains
          call follow_corners(p, i)
          strained(i) = 0
          if (pass%audit .and. pass%strain_fraction > 0) strained(i) = p%volume(i) &
-            *work_of_change(materials(p%material(i)), before, p%gradient_of(i) - before)
+            *work_of_change(materials(p%material(i)), before, p%gradient_of(i) - before, pass%strain_fraction*dt, p, i)
+         if (pass%strain_fraction > 0 .and. materials(p%material(i))%has_history()) then
+            past = p%history(i, :)
+            call materials(p%material(i))%follow(p%gradient_of(i), pass%strain_fraction*dt, past)
+            p%history(i, :) = past
+         end if
          at = grid%local_coordinate(p%cell(i), p%position(i))
          left = left .or. .not. all(at >= 0 .and. at < 1)
          jumped = jumped .or. .not. all(at >= -1 .and. at < 2)
@@ -217,7 +223,8 @@ contains
          allocate (pull(ndim, corners, p%n))
          !$omp parallel do schedule(static)
          do i = 1, p%n
-            pull(:, :, i) = -p%volume(i)*matmul(materials(p%material(i))%conjugate_stress(p%gradient_of(i)), corner_gradients(p, i))
+            pull(:, :, i) = -p%volume(i)*matmul(materials(p%material(i))%conjugate_stress(p%gradient_of(i), p%history_of(i)), &
+                                                corner_gradients(p, i))
          end do
       end if
       !$omp parallel do schedule(static) private(j, i, c, a, n, mass)
