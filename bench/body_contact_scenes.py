@@ -10,10 +10,10 @@
 """
 
 import math
-import subprocess
 
 import h5py
 import numpy as np
+from scene_runs import run_scene
 
 BARS = """
 &run plane = 'stress' end_time = {end} /
@@ -78,22 +78,6 @@ DROP = """
 """
 
 
-def run(program, folder, scene, settings, options):
-    """Run a scene; its history and the fields of the particles at the end."""
-    (folder / "case.nml").write_text(scene.format(**settings))
-    words = [word for option in options for word in ("--set", option)]
-    result = subprocess.run([program, "case.nml", "--force", "--quiet", *words], cwd=folder, capture_output=True, text=True)
-    if result.returncode:
-        raise RuntimeError(result.stderr)
-    with h5py.File(folder / "case.h5") as file:
-        history = {name: column[:] for name, column in file["history"].items()}
-        particles = file["VTKHDF/particles"]
-        n = particles["NumberOfPoints"][-1]
-        fields = {name: values[-n:].squeeze() for name, values in particles["PointData"].items()}
-        fields["place"] = particles["Points"][-n:, :2]
-    return history, fields
-
-
 def bars(program, folder, cells=64, phase=0.0, v=1e-3, options=()):
     """Restitution, time of contact over 2, gap in cells at the first force, and what has become of energy and momentum."""
     h = 1 / cells
@@ -102,8 +86,8 @@ def bars(program, folder, cells=64, phase=0.0, v=1e-3, options=()):
     n = math.ceil(x2 / h) + cells + 5
     meet = 0.3 * h / (2 * v)
     end = meet + 2.6
-    history, fields = run(program, folder, BARS, {"h": h, "cells": n, "width": n * h, "x0": x0, "x1": x0 + 1, "x2": x2, "x3": x2 + 1,
-                                                  "v": v, "end": end, "sample": end / 4000}, options)
+    history, fields = run_scene(program, folder, BARS.format(**{"h": h, "cells": n, "width": n * h, "x0": x0, "x1": x0 + 1, "x2": x2, "x3": x2 + 1,
+                                                  "v": v, "end": end, "sample": end / 4000}), options)
     pressed = history["time"][np.abs(history["contact_force_x"]) > 0]
     energy = history["kinetic_energy"] + history["strain_energy"]
     mean = [fields["velocity"][fields["body"] == body, 0].mean() for body in (1, 2)]
@@ -118,8 +102,8 @@ def block(program, folder, contact, slope=30.0, end=0.2, options=()):
 
     What it bounces, friction takes from its motion along the slope: the acceleration is that of v_x + mu v_y."""
     g, a = 10.0, math.radians(slope)
-    history, fields = run(program, folder, BLOCK, {"along": g * math.sin(a), "down": -g * math.cos(a), "contact": contact, "end": end,
-                                                   "sample": end / 200, "half": end / 2}, options)
+    history, fields = run_scene(program, folder, BLOCK.format(**{"along": g * math.sin(a), "down": -g * math.cos(a), "contact": contact, "end": end,
+                                                   "sample": end / 200, "half": end / 2}), options)
     with h5py.File(folder / "case.h5") as file:
         particles = file["VTKHDF/particles"]
         first = np.concatenate(([0], np.cumsum(particles["NumberOfPoints"][:])))
@@ -135,8 +119,8 @@ def block(program, folder, contact, slope=30.0, end=0.2, options=()):
 
 def discs(program, folder, h=0.05, v=0.1, contact="'frictionless'", end=4.0, options=()):
     """The history over time of two discs that meet, and the restitution at its end."""
-    history, fields = run(program, folder, DISCS, {"h": h, "n": round(1 / h), "v": v, "contact": contact, "end": end,
-                                                   "sample": end / 400}, options)
+    history, fields = run_scene(program, folder, DISCS.format(**{"h": h, "n": round(1 / h), "v": v, "contact": contact, "end": end,
+                                                   "sample": end / 400}), options)
     mean = [fields["velocity"][fields["body"] == body, 0].mean() for body in (1, 2)]
     return history, (mean[1] - mean[0]) / (2 * v)
 
@@ -157,10 +141,10 @@ def hertz(program, folder, cells=24, a=0.16, phase=0.0, end=1.2, wide=2.5, optio
     top = (1 + round(0.75 * cells) + phase) * h
     nx = round(wide * cells)
     middle = nx * h / 2
-    history, fields = run(program, folder, HERTZ, {
+    history, fields = run_scene(program, folder, HERTZ.format(**{
         "h": h, "nx": nx, "ny": math.ceil((top + 2) / h) + 1, "right": (nx - 1) * h, "top": top, "middle": middle, "center": top + 1,
         "width": nx * h, "left": 0.0, "above": top + 1e-6, "highest": top + 2, "force": force, "rise": end / 4, "end": end,
-        "sample": end / 100}, options)
+        "sample": end / 100}), options)
     start = fields["place"] - fields["displacement"][:, :2]
     x, z = start[:, 0] - middle, top - start[:, 1]
     near = (fields["body"] == 1) & (z < 2 * a) & (np.abs(x) < 2 * a)
@@ -181,6 +165,6 @@ def hertz(program, folder, cells=24, a=0.16, phase=0.0, end=1.2, wide=2.5, optio
 def drop(program, folder, cell=2.5e-3, gap=0.25e-3, v=5.0, end=100e-6, crack="kind = 'line' tip = 0.0, 0.02 direction = 0.0, 1.0", options=()):
     """History of a notched beam on which a weight falls, and the time at which that must touch it."""
     n = round(0.22 / cell), round(0.09 / cell)
-    history, _ = run(program, folder, DROP, {"h": cell, "nx": n[0], "ny": n[1], "end": end, "sample": end / 400, "v": v,
-                                             "crack": crack, "bottom": 0.04 + gap, "top": 0.07 + gap}, options)
+    history, _ = run_scene(program, folder, DROP.format(**{"h": cell, "nx": n[0], "ny": n[1], "end": end, "sample": end / 400, "v": v,
+                                             "crack": crack, "bottom": 0.04 + gap, "top": 0.07 + gap}), options)
     return history, gap / v

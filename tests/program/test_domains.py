@@ -2,32 +2,18 @@
 tests/unit/test_manufactured.f90."""
 
 import math
+import sys
 
 import h5py
 import numpy as np
 import pytest
 
+from paths import BENCH, PROGRAM
 from test_carried_cracks import block
 
-MATERIAL = "&material name = 'a'  law = 'neo_hookean'  young = 1e6  poisson = 0.3  density = 1000 /\n"
+sys.path.insert(0, str(BENCH))
 
-SQUARE = """\
-&run end_time = {end!r}  plane = 'strain' /
-&grid lower = 0, 0  cell = {cell!r}  cells = {cells} /
-&body material = 'a'  lower = {lower}  upper = {upper}  points_per_cell = 2  spin = {spin!r}  velocity = {velocity} /
-&method frame = 'updated'  functions = '{functions}'  scheme = '{scheme}'  mass = '{mass}' {method} /
-&energy_release estimators = 'energy_balance' /
-&output history_interval = {interval!r} {output} /
-"""
-
-
-def square(turns, scheme="usl", mass="full", functions="cpdi", method="", cell=0.2, lower="0.63, 0.61", upper="1.63, 1.61",
-           cells="12, 12", spin=2 * math.pi, velocity="0, 0", output=""):
-    """A square of 1 m somewhere in its cells. Where it turns once in a second its corners have a tenth of the speed of its waves, and the
-    vibration with which it begins has a hundredth of its energy."""
-    end = turns * 2 * math.pi / spin
-    return MATERIAL + SQUARE.format(end=end, interval=end / 20, scheme=scheme, mass=mass, functions=functions, method=method,
-                                    cell=cell, lower=lower, upper=upper, cells=cells, spin=spin, velocity=velocity, output=output)
+from domain_scenes import change, deflection, elongation_error, energy, square  # noqa: E402
 
 
 def run(hampm, folder, text, *arguments, name="domains", code=0):
@@ -40,18 +26,10 @@ def run(hampm, folder, text, *arguments, name="domains", code=0):
         return {column: values[:] for column, values in file["history"].items()}
 
 
-def energy(row):
-    return row["kinetic_energy"] + row["strain_energy"]
-
-
 def audit(row):
     """What the energy audit leaves unexplained, over the largest energy."""
     left = energy(row) + row["damping_loss"] + row["numerical_loss"] - row["external_work"] - energy(row)[0]
     return np.max(np.abs(left)) / np.max(energy(row))
-
-
-def change(values):
-    return np.max(np.abs(values / values[0] - 1))
 
 
 def test_ten_turns_of_a_free_square(hampm, tmp_path):
@@ -89,90 +67,20 @@ def test_split_and_recombined_where_it_turns(hampm, tmp_path):
     assert change(row["angular_momentum"]) < 0.05
 
 
-CANTILEVER = """\
-&run end_time = {end!r}  plane = 'strain' /
-&grid lower = 0, 0  cell = {cell!r}  cells = {cells} /
-&body material = 'a'  lower = 0, 6  upper = 8, 7  points_per_cell = 2 /
-&constraint lower = 0, 0  upper = 0, 8  fix = 'xy' /
-&load kind = 'traction'  lower = 8, 6  upper = 8, 7  force = 0, -3800  history = 'ramp'  rise_time = {rise!r} /
-&method {method} /
-&output snapshot_interval = {end!r} /
-"""
-
-
-def deflection(hampm, folder, cell, method, end=1.0, rise=1.0, more=""):
-    """Of the end of a cantilever."""
-    cells = f"{round(9 / cell)}, {round(8 / cell)}"
-    run(hampm, folder, MATERIAL + more + CANTILEVER.format(cell=cell, cells=cells, end=end, rise=rise, method=method), name="cantilever")
-    with h5py.File(folder / "cantilever.h5") as file:
-        particles = file["VTKHDF/particles"]
-        n = particles["NumberOfPoints"][-1]
-        u = particles["PointData/displacement"][-n:, 1]
-        began = particles["Points"][-n:, 0] - particles["PointData/displacement"][-n:, 0]
-    columns = np.unique(np.round(began, 6))
-    last, before = (np.mean(u[np.abs(began - x) < 1e-4]) for x in columns[:-3:-1])
-    return last + (last - before) / 2
-
-
 def test_a_cantilever_that_is_bent_far(hampm, tmp_path):
     """By 0.6 of its length, 16 cells long and two deep: damped, against equilibrium in the total frame on finer and finer cells."""
-    still = [deflection(hampm, tmp_path, cell, "time = 'static'  load_steps = 10") for cell in (0.25, 0.125)]
+    still = [deflection(PROGRAM, tmp_path, cell, "time = 'static'  load_steps = 10") for cell in (0.25, 0.125)]
     exact = still[1] + (still[1] - still[0]) / 3
-    found = deflection(hampm, tmp_path, 0.5, "frame = 'updated'  functions = 'cpdi'  scheme = 'usl'  mass = 'full'", end=24.0, rise=6.0,
+    found = deflection(PROGRAM, tmp_path, 0.5, "frame = 'updated'  functions = 'cpdi'  scheme = 'usl'  mass = 'full'", end=24.0, rise=6.0,
                        more="&damping rate = 0.9 /\n")
     print(still, exact, found, found / exact - 1)
     assert abs(exact) > 0.55 * 8
     assert found == pytest.approx(exact, rel=1e-2)
 
 
-def stretch_of(stress):
-    """Stretch of a bar of the material that is held at its sides, under a first Piola stress: mu (F - 1/F) + lambda ln F / F."""
-    mu, lam = 1e6 / 2.6, 1e6 * 0.3 / (1.3 * 0.4)
-    low, high = np.full_like(stress, 1e-3), np.full_like(stress, 50.0)
-    for _ in range(80):
-        middle = (low + high) / 2
-        above = mu * (middle - 1 / middle) + lam * np.log(middle) / middle > stress
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return middle
-
-
-BAR = """\
-&run end_time = {end!r}  plane = 'strain' /
-&grid lower = 0, 0  cell = {cell!r}  cells = {across}, {along} /
-&body material = 'a'  lower = 0, {bottom}  upper = 1, {top}  points_per_cell = 2 /
-&constraint lower = 0, 0  upper = 0, {top}  fix = 'x' /
-&constraint lower = 1, 0  upper = 1, {top}  fix = 'x' /
-&constraint lower = 0, {top}  upper = 1, {top}  fix = 'y' /
-&load kind = 'gravity'  acceleration = 0, {gravity!r}  history = 'ramp'  rise_time = {rise!r} /
-&damping rate = {rate!r} /
-&method frame = 'updated'  functions = 'cpdi'  scheme = 'usl'  mass = 'full' /
-&output snapshot_interval = {end!r} /
-"""
-
-
-def elongation_error(hampm, folder, cell, gravity, height=10):
-    """Of a bar of 4 m that hangs under its own weight, against the exact one, by the displacements of all particles, and their number."""
-    wave = math.sqrt(1.35e6 / 1000)
-    period = 4 * 4 / wave
-    text = MATERIAL + BAR.format(end=12 * period, cell=cell, across=round(1 / cell), along=round(height / cell), top=height, bottom=height - 4, gravity=-gravity,
-                                 rise=4 * period, rate=2 * math.pi / period)
-    run(hampm, folder, text, name="bar")
-    with h5py.File(folder / "bar.h5") as file:
-        particles = file["VTKHDF/particles"]
-        n = particles["NumberOfPoints"][-1]
-        u = particles["PointData/displacement"][-n:, 1]
-        place = particles["Points"][-n:, 1]
-    began = place - u
-    ends = np.linspace(0, 4, 20001)                       # from the lower end
-    stretch = stretch_of(1000 * gravity * ends)
-    above = np.concatenate([[0], np.cumsum((stretch[1:] + stretch[:-1] - 2) / 2 * np.diff(ends))])
-    exact = -(above[-1] - np.interp(began - height + 4, ends, above))
-    return np.sqrt(np.mean((u - exact)**2)) / np.max(np.abs(exact)), len(u)
-
-
 def test_a_bar_under_its_own_weight(hampm, tmp_path):
     """It becomes 1.7 m longer, and comes through several cells; the error falls with the square of the cell."""
-    error = [elongation_error(hampm, tmp_path, cell, 250.0)[0] for cell in (1.0, 0.5)]
+    error = [elongation_error(PROGRAM, tmp_path, cell, 250.0)[0] for cell in (1.0, 0.5)]
     order = math.log2(error[0] / error[1])
     print(error, order)
     assert error[1] < 1e-2
@@ -181,7 +89,7 @@ def test_a_bar_under_its_own_weight(hampm, tmp_path):
 
 def test_domains_that_become_long_are_split(hampm, tmp_path):
     """A bar that hangs under more weight is more than four times as long at its upper end."""
-    error, particles = elongation_error(hampm, tmp_path, 0.5, 400.0, height=16)
+    error, particles = elongation_error(PROGRAM, tmp_path, 0.5, 400.0, height=16)
     print(error, particles)
     assert particles > 4 * 16 + 8
     assert error < 2e-2
