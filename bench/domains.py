@@ -68,13 +68,13 @@ def bar(program, folder):
 def cost(program, folder, turns_of_each=5):
     """Medians of the ratios of runs in turn, without the start: differences of two lengths."""
     yield "scheme", "mass", "CPU a particle and step, ns: linear", "cpdi", "ratio", "ratio of the same motion"
-    for scheme, mass in (("usl", "lumped"), ("musl", "lumped"), ("usf", "lumped"), ("usl", "full")):
+    for scheme, mass in (("musl", "lumped"), ("usf", "lumped"), ("usavg", "lumped"), ("musl", "full")):
         found = []
         for _ in range(turns_of_each):
             pair = []
             for functions in ("linear", "cpdi"):
                 used, steps = zip(*(spent(program, folder, square(part, functions=functions, scheme=scheme, mass=mass, cell=0.02,
-                                                                  cells="120, 120")) for part in (0.002, 0.012)))
+                                                                  cells="120, 120")) for part in (0.01, 0.06)))
                 pair.append(((used[1] - used[0]) / (steps[1] - steps[0]) / 10000, used[1] - used[0]))
             found.append((*(1e9 * a for a, _ in pair), pair[1][0] / pair[0][0], pair[1][1] / pair[0][1]))
         yield scheme, mass, *(f"{statistics.median(values):.1f}" for values in zip(*found))
@@ -82,8 +82,9 @@ def cost(program, folder, turns_of_each=5):
 
 def spent(program, folder, text):
     """Processor time and steps of a run."""
+    text = text.replace("&energy_release estimators = 'energy_balance' /\n", "")
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    history, _ = run_scene(program, folder, text)
+    history, _ = run_scene(program, folder, text, ["output.history_interval=1e-2"])
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime - before.ru_utime, history["step"][-1]
 

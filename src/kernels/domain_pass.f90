@@ -13,7 +13,7 @@ module hampm_domain_pass
    use hampm_kinds, only: dp, ndim, corners
    use hampm_audit_kernels, only: work_of_change
    use hampm_basis, only: shape_functions, inside_cell
-   use hampm_domains, only: corner_gradients, reference_corner, follow_corners
+   use hampm_domains, only: corner_gradients, reference_corners, follow_corners
    use hampm_dofs, only: element_of_slot, corner_of_slot
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: outside
@@ -27,13 +27,15 @@ module hampm_domain_pass
    use hampm_text, only: to_text
    implicit none
    private
-   public :: corner_map_t, locate_corners, find_corner, move_corners, map_corners, assemble_corners
+   public :: corner_map_t, locate_corners, find_corners, move_corners, map_corners, assemble_corners
 
    !> Part of the way to the particle by which a corner is looked for inwards of itself: that on the side of an element belongs to the one
    !> in which the material is. Of the size of the rounding of positions.
    real(dp), parameter :: inwards = 1e-9_dp
    !> The same in the reference configuration where a line of a crack tells to which side a corner belongs
    real(dp), parameter :: to_its_side = 0.01_dp
+   !> Part of an element so near to its sides that rounding could take a corner to another one
+   real(dp), parameter :: near_side = 1e-11_dp
 
    !> Where the corners of the domains are in the grid, and what they give to its elements.
    type :: corner_map_t
@@ -59,19 +61,19 @@ contains
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
       type(failure_t), intent(inout) :: failure
-      integer :: i, c, lost
+      integer :: i, lost
       if (allocated(map%element)) then
          if (size(map%element, 2) /= p%n) deallocate (map%element, map%local, map%slot)
       end if
-      if (.not. allocated(map%element)) &
-         allocate (map%element(corners, p%n), map%local(ndim, corners, p%n), map%slot(corners*p%n))
+      if (.not. allocated(map%element)) then
+         allocate (map%element(corners, p%n), source=outside)
+         allocate (map%local(ndim, corners, p%n), map%slot(corners*p%n))
+      end if
       lost = 0
-      !$omp parallel do schedule(static) private(c) reduction(max: lost)
+      !$omp parallel do schedule(static) reduction(max: lost)
       do i = 1, p%n
-         do c = 1, corners
-            call find_corner(p, grid, i, c, map%element(c, i), map%local(:, c, i))
-            if (map%element(c, i) == outside) lost = max(lost, i)
-         end do
+         call find_corners(p, grid, i, map%element(:, i), map%local(:, :, i))
+         if (any(map%element(:, i) == outside)) lost = max(lost, i)
       end do
       if (lost > 0) then
          call failure%report(exit_computation, lost_corner(p, lost))
@@ -80,25 +82,34 @@ contains
       call list_corners(map, p%n, grid, f)
    end subroutine locate_corners
 
-   !> The element in which a corner of a domain stands, `outside` for none, and where in it.
-   pure subroutine find_corner(p, grid, i, c, element, local)
+   !> The elements in which the corners of a domain stand, `outside` for none, and where in them.
+   pure subroutine find_corners(p, grid, i, element, local)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: i, c                !! particle, corner
-      integer, intent(out) :: element
-      real(dp), intent(out) :: local(ndim)       !! 0 to 1
-      real(dp) :: x(ndim), origin(ndim), beside(ndim)
-      origin = reference_corner(p, i, c)
-      x = origin + p%corner_displacement(i, :, c)
-      beside = x + inwards*(p%position(i) - x)
-      if (grid%cut_cells%are_there()) then
-         element = grid%element_at(beside, origin + to_its_side*(p%reference(i, :) - origin), p%body(i))
-      else
-         element = grid%element_at(beside, body=p%body(i))
-      end if
-      local = 0
-      if (element /= outside) local = inside_cell(grid%local_coordinate(element, x))
-   end subroutine find_corner
+      integer, intent(in) :: i                   !! particle
+      integer, intent(inout) :: element(corners) !! before: in which they may be; else `outside`
+      real(dp), intent(out) :: local(ndim, corners) !! 0 to 1
+      real(dp) :: origin(ndim, corners), x(ndim), beside(ndim), middle(ndim), xi(ndim)
+      logical :: by_place
+      integer :: c
+      by_place = grid%n_sheets == 1 .and. .not. grid%cut_cells%are_there()
+      origin = reference_corners(p, i)
+      middle = p%position(i)
+      do c = 1, corners
+         x = origin(:, c) + p%corner_displacement(i, :, c)
+         beside = x + inwards*(middle - x)
+         if (by_place .and. element(c) /= outside) then
+            xi = grid%local_coordinate(element(c), beside)
+            if (any(xi < near_side .or. xi > 1 - near_side)) element(c) = grid%element_at(beside)
+         else if (grid%cut_cells%are_there()) then
+            element(c) = grid%element_at(beside, origin(:, c) + to_its_side*(p%reference(i, :) - origin(:, c)), p%body(i))
+         else
+            element(c) = grid%element_at(beside, body=p%body(i))
+         end if
+         local(:, c) = 0
+         if (element(c) /= outside) local(:, c) = inside_cell(grid%local_coordinate(element(c), x))
+      end do
+   end subroutine find_corners
 
    !> Message about a domain of which a corner is no longer in the grid.
    function lost_corner(p, i) result(message)

@@ -6,7 +6,7 @@
 !> together 3/2 of it: splitting takes angular momentum from material that turns, and recombining gives it back.
 module hampm_domain_splitting
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_domains, only: edges_of_domain, weights_in_domain, reference_corner, corner_gradients, follow_corners
+   use hampm_domains, only: edges_of_domain, weights_in_domain, reference_corners, corner_gradients, follow_corners
    use hampm_forest, only: corner_offset
    use hampm_particles, only: particles_t
    implicit none
@@ -57,10 +57,11 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: k
       type(domain_t), intent(in) :: domain
-      real(dp) :: n(corners)
+      real(dp) :: n(corners), x(ndim, corners)
       integer :: c
+      x = reference_corners(p, k)
       do c = 1, corners
-         n = weights_in_domain(reference_corner(p, k, c) - domain%middle, domain%edges)
+         n = weights_in_domain(x(:, c) - domain%middle, domain%edges)
          p%corner_displacement(k, :, c) = matmul(domain%displacement, n)
          p%corner_velocity(k, :, c) = matmul(domain%velocity, n)
       end do

@@ -15,8 +15,8 @@ module hampm_domains
    use hampm_particles, only: particles_t, spacing_of
    implicit none
    private
-   public :: start_domains, edges_of_domain, corner_gradients, reference_corner, corner_place, follow_corners, weights_in_domain, &
-             longest_edge, is_tangled, kinetic_energy_of, spin_of
+   public :: start_domains, edges_of_domain, corner_gradients, reference_corners, corner_places, follow_corners, &
+             weights_in_domain, longest_edge, is_tangled, kinetic_energy_of, spin_of
 
    !> Least edge of a domain over that of a particle that no edge of the body cuts: a sliver would need steps that are as short.
    real(dp), parameter :: least_edge = 0.5_dp
@@ -27,15 +27,14 @@ contains
    subroutine start_domains(p, spin)
       type(particles_t), intent(inout) :: p
       real(dp), intent(in) :: spin(:)            !! of each body, anticlockwise [rad/s]
-      real(dp) :: arm(ndim)
-      integer :: i, c
+      real(dp) :: arm(ndim, corners)
+      integer :: i
       allocate (p%corner_displacement(p%n, ndim, corners), source=0.0_dp)
       allocate (p%corner_velocity(p%n, ndim, corners))
-      do c = 1, corners
-         do i = 1, p%n
-            arm = reference_corner(p, i, c) - p%reference(i, :)
-            p%corner_velocity(i, :, c) = p%velocity(i, :) + spin(p%body(i))*[-arm(2), arm(1)]
-         end do
+      do i = 1, p%n
+         arm = reference_corners(p, i) - spread(p%reference(i, :), 2, corners)
+         p%corner_velocity(i, 1, :) = p%velocity(i, 1) - spin(p%body(i))*arm(2, :)
+         p%corner_velocity(i, 2, :) = p%velocity(i, 2) + spin(p%body(i))*arm(1, :)
       end do
    end subroutine start_domains
 
@@ -61,21 +60,26 @@ contains
       end do
    end function corner_gradients
 
-   !> Place of a corner in the reference configuration [m].
-   pure function reference_corner(p, i, c) result(x)
+   !> Places of the corners in the reference configuration [m].
+   pure function reference_corners(p, i) result(x)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: i, c                !! particle, corner
-      real(dp) :: x(ndim)
-      x = p%reference(i, :) + (corner_offset(c) - 0.5_dp)*edges_of_domain(p, i)
-   end function reference_corner
+      integer, intent(in) :: i
+      real(dp) :: x(ndim, corners)
+      real(dp) :: edges(ndim)
+      integer :: c
+      edges = edges_of_domain(p, i)
+      do c = 1, corners
+         x(:, c) = p%reference(i, :) + (corner_offset(c) - 0.5_dp)*edges
+      end do
+   end function reference_corners
 
-   !> Place of a corner now [m].
-   pure function corner_place(p, i, c) result(x)
+   !> Places of the corners now [m].
+   pure function corner_places(p, i) result(x)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: i, c                !! particle, corner
-      real(dp) :: x(ndim)
-      x = reference_corner(p, i, c) + p%corner_displacement(i, :, c)
-   end function corner_place
+      integer, intent(in) :: i
+      real(dp) :: x(ndim, corners)
+      x = reference_corners(p, i) + p%corner_displacement(i, :, :)
+   end function corner_places
 
    !> Bilinear functions of the corners of a domain at a material place, which may be outside of it [-].
    pure function weights_in_domain(offset, edges) result(n)
@@ -94,12 +98,15 @@ contains
    pure subroutine follow_corners(p, i)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i
-      real(dp) :: u(ndim, corners), v(ndim, corners)
-      u = p%corner_displacement(i, :, :)
-      v = p%corner_velocity(i, :, :)
-      p%displacement(i, :) = sum(u, dim=2)/corners
-      p%velocity(i, :) = sum(v, dim=2)/corners
-      p%gradient(i, :, :) = matmul(u, transpose(corner_gradients(p, i)))
+      real(dp) :: g(ndim, corners)
+      integer :: d
+      g = corner_gradients(p, i)
+      do d = 1, ndim
+         p%displacement(i, d) = sum(p%corner_displacement(i, d, :))/corners
+         p%velocity(i, d) = sum(p%corner_velocity(i, d, :))/corners
+         p%gradient(i, d, 1) = sum(p%corner_displacement(i, d, :)*g(1, :))
+         p%gradient(i, d, 2) = sum(p%corner_displacement(i, d, :)*g(2, :))
+      end do
    end subroutine follow_corners
 
    !> The longest edge of a domain now [m].
@@ -128,10 +135,8 @@ contains
       integer, intent(in) :: i
       real(dp) :: x(ndim, corners)
       integer, parameter :: order(corners) = [1, 2, 4, 3]
-      integer :: k
-      do k = 1, corners
-         x(:, k) = corner_place(p, i, order(k))
-      end do
+      x = corner_places(p, i)
+      x = x(:, order)
    end function corners_around
 
    !> Kinetic energy of a particle: of the corners of its domain, where it has one [J].
@@ -149,13 +154,10 @@ contains
    pure real(dp) function spin_of(p, i) result(spin)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      real(dp) :: arm(ndim)
-      integer :: c
+      real(dp) :: arm(ndim, corners)
       spin = 0
       if (.not. allocated(p%corner_velocity)) return
-      do c = 1, corners
-         arm = corner_place(p, i, c) - p%position(i)
-         spin = spin + p%mass(i)/corners*(arm(1)*p%corner_velocity(i, 2, c) - arm(2)*p%corner_velocity(i, 1, c))
-      end do
+      arm = corner_places(p, i) - spread(p%position(i), 2, corners)
+      spin = p%mass(i)/corners*sum(arm(1, :)*p%corner_velocity(i, 2, :) - arm(2, :)*p%corner_velocity(i, 1, :))
    end function spin_of
 end module hampm_domains

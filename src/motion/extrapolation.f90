@@ -2,7 +2,7 @@
 module hampm_extrapolation
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell
-   use hampm_domain_pass, only: find_corner
+   use hampm_domain_pass, only: find_corners
    use hampm_failure, only: failure_t
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
@@ -60,8 +60,8 @@ contains
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: sums(width, *)
-      real(dp) :: local(ndim)
-      integer :: i, c, element
+      real(dp) :: local(ndim), at(ndim, corners)
+      integer :: i, c, element(corners)
       sums(:, :grid%n_points) = 0
       do i = 1, p%n
          if (.not. allocated(p%corner_velocity)) then
@@ -69,9 +69,10 @@ contains
             call add_value(p%cell(i), p%mass(i)*shape_functions(local), field(:, i))
             cycle
          end if
+         element = outside
+         call find_corners(p, grid, i, element, at)
          do c = 1, corners                       ! as those that the masses of the nodes are of
-            call find_corner(p, grid, i, c, element, local)
-            if (element /= outside) call add_value(element, p%mass(i)/corners*shape_functions(local), field(:, i))
+            if (element(c) /= outside) call add_value(element(c), p%mass(i)/corners*shape_functions(at(:, c)), field(:, i))
          end do
       end do
       call grid%dofs%condense(matrix%all, width, sums)

@@ -9,7 +9,7 @@ module hampm_loads
    use hampm_archive, only: archive_t
    use hampm_basis, only: shape_functions
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_domain_pass, only: find_corner
+   use hampm_domain_pass, only: find_corners
    use hampm_domains, only: edges_of_domain, weights_in_domain
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
@@ -344,16 +344,17 @@ contains
       real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
       integer, intent(out) :: node(corners, corners)
       real(dp), intent(out) :: shape(corners, corners)
-      real(dp) :: part(corners), local(ndim)
-      integer :: c, element
+      real(dp) :: part(corners), local(ndim, corners)
+      integer :: c, element(corners)
       part = weights_in_domain(offset, edges_of_domain(p, host))
+      element = outside
+      call find_corners(p, grid, host, element, local)
       do c = 1, corners
-         call find_corner(p, grid, host, c, element, local)
          node(:, c) = 1
          shape(:, c) = 0
-         if (element == outside) cycle           ! the next step will tell
-         node(:, c) = grid%element_nodes(:, element)
-         shape(:, c) = part(c)*shape_functions(local)
+         if (element(c) == outside) cycle        ! the next step will tell
+         node(:, c) = grid%element_nodes(:, element(c))
+         shape(:, c) = part(c)*shape_functions(local(:, c))
       end do
    end subroutine share_by_corners
 
