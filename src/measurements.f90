@@ -249,11 +249,11 @@ contains
          if (any(scene%materials%law == 'viscoelastic')) call history%record('viscous_dissipation', 'J', &
                                                                            'energy taken by the viscosity of the material', &
                                                                            m%viscous_dissipation)
-         if (any(scene%paths%friction > 0)) &
-            call history%record('friction_loss', 'J', 'energy taken by friction', motion%springs%loss)
+         if (any(scene%paths%friction > 0) .or. scene%contact%is_wanted()) &
+            call history%record('friction_loss', 'J', 'energy taken by friction', &
+                                motion%springs%loss + motion%body_contact%friction_loss)
          if (scene%contact%is_wanted()) then
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', motion%body_contact%loss)
-            call history%record('friction_loss', 'J', 'energy taken by friction', motion%body_contact%friction_loss)
             call history%record('contact_force_x', 'N', 'force of the first body, or part, on all others', &
                                 motion%body_contact%force(1))
             call history%record('contact_force_y', 'N', 'force of the first body, or part, on all others', &

@@ -47,7 +47,7 @@ contains
       if (p%has_outline(p%body(i))) edges = edges*min(1.0_dp, max(least_edge, sqrt(p%volume(i)/(p%thickness*product(edges)))))
    end function edges_of_domain
 
-   !> G_c: what displacements of the corners of a domain give to H [1/m].
+   !> The gradients G_c: what displacements of the corners of a domain give to H [1/m].
    pure function corner_gradients(p, i) result(g)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i

@@ -353,7 +353,9 @@ MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) 
     ("courant = 0.1", "time = 'static'", "'static'", "&method time = 'static': must be 'explicit' with &contact bodies"),
     ("courant = 0.1", "time = 'implicit'", "'implicit'", "&method time = 'implicit': must be 'explicit' with &contact bodies"),
     ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine", "&refine indicator = 'gradient': must not be 'gradient' with &contact bodies"),
-    ("&damping", "&crack tip = 0.05, 0.0 direction = 1.0, 0.0 /\n&damping", "&crack", "there must be no crack with &contact bodies: it would cut"),
+    ("'frictionless' /", "'stick' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 /\n"
+     "&crack kind = 'path' points = 0.0, 0.0107, 0.004, 0.0107 /", "&crack",
+     "&crack points = 0.0, 0.0107, 0.004, 0.0107: must be in the first &body, or in one of its part, with &contact bodies: put the body"),
     ("'frictionless' /", "'joined' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 part = 'a' /", "part = 'a'",
      "&body part = 'a': goes with &contact bodies = 'stick', 'frictionless' or 'friction' only"),
     ("'frictionless' /", "'stick' /\n" + "".join(f"&body material = 'aluminium' lower = {k}e-3, 0.0105 upper = {k + 0.5}e-3, 0.011 /\n"
