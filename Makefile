@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit cracks growth tip vtk errors
+         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit cracks growth tip vtk errors domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -165,6 +165,14 @@ tip: setup  ## measure how far from its node the discrete crack tip acts
 errors: setup  ## hold the estimated errors of G, J and K to the true ones on specimens with known G
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/error_specimens.py --output results/error_specimens
+
+domains: setup  ## hold particles with domains to what large deformation should give, and measure what they cost
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/domains.py
+
+contact: setup  ## hold bodies that meet to what they should do
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/body_contact.py
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh

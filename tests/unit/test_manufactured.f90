@@ -5,7 +5,7 @@
 program test_manufactured
    use hampm_kinds, only: dp, ndim, corners
    use hampm_constraints, only: constrain_box
-   use hampm_domains, only: start_domains, reference_corner, follow_corners
+   use hampm_domains, only: start_domains, reference_corners, follow_corners
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, finish
@@ -163,7 +163,7 @@ contains
       real(dp), intent(in) :: cell, dt           !! [m], [s]
       type(motion_t), intent(out) :: m
       type(failure_t) :: failure
-      real(dp) :: x(ndim), lower(ndim), upper(ndim)
+      real(dp) :: x(ndim), origin(ndim, corners), lower(ndim), upper(ndim)
       integer :: i, c, n
       lower = -half_width
       upper = half_width
@@ -184,8 +184,9 @@ contains
       if (way == 'cpdi') then
          call start_domains(m%particles, [0.0_dp])
          do i = 1, m%particles%n
+            origin = reference_corners(m%particles, i)
             do c = 1, corners
-               x = reference_corner(m%particles, i, c)
+               x = origin(:, c)
                m%particles%corner_displacement(i, :, c) = place(x, 0.0_dp) - x
                m%particles%corner_velocity(i, :, c) = velocity(x, -dt/2)
             end do
