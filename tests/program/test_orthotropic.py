@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from paths import INPUT
+from paths import INPUT, REFERENCE
 
 E1, E2, G12, NU12, DENSITY = 140e9, 10e9, 5e9, 0.3, 1600.0
 LAMINATE = f"law = 'orthotropic'  young_1 = {E1}  young_2 = {E2}  shear_12 = {G12}  poisson_12 = {NU12}  density = {DENSITY}"
@@ -249,3 +249,22 @@ def test_growth_is_refused(hampm):
     result = hampm("--check", "case.nml")
     assert result.returncode == 2
     assert "&material law = 'orthotropic': must not be 'orthotropic' with a &growth" in result.stderr
+
+
+def test_mixed_mode_bending_has_the_rates_of_finite_elements_and_nearly_those_of_the_standard(hampm):
+    """tests/reference/orthotropic/mmb.csv, extrapolated to cell size zero: each halving takes half of what is missing. Formulas: ASTM D6671."""
+    with open(REFERENCE / "orthotropic/mmb.csv") as file:
+        rows = [[float(value) for value in line.split(",")] for line in file.readlines()[2:]]
+    modes = [2 * fine - coarse for coarse, fine in zip(rows[-2][1:], rows[-1][1:])]
+    found = run(hampm, INPUT / "laminate_mmb.nml")
+    print(modes, found["J"][-1], found["G_nodal_force_I"][-1], found["G_nodal_force_II"][-1])
+    assert found["J"][-1] == pytest.approx(sum(modes), rel=0.01)
+    for name in ("G_nodal_force", "G_domain"):
+        assert found[f"{name}_I"][-1] == pytest.approx(modes[0], rel=0.01)
+        assert -found[f"{name}_II"][-1] == pytest.approx(modes[1], rel=0.01)
+    p, c, span, h, a = 8.0, 45e-3, 50e-3, 2e-3, 25e-3
+    closed = (3 * p**2 * (3 * c - span) ** 2 * (a + chi() * h) ** 2 / (4 * span**2 * 1e-6 * h**3 * E1),
+              9 * p**2 * (c + span) ** 2 * (a + 0.42 * chi() * h) ** 2 / (16 * span**2 * 1e-6 * h**3 * E1))
+    assert found["G_nodal_force_I"][-1] == pytest.approx(closed[0], rel=0.01)
+    assert -found["G_nodal_force_II"][-1] == pytest.approx(closed[1], rel=0.025)
+    assert abs(found["J"][-1] - sum(modes)) < found["J_error"][-1]

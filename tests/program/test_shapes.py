@@ -70,6 +70,54 @@ def test_a_turned_square_under_tension_has_the_same_stress_everywhere(hampm, tmp
         assert particles(file, field)/1e6 == pytest.approx(np.full(len(particles(file, field)), wanted), abs=1e-6), field
 
 
+def beam(degrees, cell, shape="polygon"):
+    """A beam of 80 by 40 mm that hangs by its ends, across to its own weight of 1 MN, turned by an angle: nothing but its bending holds it."""
+    corner = turned([(-0.04, -0.02), (0.04, -0.02), (0.04, 0.02), (-0.04, 0.02)], degrees)
+    weight = 1e6 * turned([(0, -1)], degrees)[0]
+    mass = 8000 * 0.08 * 0.04
+    c, s = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}.get(degrees, (1, 0))
+    body = polygon(corner) if shape == "polygon" else (f"&body material = 's' lower = {corner.min(axis=0)[0]:.17g}, {corner.min(axis=0)[1]:.17g} "
+                                                       f"upper = {corner.max(axis=0)[0]:.17g}, {corner.max(axis=0)[1]:.17g} /\n")
+    n = round(0.12 / cell)
+    return (f"&run plane = 'stress' end_time = 1.0 /\n&grid lower = -0.06, -0.06 cell = {cell} cells = {n}, {n} /\n" + STEEL + body
+            + f"&load kind = 'gravity' acceleration = {weight[0] / mass:.17g}, {weight[1] / mass:.17g} /\n"
+            + traction(corner[1], corner[2], -weight / 2) + traction(corner[3], corner[0], -weight / 2)
+            + "&constraint lower = 0.0, 0.0 upper = 0.0, 0.0 fix = 'xy' /\n"
+            + (f"&constraint lower = {0.01 * c}, {0.01 * s} upper = {0.01 * c}, {0.01 * s} fix = '{'x' if c == 0 else 'y'}' /\n")
+            + "&method time = 'static' /\n")
+
+
+def stored(file):
+    return file["history/strain_energy"][-1]
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_a_rectangle_turned_with_its_grid_is_the_upright_one(hampm, tmp_path, degrees):
+    """A lattice looks the same after each quarter turn, and a polygon whose sides are on grid lines is a rectangle."""
+    upright = run(hampm, tmp_path, beam(0, 5e-3, "rectangle"), name="upright.h5")
+    other = run(hampm, tmp_path, beam(degrees, 5e-3), name="other.h5")
+    assert stored(other) == pytest.approx(stored(upright), rel=1e-10)
+    began = {name: particles(file, "Points") - particles(file, "displacement")[:, :2] for name, file in (("other", other), ("upright", upright))}
+    pairs = zip(*(np.lexsort(np.round(places, 7).T) for places in (turned(began["other"], -degrees), began["upright"])))
+    moved = turned(particles(other, "displacement")[:, :2], -degrees), particles(upright, "displacement")[:, :2]
+    i, j = np.array(list(pairs)).T
+    print(np.abs(moved[0][i] - moved[1][j]).max() / np.abs(moved[1]).max())
+    assert moved[0][i] == pytest.approx(moved[1][j], abs=1e-10 * np.abs(moved[1]).max())
+
+
+@pytest.mark.parametrize("degrees", [20, 45])
+def test_a_rectangle_turned_against_the_grid_converges_to_the_upright_one(hampm, tmp_path, degrees):
+    """Strain energy of a beam in bending: of order 2 in the cell, as without cut cells, where sides may be anywhere in them."""
+    upright = [stored(run(hampm, tmp_path, beam(0, cell), name=f"u{k}.h5")) for k, cell in enumerate((2.5e-3, 1.25e-3, 0.625e-3))]
+    exact = upright[2] + (upright[2] - upright[1]) / 3
+    error = [stored(run(hampm, tmp_path, beam(degrees, cell), name=f"t{k}.h5")) / exact - 1 for k, cell in enumerate((5e-3, 2.5e-3, 1.25e-3))]
+    order = [math.log2(abs(coarse / fine)) for coarse, fine in zip(error, error[1:])]
+    of_upright = [value / exact - 1 for value in upright]
+    print(of_upright, error, order)
+    assert abs(error[1]) < 1.1 * abs(of_upright[0]) and abs(error[2]) < 1.1 * abs(of_upright[1])
+    assert math.log2(abs(error[0] / error[2])) / 2 > 1.6
+
+
 def test_a_part_of_the_square_may_be_refined(hampm, tmp_path):
     """Children are what quarters of the boxes have of the body, so the patch test holds on three levels of cells."""
     crackless = ("&refine indicator = 'gradient' field = 'energy_density' r_crit = 1e-9 r_coarsen = 0.0 max_level = 2 "
