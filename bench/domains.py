@@ -65,7 +65,7 @@ def bar(program, folder):
         last = error
 
 
-def cost(program, folder, turns_of_each=5):
+def cost(program, folder, turns_of_each=3):
     """Medians of the ratios of runs in turn, without the start: differences of two lengths."""
     yield "scheme", "mass", "CPU a particle and step, ns: linear", "cpdi", "ratio", "ratio of the same motion"
     for scheme, mass in (("musl", "lumped"), ("usf", "lumped"), ("usavg", "lumped"), ("musl", "full")):
@@ -74,7 +74,7 @@ def cost(program, folder, turns_of_each=5):
             pair = []
             for functions in ("linear", "cpdi"):
                 used, steps = zip(*(spent(program, folder, square(part, functions=functions, scheme=scheme, mass=mass, cell=0.02,
-                                                                  cells="120, 120")) for part in (0.01, 0.06)))
+                                                                  cells="120, 120")) for part in (0.004, 0.024)))
                 pair.append(((used[1] - used[0]) / (steps[1] - steps[0]) / 10000, used[1] - used[0]))
             found.append((*(1e9 * a for a, _ in pair), pair[1][0] / pair[0][0], pair[1][1] / pair[0][1]))
         yield scheme, mass, *(f"{statistics.median(values):.1f}" for values in zip(*found))
@@ -84,7 +84,7 @@ def spent(program, folder, text):
     """Processor time and steps of a run."""
     text = text.replace("&energy_release estimators = 'energy_balance' /\n", "")
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    history, _ = run_scene(program, folder, text, ["output.history_interval=1e-2"])
+    history, _ = run_scene(program, folder, text, ["output.history_interval=4e-3"])
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime - before.ru_utime, history["step"][-1]
 
