@@ -6,6 +6,7 @@ module hampm_assembly
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
+                                    is_other_within, &
                                     largest_radius, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
@@ -162,6 +163,7 @@ contains
             if (.not. scene%energy_release%needs_radii()) cycle
             if (scene%crack%present) then
                tip%radii = domain_radii(scene, largest_radius(scene, tip%place))
+               tip%has_layers = any([(is_other_within(scene, body, tip%place, maxval(tip%radii)), body=1, size(scene%bodies))])
             else
                tip%radii = domain_radii(scene, path_radius(scene, tip%crack, tip%end))
             end if

@@ -209,12 +209,7 @@ contains
          if (has_history(scene%materials(tip%material)%law)) then
             call record_where_dissipated()
          else if (chosen%domain_integral) then
-            call record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain, &
-                              'estimated error of G_domain', v%errors%domain)
-            call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
-                              'estimated error of K', v%errors%intensity)
-            if (recorded > 1) &
-               call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
+            if (.not. tip%has_layers) call record_parts()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
@@ -231,6 +226,18 @@ contains
       end associate
 
    contains
+
+      !> Record the parts of J by modes and the stress intensity factors.
+      subroutine record_parts()
+         associate (v => values)
+            call record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain, &
+                              'estimated error of G_domain', v%errors%domain)
+            call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
+                              'estimated error of K', v%errors%intensity)
+            if (recorded > 1) &
+               call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
+         end associate
+      end subroutine record_parts
 
       !> Record J at a tip in material that yields or creeps: it depends on the domain, and stress intensities are of elastic
       !> fields.

@@ -39,6 +39,8 @@ module hampm_crack_tip
       real(dp) :: grown = 0                      !! how far it has moved since the start of the run, by growth in motion [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
       integer :: material = 0                    !! number of the material in which it is
+      logical :: has_layers = .false.            !! whether there are others within its radii, in layers along the crack: J has a meaning there,
+                                                 !! its parts and K have none
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
       type(tip_nodes_t) :: nodes
    contains

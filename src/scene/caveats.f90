@@ -117,8 +117,8 @@ contains
                'estimator ''domain_integral''')
    end subroutine look_at_points
 
-   !> Modes are found for a crack in one material: the fields around a tip at an interface are others, and mix the modes. (Domain
-   !> integrals are refused there.)
+   !> Modes are found for a crack in one material: the fields around a tip at an interface are others, and mix the modes. (Domain integrals
+   !> give J there, where the interface runs along the crack, and no K.)
    pure subroutine look_at_interfaces(scene, text)
       type(scene_t), intent(in) :: scene
       character(:), allocatable, intent(inout) :: text
@@ -134,8 +134,8 @@ contains
          end do
       end associate
       if (any(around > 0 .and. .not. are_alike(scene, around, maxval(around)))) &
-         call add(text, 'the tip of the crack is between two materials: the parts of modes I and II have no meaning there, '// &
-                  'only their sum has')
+         call add(text, 'the tip of the crack is between two materials: the parts of modes I and II depend on the size of the '// &
+                  'cells there, and only their sum has a meaning; K is not recorded')
    end subroutine look_at_interfaces
 
    !> J does not depend on the path in elastic material only.

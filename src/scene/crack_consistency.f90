@@ -2,12 +2,12 @@
 module hampm_crack_consistency
    use hampm_load_placement, only: is_on_faces
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered, is_on_crack
+   use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered, is_on_crack, &
+                                    is_other_within, is_layer
    use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_path_radii
-   use hampm_placement, only: tolerance, upper_corner, nearest_node, within, overlap, on_node, on_face, point_text, length_text
+   use hampm_placement, only: tolerance, upper_corner, nearest_node, within, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
-   use hampm_scene_materials, only: are_alike
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: has_shapes
    use hampm_text, only: to_text
@@ -243,14 +243,12 @@ contains
                                 'crack, neither point load nor traction but on its faces, and no constraint but that of '// &
                                 'the symmetry plane')
       do i = 1, size(scene%bodies)
-         associate (body => scene%bodies(i), tip => scene%crack%tip, reach => maxval(radii))
-            if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid)) .and. &
-                .not. are_alike(scene, i, body_at(scene, tip))) then
-               call settings%complain(mistakes, entry, 'radii', 'there must be one material within them; body '//to_text(i)// &
-                                      ' is of another one than the tip''s, or has another eigenstrain')
-               return
-            end if
-         end associate
+         if (.not. is_other_within(scene, i, scene%crack%tip, maxval(radii))) cycle
+         if (is_layer(scene, i, scene%crack%tip, maxval(radii))) cycle
+         call settings%complain(mistakes, entry, 'radii', 'there must be one material within them, or layers along the '// &
+                                'crack; body '//to_text(i)//' is of another one than the tip''s, or has another eigenstrain, '// &
+                                'and ends within them')
+         return
       end do
    end subroutine check_radii
 

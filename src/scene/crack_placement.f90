@@ -3,13 +3,14 @@
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_body_group, only: area_in_box
-   use hampm_placement, only: tolerance, within, is_part_of
+   use hampm_placement, only: tolerance, within, is_part_of, overlap
    use hampm_scene, only: scene_t, load_spec_t
+   use hampm_scene_materials, only: are_alike
    implicit none
    private
    public :: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, largest_radius, &
              least_radius, domain_radii, is_covered, held_ahead, room_on_plane, covered_radius, &
-             distance_to_box, is_on_crack, face_normal
+             distance_to_box, is_on_crack, is_other_within, is_layer, face_normal
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -167,6 +168,31 @@ contains
          on = within(lower, upper, min(start, spec%tip), max(start, spec%tip), tolerance(scene%grid))
       end associate
    end function is_on_crack
+
+   !> Whether a body is within a radius of a tip, and of another material than that at the tip, or another eigenstrain.
+   pure logical function is_other_within(scene, body, tip, radius) result(is)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: body
+      real(dp), intent(in) :: tip(ndim), radius  !! [m]
+      associate (b => scene%bodies(body))
+         is = overlap(tip - radius, tip + radius, b%lower, b%upper, tolerance(scene%grid))
+      end associate
+      if (is) is = .not. are_alike(scene, body, body_at(scene, tip))
+   end function is_other_within
+
+   !> Whether a body is, as far as a radius around a tip goes, a layer along the crack: then the material does not change in its direction,
+   !> and J does not depend on the path.
+   pure logical function is_layer(scene, body, tip, radius)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: body
+      real(dp), intent(in) :: tip(ndim), radius  !! [m]
+      integer :: along
+      along = maxloc(abs(scene%crack%direction), dim=1)
+      associate (b => scene%bodies(body))
+         is_layer = .not. b%outline%is_there() .and. b%lower(along) <= tip(along) - radius + tolerance(scene%grid) &
+                    .and. b%upper(along) >= tip(along) + radius - tolerance(scene%grid)
+      end associate
+   end function is_layer
 
    !> Unit vector from the crack's line into the material at the face of a load; 0 where it names none.
    pure function face_normal(scene, load) result(normal)

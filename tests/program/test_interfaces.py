@@ -1,0 +1,76 @@
+"""Cracks between two materials: J where the interface runs along the crack, and what has no meaning there."""
+
+import h5py
+import pytest
+
+E_A, NU_A, NU_B, UPPER, WIDTH, FORCE = 70e9, 0.3, 0.2, 2e-3, 1e-3, 10.0
+
+
+def beams(plane="stress", lower=3e-3, young=210e9, cell=5e-4, levels=2, more="", right=70e-3):
+    """Two beams of two materials, whose ends are bent apart by the same moment: a crack between them for 30 mm."""
+    def pull(y0, y1, force):
+        return f"&load kind = 'traction' lower = 0.0, {y0} upper = 0.0, {y1} force = {force}, 0.0 /\n"
+    other = FORCE * UPPER / lower
+    return (f"&run plane = '{plane}' thickness = {WIDTH} end_time = 1.0 /\n"
+            f"&grid lower = 0.0, -4e-3 cell = {cell} cells = {round(72e-3 / cell)}, {round(8e-3 / cell)} /\n"
+            f"&material name = 'a' young = {E_A} poisson = {NU_A} density = 2700 /\n"
+            f"&material name = 'b' young = {young} poisson = {NU_B} density = 7800 /\n"
+            f"&body material = 'a' lower = 0.0, 0.0 upper = 70e-3, {UPPER} /\n&body material = 'b' lower = 0.0, {-lower} upper = {right}, 0.0 /\n"
+            + pull(UPPER / 2, UPPER, FORCE) + pull(0.0, UPPER / 2, -FORCE) + pull(-lower / 2, 0.0, -other) + pull(-lower, -lower / 2, other)
+            + "&constraint lower = 70e-3, 0.0 upper = 70e-3, 0.0 fix = 'xy' /\n&constraint lower = 70e-3, 1e-3 upper = 70e-3, 1e-3 fix = 'x' /\n"
+            + "&method time = 'static' /\n" + (f"&refine indicator = 'tip' max_level = {levels} rings = 8 /\n" if levels else "")
+            + "&crack kind = 'line' tip = 30e-3, 0.0 direction = 1.0, 0.0 /\n"
+            + f"&energy_release estimators = 'nodal_force', 'domain_integral' {more} /\n&output file = 'out.h5' /\n")
+
+
+def released(plane, lower, young):
+    """What both beams store over the length of the crack, and without it would not: M^2/(2 B) (1/(E_a I_a) + 1/(E_b I_b)) (Suo & Hutchinson 1990)."""
+    moment = FORCE * UPPER / 2
+    stiff = [E_A, young] if plane == "stress" else [E_A / (1 - NU_A**2), young / (1 - NU_B**2)]
+    return moment**2 / (2 * WIDTH) * sum(12 / (e * WIDTH * h**3) for e, h in zip(stiff, (UPPER, lower)))
+
+
+def run(hampm, tmp_path, text):
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml", "--force")
+    assert result.returncode == 0, result.stderr
+    with h5py.File(tmp_path / "out.h5") as file:
+        return {name: column[-1] for name, column in file["history"].items()}, result.stderr
+
+
+@pytest.mark.parametrize(("plane", "lower", "young"), [("stress", 3e-3, 210e9), ("strain", 2e-3, 7e9)])
+def test_j_of_an_interface_is_what_is_released(hampm, tmp_path, plane, lower, young):
+    """The sum of the modes by nodal forces too. Its parts go on changing with the cell, by the sixth of a mode from level to level."""
+    exact = released(plane, lower, young)
+    parts, error = [], []
+    for levels in (0, 1, 2):
+        found, warnings = run(hampm, tmp_path, beams(plane, lower, young, levels=levels))
+        parts.append(found["G_nodal_force_I"] / exact)
+        error.append(found["J"] / exact - 1)
+        assert found["G"] == found["J"]
+        assert abs(found["J"] - exact) < found["J_error"]
+        assert found["J_spread"] < 0.02 * exact
+        assert not {"K_I", "K_II", "G_domain_I", "mode_mixity"} & set(found)
+        assert "the tip of the crack is between two materials: the parts of modes I and II depend on the size of the cells there" in warnings
+    print(error, parts)
+    assert abs(error[2]) < 0.003
+    assert found["G_nodal_force_I"] + abs(found["G_nodal_force_II"]) == pytest.approx(exact, rel=0.003)
+    assert parts[0] - parts[1] > 0.02 and parts[1] - parts[2] > 0.02
+
+
+def test_a_layer_beside_the_crack(hampm, tmp_path):
+    """A tip in one material with another layer within the radii: J is what it is of the nodal forces, there is no K."""
+    text = beams().replace("tip = 30e-3, 0.0", "tip = 30e-3, 0.5e-3")
+    found, warnings = run(hampm, tmp_path, text)
+    assert "between two materials" not in warnings
+    assert found["J"] == pytest.approx(found["G_nodal_force_I"] + abs(found["G_nodal_force_II"]), rel=0.02)
+    assert "K_I" not in found
+
+
+def test_an_interface_across_the_crack_is_refused(hampm, tmp_path):
+    rest = "&body material = 'a' lower = 31e-3, -3e-3 upper = 70e-3, 0.0 /\n"
+    (tmp_path / "case.nml").write_text(beams(right=31e-3).replace("&constraint", rest + "&constraint", 1))
+    result = hampm("case.nml")
+    assert result.returncode == 2
+    assert "&energy_release radii" in result.stderr and "one material within them, or layers along the crack; body 2" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
