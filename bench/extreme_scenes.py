@@ -463,7 +463,8 @@ DIMENSIONS = {  # powers of length, time and mass
     "radii": (1, 0, 0), "history_interval": (0, 1, 0), "snapshot_interval": (0, 1, 0), "length": (1, 0, 0),
     "full_lower": (1, 0, 0), "full_upper": (1, 0, 0), "times": (0, 1, 0), "points": (1, 0, 0)}
 COLUMNS = {"1": (0, 0, 0), "rad": (0, 0, 0), "s": (0, 1, 0), "m": (1, 0, 0), "N": (1, -2, 1), "J": (2, -2, 1),
-           "J/m2": (0, -2, 1), "Pa m^0.5": (-0.5, -2, 1)}  # by the unit that the result file names
+           "J/m2": (0, -2, 1), "Pa m^0.5": (-0.5, -2, 1), "kg m/s": (1, -1, 1),
+           "kg m2/s": (2, -1, 1)}  # by the unit that the result file names
 UNITS = [(length, time, mass) for length in (1e-9, 1.0, 1e3) for time in (1e-6, 1.0, 3.15576e7)
          for mass in ((1e-20,) if time < 1 else (1.0,) if time == 1 else (1e20,))]
 

@@ -167,8 +167,9 @@ contains
       real(dp) :: xi(ndim), length(ndim), toward(ndim), shape(corners), weight
       real(dp), allocatable :: gradient(:, :)    ! of the function of a particle [1/cells], (nodes, ndim)
       integer, allocatable :: nodes(:)
-      integer :: i, j, c, d, k, at(ndim)
-      call make_room([(floor(maxval(rows(d)%x + rows(d)%length/2) - margin) + 1, d=1, ndim)], s)
+      integer :: i, j, c, d, k, at(ndim), first(ndim)
+      first = [(floor(minval(rows(d)%x - rows(d)%length/2) + margin), d=1, ndim)] ! domains reach beyond the cells of the particles
+      call make_room([(floor(maxval(rows(d)%x + rows(d)%length/2) - margin) + 1, d=1, ndim)] - first, s)
       allocate (gradient(size(s%lumped), ndim))
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
@@ -177,7 +178,7 @@ contains
             gradient = 0
             do c = 1, corners
                toward = corner_offset(c) - 0.5_dp
-               call locate([rows(1)%x(i), rows(2)%x(j)] + (1 - margin)*toward*length, at, xi)
+               call locate([rows(1)%x(i), rows(2)%x(j)] - first + (1 - margin)*toward*length, at, xi)
                call add_mass(weight/corners, at, xi, s)
                shape = shape_functions(xi)
                do d = 1, ndim

@@ -6,16 +6,9 @@ no particle.
     .venv/bin/python tests/fuzz/growth_scenes.py --cases 1000 --seed 2 --program build/debug/hampm
 """
 
-import argparse
-import random
-import sys
-import tempfile
-from collections import Counter
-from pathlib import Path
-
 import h5py
 import numpy as np
-from runs import PROGRAM, try_run
+from scene_fuzzer import main
 
 CLOSED = 1e-9  # part of the largest energy that may be missing
 
@@ -94,37 +87,5 @@ def look(folder, text):
     return ""
 
 
-def try_scenes(program, cases, seed):
-    """How many runs ended with which exit code, how many tips of those that ended with 0 have grown, and what is wrong with some."""
-    ends, grown, findings = Counter(), 0, []
-    for case in range(cases):
-        text = scene(random.Random(f"{seed} {case}"))
-        with tempfile.TemporaryDirectory() as folder:
-            code, fault = try_run(program, Path(folder), text, [])
-            if code == 0 and not fault:
-                fault = look(Path(folder), text)
-                with h5py.File(Path(folder) / "case.h5") as file:
-                    grown += file["history/crack_length"][-1] > file["history/crack_length"][0]
-        ends[code] += 1
-        if fault:
-            findings.append(f"seed {seed} case {case}: {fault}")
-    return ends, grown, findings
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=1000, metavar="N")
-    parser.add_argument("--seed", type=int, default=1, metavar="N")
-    parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
-    parser.add_argument("--show", type=int, metavar="CASE", help="print the namelist of a case")
-    options = parser.parse_args()
-    if options.show is not None:
-        print(scene(random.Random(f"{options.seed} {options.show}")))
-        return
-    ends, grown, findings = try_scenes(options.program.resolve(), options.cases, options.seed)
-    print(", ".join(f"{count} ended with {code}" for code, count in sorted(ends.items(), key=str)), f"; in {grown} the first tip has grown")
-    sys.exit("\n".join(findings) or 0)
-
-
 if __name__ == "__main__":
-    main()
+    main(__doc__, scene, look)

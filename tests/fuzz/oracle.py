@@ -168,7 +168,7 @@ def differences(text, overrides, as_used, keys):
     for one in overrides:
         override(wanted, one, keys)
     used = groups_of(as_used, keys)
-    for group in ("damping", "method", "energy_release", "output"):
+    for group in ("damping", "contact", "method", "energy_release", "output"):
         if group not in (name for name, _ in wanted):
             wanted.append((group, {}))
     wanted.sort(key=lambda one: keys.groups.index(one[0]))

@@ -17,7 +17,8 @@ from snapshots import field, field_names, points, read_steps
 
 COLUMNS = {
     "time": "s", "step": "1", "dt": "s", "particles": "1", "cells": "1", "finest_cell": "m", "kinetic_energy": "J",
-    "strain_energy": "J", "external_work": "J", "damping_loss": "J", "numerical_loss": "J", "G_nodal_force_I": "J/m2",
+    "strain_energy": "J", "external_work": "J", "damping_loss": "J", "momentum_x": "kg m/s", "momentum_y": "kg m/s",
+    "angular_momentum": "kg m2/s", "numerical_loss": "J", "G_nodal_force_I": "J/m2",
     "G_nodal_force_I_error": "J/m2", "G_stress_closure_I": "J/m2", "G_stress_closure_I_error": "J/m2", "G": "J/m2",
     "G_error": "J/m2", "crack_opening": "m", "mouth_opening": "m", "tip_cell": "m", "reaction_x": "N", "reaction_y": "N"}
 PARTICLE_FIELDS = ["body", "displacement", "energy_density", "id", "stress_xx", "stress_xy", "stress_yy", "velocity"]
