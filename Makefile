@@ -87,11 +87,13 @@ memcheck:  ## run unit tests and short cases under valgrind
 	@$(MAKE) -j$(JOBS) --no-print-directory build=memcheck program unit
 	$(PYTHON) tools/checked_runs.py memcheck
 
-fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; try 1000 runs that go wrong, and 10 000 cracks that grow
+fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; try 1000 runs that go wrong, and 30 000 scenes at random
 	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
 	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/meeting_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 
 # The oldest version that reads the snapshots, unless another is named
 version ?= 9.4.2

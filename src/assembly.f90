@@ -301,7 +301,7 @@ contains
          end associate
          first = first + number(k)
       end do
-      if (scene%method%has_domains()) call start_domains(m%particles, scene%bodies%spin)
+      if (scene%method%has_domains()) call start_domains(m%particles, [(scene%bodies(k)%spin, k=1, size(scene%bodies))])
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
    end subroutine place_particles
 

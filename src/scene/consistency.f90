@@ -52,7 +52,7 @@ contains
       call check_eigenstrains(scene, settings, mistakes)
       call check_refine(scene, settings, has_bodies, mistakes)
       call check_constraints(scene, settings, has_grid, mistakes)
-      call check_loads(scene, settings, has_grid, mistakes)
+      call check_loads(scene, settings, has_bodies, mistakes)
       before = mistakes%count
       call check_crack(scene, settings, has_grid, mistakes)
       call check_paths(scene, settings, has_bodies, mistakes)

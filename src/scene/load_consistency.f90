@@ -108,14 +108,12 @@ contains
    end subroutine check_motion
 
    !> Loads act on material and have a complete history.
-   pure subroutine check_loads(scene, settings, has_grid, mistakes)
+   pure subroutine check_loads(scene, settings, has_geometry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      logical, intent(in) :: has_grid
+      logical, intent(in) :: has_geometry        !! whether grid and bodies are without mistakes
       type(mistakes_t), intent(inout) :: mistakes
-      logical :: has_geometry
       integer :: i, entry
-      has_geometry = has_grid .and. bodies_good(settings)
       do i = 1, size(scene%loads)
          entry = settings%find('load', i)
          call check_history(scene%loads(i)%history, entry, settings, mistakes)

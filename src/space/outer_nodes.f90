@@ -3,7 +3,8 @@
 !> A node of which only the corner of a cell has material would have next to no mass: explicit steps would have to be as short as one likes, and the
 !> stiffness would be as badly conditioned. So a node that belongs to no cell filled by a part `least_fill` at least has no degrees of
 !> freedom of its own: it hangs on the nodes of a cell that is full enough, next to one that it belongs to, and moves as the shape functions of
-!> that cell are continued to it. Displacements stay continuous, and linear ones exact.
+!> that cell are continued to it. Where no cell beside a nearly empty one is full enough, as at a sharp corner, it takes the host of one beside it.
+!> Displacements stay continuous, and linear ones exact.
 !>
 !> Cells beside cells of another size, and those that a crack cuts or that are next to such, keep their nodes.
 !>
@@ -22,6 +23,7 @@ module hampm_outer_nodes
 
    !> Part of a cell that has to be filled for its nodes to be free.
    real(dp), parameter :: least_fill = 0.25_dp
+   integer, parameter :: sides(ndim, 4) = reshape([0, -1, -1, 0, 1, 0, 0, 1], [ndim, 4])
 
    !> Which places are outer nodes, and the leaf on whose nodes each hangs.
    type :: outer_nodes_t
@@ -77,11 +79,22 @@ contains
       type(outline_t), intent(in) :: bodies(:)
       type(outer_nodes_t), intent(out) :: outer
       real(dp) :: fill(forest%leaf_count())
-      integer :: leaf, c, status, hosts(forest%leaf_count())
+      logical :: may_hang(forest%leaf_count())
+      integer :: leaf, c, status
+      integer, dimension(forest%leaf_count()) :: hosts, before
       fill = [(fill_of(forest, bodies, leaf), leaf=1, size(fill))]
+      hosts = 0
+      may_hang = [(fill(leaf) > 0 .and. fill(leaf) < least_fill, leaf=1, size(fill))]
       do leaf = 1, size(fill)
-         hosts(leaf) = 0
-         if (fill(leaf) > 0 .and. fill(leaf) < least_fill) hosts(leaf) = host_of(forest, cut_cells, fill, leaf)
+         if (may_hang(leaf)) may_hang(leaf) = is_among_alike(forest, cut_cells, leaf)
+         if (may_hang(leaf)) hosts(leaf) = host_of(forest, cut_cells, fill, leaf)
+      end do
+      do
+         before = hosts
+         do leaf = 1, size(fill)
+            if (may_hang(leaf) .and. before(leaf) == 0) hosts(leaf) = host_of_next(forest, cut_cells, before, leaf)
+         end do
+         if (all(hosts == before)) exit
       end do
       if (all(hosts == 0)) return
       allocate (outer%host_of_leaf, source=hosts)
@@ -113,32 +126,72 @@ contains
       if (fill < least_part*0.1_dp) fill = 0
    end function fill_of
 
+   !> Whether all leaves around one are of its size, and no crack cuts them.
+   pure logical function is_among_alike(forest, cut_cells, leaf) result(is)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
+      integer, intent(in) :: leaf
+      integer :: next, i, j
+      is = .true.
+      do j = -1, 1
+         do i = -1, 1
+            next = neighbour(forest, leaf, [i, j])
+            if (next == outside) cycle
+            is = is .and. forest%level_of(next) == forest%level_of(leaf) .and. cut_cells%pieces_of(next) == 1
+         end do
+      end do
+   end function is_among_alike
+
    !> The leaf beside one of the four sides of a nearly empty one that is fullest, and full enough; 0 for none.
    pure integer function host_of(forest, cut_cells, fill, leaf) result(host)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       real(dp), intent(in) :: fill(:)
       integer, intent(in) :: leaf
-      integer :: next, i, j
+      integer :: next, side
       host = 0
-      do j = -1, 1
-         do i = -1, 1
-            next = neighbour(forest, leaf, [i, j])
-            if (next == outside) cycle
-            if (forest%level_of(next) /= forest%level_of(leaf) .or. cut_cells%pieces_of(next) > 1) then
-               host = 0
-               return
-            end if
-            if (abs(i) + abs(j) /= 1 .or. fill(next) < least_fill) cycle
-            if (host > 0) then
-               if (fill(next) <= fill(host)) cycle
-            end if
-            host = next
-         end do
+      do side = 1, size(sides, 2)
+         next = neighbour(forest, leaf, sides(:, side))
+         if (next == outside) cycle
+         if (fill(next) < least_fill) cycle
+         if (host > 0) then
+            if (fill(next) <= fill(host)) cycle
+         end if
+         host = next
       end do
-      if (host == 0 .or. .not. cut_cells%are_there()) return
-      if (cut_cells%divide(middle_of(forest, leaf), middle_of(forest, host))) host = 0
+      if (is_across(forest, cut_cells, leaf, host)) host = 0
    end function host_of
+
+   !> The host of a leaf beside one of the four sides of a nearly empty one, the nearest of them; 0 for none.
+   pure integer function host_of_next(forest, cut_cells, hosts, leaf) result(host)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
+      integer, intent(in) :: hosts(:)
+      integer, intent(in) :: leaf
+      real(dp) :: least, distance
+      integer :: next, side
+      host = 0
+      least = huge(least)
+      do side = 1, size(sides, 2)
+         next = neighbour(forest, leaf, sides(:, side))
+         if (next == outside) cycle
+         if (hosts(next) == 0) cycle
+         if (is_across(forest, cut_cells, leaf, hosts(next))) cycle
+         distance = norm2(middle_of(forest, hosts(next)) - middle_of(forest, leaf))
+         if (distance >= least*(1 - 1e-9_dp)) cycle
+         least = distance
+         host = hosts(next)
+      end do
+   end function host_of_next
+
+   !> Whether a crack is between two leaves.
+   pure logical function is_across(forest, cut_cells, leaf, other)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
+      integer, intent(in) :: leaf, other         !! 0 for none
+      is_across = .false.
+      if (other > 0 .and. cut_cells%are_there()) is_across = cut_cells%divide(middle_of(forest, leaf), middle_of(forest, other))
+   end function is_across
 
    !> The leaf that is, counted in leaves of the same size, so many away; `outside` where there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)

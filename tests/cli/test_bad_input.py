@@ -407,7 +407,7 @@ def test_one_material_within_the_domain_integral(hampm, tmp_path):
     text = changed(("upper = 0.1, 0.02\n", "upper = 0.055, 0.02\n"), scene=LINE) + steel + other
     (tmp_path / "case.nml").write_text(text)
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line_of(text, RADII)}: &energy_release {RADII}: there must be one material "
-                   "within them; body 2 is of another one than the tip's")
+                   "within them, or layers along the crack; body 2 is of another one than the tip's")
 
 
 POINT_LOAD = "&load kind = 'point' lower = {0}, {1} upper = {0}, {1} force = 0.0, 1.0 /\n"

@@ -106,9 +106,10 @@ def try_run(program, folder, text, settings):
     try:
         with h5py.File(folder / "case.h5") as file:
             ended, samples = file["history"].attrs["ended"], len(file["history/time"])
+            at_rest = b"'static'" in (folder / "case.nml").read_bytes()      # which may have no equilibrium to begin with
     except (OSError, KeyError) as error:
         return run.returncode, f"its result cannot be read: {error}"
-    told = (ended == "done") == (run.returncode == 0) and samples > 0
+    told = (ended == "done") == (run.returncode == 0) and (samples > 0 or at_rest and run.returncode == 3)
     return run.returncode, "" if told else f"ended with {run.returncode}, and its result says '{ended}' after {samples} samples"
 
 
