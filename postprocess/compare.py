@@ -27,7 +27,7 @@ Row = namedtuple("Row", "column difference relative time tolerance verdict")  # 
 
 def main(arguments=None):
     options = parse(arguments)
-    a, b = History(options.a), History(options.b)
+    a, b = (History(path, may_be_empty=True) for path in (options.a, options.b))
     names = compared(a, b, options)
     if options.exact:
         rows = [exact(a, b, name) for name in names]

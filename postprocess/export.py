@@ -10,7 +10,7 @@ from history import UNREADABLE, History, ResultError, run
 
 def main(arguments=None):
     options = parse(arguments)
-    history = History(options.file)
+    history = History(options.file, may_be_empty=True)
     if options.normalised:
         history.g_ref()
     if options.attribute:

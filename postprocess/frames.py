@@ -6,18 +6,23 @@ ones are stored as four quarters; `CrackPlane` turns positions into distances ah
 
 import re
 from collections import namedtuple
-from contextlib import contextmanager
 from pathlib import Path
 
 from history import UNREADABLE, ResultError
+from stored import opened
 
-import h5py
 import numpy as np
 
 Block = namedtuple("Block", "points cells point_fields cell_fields")
 Crack = namedtuple("Crack", "points tips")
 Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2), and the number of the tip at each; 0 where none is."
 Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 4 or 1), and fields by name."
+
+CORNERS = {"particles": 1, "mesh": 4, "cracks": 2}   # of a cell
+VECTORS = ("displacement", "velocity")
+COUNTED = ("body", "level", "particles", "crack", "tip", "piece")  # fields of whole numbers from 0 on
+DEEPEST = 40    # level of a cell
+FAR = 1e9       # cells from the grid at which nothing can be
 
 
 class Frames:
@@ -29,25 +34,17 @@ class Frames:
 
     def __init__(self, path):
         self.path = Path(path)
-        if not self.path.is_file():
-            raise ResultError(f"{path}: no such file", UNREADABLE)
-        with self._open() as file:
-            if "input/namelist" not in file:
+        with opened(self.path) as stored:
+            if not stored.has("input/namelist"):
                 raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
-            self.scene = Scene(file["input/namelist"].asstr()[()], path)
-            if not all(f"VTKHDF/{block}/Steps/Values" in file for block in ("mesh", "particles")):
+            self.scene = Scene(stored.text("input/namelist"), path)
+            if not all(stored.has(f"VTKHDF/{block}/Steps/Values") for block in ("mesh", "particles")):
                 raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
-            self.times = file["VTKHDF/mesh/Steps/Values"][()]
+            self.times = stored.numbers("VTKHDF/mesh/Steps/Values", finite=True)
         if self.times.size == 0:
-            raise ResultError(f"{path}: holds no snapshots yet", UNREADABLE)
-
-    @contextmanager
-    def _open(self):
-        try:
-            with h5py.File(self.path, "r") as file:
-                yield file
-        except (OSError, KeyError) as error:
-            raise ResultError(f"{self.path}: cannot be read as HDF5 result ({error})", UNREADABLE) from error
+            raise ResultError(f"{path}: holds no snapshots yet")
+        if np.any(np.diff(self.times) < 0):
+            raise ResultError(f"{path}: /VTKHDF/mesh/Steps/Values goes back in time")
 
     @property
     def stem(self):
@@ -64,25 +61,13 @@ class Frames:
         return number % self.times.size
 
     def block(self, name, number):
-        """Particles or mesh of a snapshot."""
-        with self._open() as file:
-            group = file["VTKHDF"][name]
-            steps = group["Steps"]
-
-            def part(dataset, offsets, count):
-                return dataset[offsets[number]:offsets[number] + count[number]]
-
-            first_point, points = steps["PointOffsets"], group["NumberOfPoints"]
-            first_cell, cells = steps["CellOffsets"], group["NumberOfCells"]
-            corners = part(group["Connectivity"], steps["ConnectivityIdOffsets"], group["NumberOfConnectivityIds"])
-            return Block(part(group["Points"], first_point, points)[:, :2], corners.reshape(cells[number], -1),
-                         {key: part(item, first_point, points) for key, item in group["PointData"].items()},
-                         {key: part(item, first_cell, cells) for key, item in group.get("CellData", {}).items()})
+        """Particles, mesh or cracks of a snapshot."""
+        with opened(self.path) as stored:
+            return StoredBlock(stored, f"VTKHDF/{name}", number, self.scene).read(CORNERS[name])
 
     def leaves(self, number):
         """The cells of a snapshot's mesh."""
-        return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower")),
-                      self.scene.numbers("grid", "cell")[0])
+        return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower", count=2)), self.scene.cell(), self.path)
 
     def cracks(self, number=0):
         """The cracks of a snapshot; those along grid lines as the scene has them."""
@@ -90,12 +75,16 @@ class Frames:
         if not scene.count("crack"):
             return []
         if not scene.has_paths():
-            tip, along = (np.array(scene.numbers("crack", key)) for key in ("tip", "direction"))
+            tip, along = (np.array(scene.numbers("crack", key, count=2)) for key in ("tip", "direction"))
+            if not np.hypot(*along) > 0:
+                raise ResultError(f"{self.path}: the crack of the stored namelist has no direction")
             along = along / np.hypot(*along)
             length = (scene.numbers("crack", "length") or [0.0])[0]
             return [Crack(np.array([tip - (length or scene.way_to_edge(tip, -along)) * along, tip]), [2 if length else 0, 1])]
         block = self.block("cracks", number)
         parts = [np.unique(block.cells[block.cell_fields["crack"] == of]) for of in np.unique(block.cell_fields["crack"])]
+        if any(len(np.unique(block.points[part], axis=0)) < len(part) or len(part) < 2 for part in parts):
+            raise ResultError(f"{self.path}: /VTKHDF/cracks/Points has points of one crack at one place")
         return [Crack(block.points[part], block.point_fields["tip"][part].astype(int)) for part in parts]
 
     def crack_plane(self, tip=1):
@@ -108,6 +97,64 @@ class Frames:
         if tip == 1:
             return None
         raise ResultError(f"{self.path}: the scene has no crack tip {tip}")
+
+
+class Fields(dict):
+    """Fields by name, of which one that is asked for has to be there."""
+
+    def __init__(self, fields, where):
+        super().__init__(fields)
+        self._where = where
+
+    def __missing__(self, name):
+        raise ResultError(f"{self._where}/{name} is missing")
+
+
+class StoredBlock:
+    """Particles, mesh or cracks of a snapshot in a file that is open."""
+
+    def __init__(self, stored, name, number, scene):
+        self._stored, self._name, self._number, self._scene = stored, name, number, scene
+
+    def read(self, corners):
+        """The block, whose cells have so many corners."""
+        first_point, points = self._step("Steps/PointOffsets"), self._step("NumberOfPoints")
+        first_cell, cells = self._step("Steps/CellOffsets"), self._step("NumberOfCells")
+        first, count = self._step("Steps/ConnectivityIdOffsets"), self._step("NumberOfConnectivityIds")
+        if points == 0 or cells == 0:
+            raise self._stored.wrong(f"{self._name}/NumberOfPoints", f"says that snapshot {self._number} holds nothing")
+        if count != corners * cells:
+            raise self._stored.wrong(f"{self._name}/NumberOfConnectivityIds", f"is {count} in snapshot {self._number}, and {cells} cells have "
+                                     f"{corners} each")
+        numbers = self._stored.numbers(f"{self._name}/Connectivity", whole=True, least=0, most=points - 1, first=first, count=count)
+        reach = FAR * max(self._scene.numbers("grid", "cell"), default=FAR)
+        place = self._stored.numbers(f"{self._name}/Points", dims=2, finite=True, least=-reach, most=reach, first=first_point, count=points)
+        if place.shape[1] < 2:
+            raise self._stored.wrong(f"{self._name}/Points", f"has {place.shape[1]} coordinates")
+        return Block(place[:, :2], numbers.reshape(cells, corners), self._fields("PointData", first_point, points),
+                     self._fields("CellData", first_cell, cells))
+
+    def _step(self, name):
+        """Where something begins, or how many there are, in this snapshot."""
+        name = f"{self._name}/{name}"
+        values = self._stored.numbers(name, dims=max(self._stored.dims(name), 1), whole=True, least=0).reshape(-1)
+        if values.size <= self._number:
+            raise self._stored.wrong(name, f"has {values.size} rows, and there is a snapshot {self._number}")
+        return int(values[self._number])
+
+    def _fields(self, group, first, count):
+        """Fields by name."""
+        where, found = f"{self._name}/{group}", {}
+        for name in self._stored.names(where):
+            dims = 2 if name in VECTORS else 1 if name in COUNTED else self._stored.dims(f"{where}/{name}")
+            limits = {"whole": True, "least": 0, "most": DEEPEST if name == "level" else 2**31} if name in COUNTED else {}
+            found[name] = self._stored.numbers(f"{where}/{name}", dims, finite=True, first=first, count=count, **limits)
+            if name in VECTORS and found[name].shape[1] < 2:
+                raise self._stored.wrong(f"{where}/{name}", f"has {found[name].shape[1]} components")
+        bodies = len(self._scene.body_groups())
+        if "body" in found and not (found["body"].min() >= 1 and found["body"].max() <= bodies):
+            raise self._stored.wrong(f"{where}/body", f"is between {found['body'].min()} and {found['body'].max()}, and the scene has {bodies}")
+        return Fields(found, f"{self._stored.path}: /{where}")
 
 
 class Scene:
@@ -134,14 +181,23 @@ class Scene:
         groups = self._groups.get(group, [])
         return groups[instance - 1].get(key, "").strip("'") if len(groups) >= instance else ""
 
-    def numbers(self, group, key, instance=1):
-        """Values as numbers; none where they are not given."""
+    def numbers(self, group, key, instance=1, count=None):
+        """Values as numbers, so many of them where that is said; none where they are not given."""
         try:
-            return [float(word) for word in self.text(group, key, instance).replace(",", " ").split()]
+            values = [float(word) for word in self.text(group, key, instance).replace(",", " ").split()]
         except ValueError as error:
             raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist is not a number ({error})",
                               UNREADABLE) from error
+        if count is not None and not (len(values) == count and np.all(np.abs(values) < FAR**2)):
+            raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist has to be {count} number{'s' * (count > 1)}")
+        return values
 
+    def cell(self):
+        """Size of a root cell [m]."""
+        size, = self.numbers("grid", "cell", count=1)
+        if not size > 0:
+            raise ResultError(f"{self.path}: 'cell' in &grid of the stored namelist is {size:g}")
+        return size
 
     def body_groups(self):
         """Numbers of the groups &body that are no holes."""
@@ -151,12 +207,15 @@ class Scene:
         """Lower and upper corner of the box around a body, shape (2, 2)."""
         match self.text("body", "shape", number):
             case "polygon":
-                points = np.reshape(self.numbers("body", "points", number), (-1, 2))
+                points = self.numbers("body", "points", number)
+                if len(points) < 6 or len(points) % 2:
+                    raise ResultError(f"{self.path}: 'points' in &body of the stored namelist are no polygon")
+                points = np.reshape(points, (-1, 2))
                 return [points.min(axis=0), points.max(axis=0)]
             case "circle":
-                center, radius = np.array(self.numbers("body", "center", number)), self.numbers("body", "radius", number)[0]
+                center, radius = np.array(self.numbers("body", "center", number, 2)), self.numbers("body", "radius", number, 1)[0]
                 return [center - radius, center + radius]
-        return [self.numbers("body", key, number) for key in ("lower", "upper")]
+        return [self.numbers("body", key, number, 2) for key in ("lower", "upper")]
 
     def bodies(self):
         """Lower and upper corners of the boxes around the bodies [m], shape (n, 2)."""
@@ -169,7 +228,7 @@ class Scene:
     def way_to_edge(self, start, direction):
         """How far one gets from a place in the direction of an axis through bodies that touch [m]."""
         along, way = int(np.argmax(np.abs(direction))), 0.0
-        reach = 1e-6 * self.numbers("grid", "cell")[0]
+        reach = 1e-6 * self.cell()
         lower, upper = self.bodies()
         ahead = np.all((lower <= start + reach) & (upper >= start - reach) | (np.arange(2) == along), axis=1)
         ends = (np.array([lower, upper])[:, ahead, along] - start[along]) * direction[along]
@@ -188,10 +247,15 @@ class Leaves:
     point_fields   fields of the mesh by name, at its points
     """
 
-    def __init__(self, mesh, origin, root):
-        level = mesh.cell_fields["level"].astype(int)
+    def __init__(self, mesh, origin, root, path=""):
+        level = mesh.cell_fields["level"]
         width = root * 0.5**level
-        middle = mesh.points[mesh.cells].mean(axis=1) - origin
+        corners = mesh.points[mesh.cells]
+        size = np.ptp(corners, axis=1)
+        fits = np.abs(size / width[:, None] - 1) < 1e-3     # or a quarter of a cell beside finer ones
+        if not np.all((fits | (np.abs(2 * size / width[:, None] - 1) < 1e-3)).all(axis=1)):
+            raise ResultError(f"{path}: /VTKHDF/mesh/CellData/level does not fit the size of the cells")
+        middle = corners.mean(axis=1) - origin
         keys = np.column_stack([level, np.floor(middle / width[:, None]).astype(int)])
         unique, self._leaf_of_element = np.unique(keys, axis=0, return_inverse=True)
         self._leaf_of_element = self._leaf_of_element.reshape(-1)

@@ -11,26 +11,15 @@ from collections import namedtuple
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    sys.exit(f"{missing}: run tools/setup.sh and use .venv/bin/python (gnuplot: set HAMPM_PYTHON to it)")
+from stored import UNREADABLE, USAGE, ResultError, opened  # noqa: F401  (the scripts take them from here)
 
-USAGE, UNREADABLE = 2, 4  # exit codes: the request makes no sense; a file cannot be read or written
+import numpy as np
+
 ERROR = "_error"          # what the name of a column ends in that holds the estimated error of another one
 REST = 0.01               # distance from rest above which last values are not taken for those at rest
 
 Mode = namedtuple("Mode", "frequency decay amplitude")
 Mode.__doc__ = "amplitude * exp(-decay * t) * cos(2 pi frequency t + phase); frequency [Hz], decay [1/s]."
-
-
-class ResultError(Exception):
-    """What is wrong, in words for the user, and the exit code that goes with it."""
-
-    def __init__(self, message, exit_code=USAGE):
-        super().__init__(message)
-        self.exit_code = exit_code
 
 
 def run(main):
@@ -52,7 +41,7 @@ def report(error):
 
 def tell(message):
     """Print a message for the user, with the name of the script in front."""
-    print(f"{Path(sys.argv[0]).name}: {message}", file=sys.stderr)
+    print(f"{Path(sys.argv[0]).name}: {message}".encode(errors="replace").decode(), file=sys.stderr)
 
 
 def add_strict(parser):
@@ -84,31 +73,30 @@ class History:
     attributes  name -> value, of the group itself
     """
 
-    def __init__(self, path):
+    def __init__(self, path, may_be_empty=False):
         self.path = Path(path)
-        if not self.path.is_file():
-            raise ResultError(f"{path}: no such file", UNREADABLE)
-        try:
-            with h5py.File(self.path, "r") as file:
-                self._read(file)
-        except OSError as error:
-            raise ResultError(f"{path}: cannot be read as HDF5 ({error})", UNREADABLE) from error
+        with opened(self.path) as stored:
+            self._read(stored)
+        if self.times.size == 0 and not may_be_empty:
+            raise ResultError(f"{path}: /history holds no samples yet")
 
-    def _read(self, file):
-        group = file.get("history")
-        if not isinstance(group, h5py.Group):
+    def _read(self, stored):
+        if not stored.has_group("history"):
             raise ResultError(f"{self.path}: has no group /history: not a result file", UNREADABLE)
-        datasets = {name: item for name, item in group.items() if isinstance(item, h5py.Dataset)}
-        self.columns = {name: item[()] for name, item in datasets.items()}
-        self.units = {name: _text(item.attrs.get("units", "1")) for name, item in datasets.items()}
-        self.long_names = {name: _text(item.attrs.get("long_name", name)) for name, item in datasets.items()}
-        self.attributes = {name: _scalar(value) for name, value in group.attrs.items()}
-        if "time" not in self.columns:
+        if not stored.has("history/time"):
             raise ResultError(f"{self.path}: has no dataset /history/time", UNREADABLE)
+        names = stored.names("history")
+        self.columns = {name: stored.numbers(f"history/{name}", finite=name == "time") for name in names}
+        described = {name: stored.attributes(f"history/{name}", texts=("units", "long_name")) for name in names}
+        self.units = {name: found.get("units", "1") for name, found in described.items()}
+        self.long_names = {name: found.get("long_name", name) for name, found in described.items()}
+        self.attributes = stored.attributes("history", texts=("ended", "warnings"),
+                                            numbers=("G_ref", "G_beam_on_foundation", "distance_from_rest"))
         for name, values in self.columns.items():
-            if values.shape != self.times.shape or values.ndim != 1:
-                raise ResultError(f"{self.path}: /history/{name} has shape {values.shape}, "
-                                  f"/history/time has {self.times.shape}", UNREADABLE)
+            if values.size != self.times.size:
+                raise stored.wrong(f"history/{name}", f"has {values.size} samples, and /history/time has {self.times.size}")
+        if np.any(np.diff(self.times) < 0):
+            raise stored.wrong("history/time", "goes back in time")
 
     @property
     def times(self):
@@ -141,6 +129,10 @@ class History:
             raise ResultError(f"{self.path}: attribute G_ref of /history is {value}, not a positive number")
         return value
 
+    def g_scale(self):
+        """What energy release rates are divided by: G_ref where there is one."""
+        return self.g_ref() if "G_ref" in self.attributes else 1.0
+
     def g_ratio(self, name):
         """Column `name` divided by G_ref."""
         return self.columns[name] / self.g_ref()
@@ -171,19 +163,6 @@ class History:
         """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""
         value = self.attributes.get("G_beam_on_foundation")
         return None if value is None else value / self.g_ref()
-
-
-def _text(value):
-    return str(_scalar(value))
-
-
-def _scalar(value):
-    """An attribute as a plain value: Fortran writes arrays of one element and padded texts."""
-    if isinstance(value, np.ndarray) and value.size == 1:
-        value = value.reshape(-1)[0]
-    value = value.item() if isinstance(value, np.generic) else value
-    value = value.decode() if isinstance(value, bytes) else value
-    return value.rstrip("\0 ") if isinstance(value, str) else value
 
 
 def read_curve(path, column=1):

@@ -101,7 +101,7 @@ def default_scale(seen, window):
 def bodies_meet(result):
     """Whether bodies may come to touch: in the first snapshot they are apart by a cell or more, or move with different velocities.
     With displacements enlarged they would overlap, or be seen apart where they touch."""
-    first, cell = result.block("particles", 0), result.scene.numbers("grid", "cell")[0]
+    first, cell = result.block("particles", 0), result.scene.cell()
     places, body = first.points - first.point_fields["displacement"][:, :2], first.point_fields["body"]
     parts = [body == number for number in np.unique(body)]
     lower, upper = (np.array([extreme(places[part], axis=0) for part in parts]) for extreme in (np.min, np.max))

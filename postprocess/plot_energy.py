@@ -11,7 +11,7 @@ import argparse
 
 import numpy as np
 
-from history import UNREADABLE, History, ResultError, run
+from history import History, run
 from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, prefixed, write
 
 PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss")
@@ -46,8 +46,6 @@ class Balance:
     """
 
     def __init__(self, history):
-        if history.times.size == 0:
-            raise ResultError(f"{history.path}: /history holds no samples yet", UNREADABLE)
         self.stem, self.path, self.times = history.stem, history.path, history.times
         booked = [name for name in PARTS if name != "numerical_loss" or name in history.columns]
         columns = {name: history.columns[name] for name in history.select([*booked, "external_work"])}

@@ -8,7 +8,7 @@ their own, below each other.
 import argparse
 from pathlib import Path
 
-from history import UNREADABLE, History, ResultError, lowpass, read_curve, run
+from history import History, ResultError, lowpass, read_curve, run
 from pictures import (COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, positive, prefixed,
                       wrapped, write)
 
@@ -167,8 +167,6 @@ def draw_static_values(axes, histories, converged):
 
 def columns(history, options):
     """Columns to draw; the pattern of an estimator may leave out the leading G_."""
-    if history.times.size == 0:
-        raise ResultError(f"{history.path}: /history holds no samples yet", UNREADABLE)
     if options.column:
         return history.select(options.column)
     return history.select([pattern if pattern.startswith("G_") else f"G_{pattern}" for pattern in options.estimator or ["G_*"]])

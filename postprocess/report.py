@@ -14,7 +14,6 @@ import re
 from html import escape
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import plot_energy
@@ -23,6 +22,7 @@ import plot_g
 import plot_mesh
 from frames import Frames, Scene
 from history import ERROR, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
+from stored import opened
 from pictures import MM, STYLE, ending, names, plt, positive, save
 
 PART = 0.1      # last part of the run that the means are taken over
@@ -77,13 +77,11 @@ class Run:
 
     def __init__(self, path):
         self.path, self.history = Path(path), History(path)
-        if self.history.times.size == 0:
-            raise ResultError(f"{path}: /history holds no samples yet", UNREADABLE)
-        with h5py.File(path, "r") as file:
-            if "input/namelist" not in file:
+        with opened(path) as stored:
+            if not stored.has("input/namelist"):
                 raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
-            self.namelist = file["input/namelist"].asstr()[()]
-            self.origin = {name: str(value) for name, value in file["input"].attrs.items() if name != "compiler_options"}
+            self.namelist = stored.text("input/namelist")
+            self.origin = {name: str(value) for name, value in stored.attributes("input").items() if name != "compiler_options"}
         self.scene = Scene(self.namelist, path)
         self.title = self.scene.text("run", "title") or self.path.stem
         self.balance = plot_energy.Balance(self.history)
@@ -136,7 +134,7 @@ def comparison(runs, dpi):
 def value_of(item, column):
     if column not in item.history.columns:
         return "–"
-    g_ref, error = item.history.attributes.get("G_ref", 1.0), item.history.error_of(column)
+    g_ref, error = item.history.g_scale(), item.history.error_of(column)
     return with_error(item.mean(column) / g_ref, item.mean(error) / g_ref if error else None)
 
 
@@ -235,7 +233,7 @@ def curves(histories, dpi):
 
 def last_snapshot(item, dpi):
     """Energy density, around a crack tip too, and the mesh there below R where the mesh follows it."""
-    file, window = str(item.path), ["--window", str(WINDOW * item.scene.numbers("grid", "cell")[0] * MM)]
+    file, window = str(item.path), ["--window", str(WINDOW * item.scene.cell() * MM)]
 
     def field(words, *arguments):
         return picture(lambda: plot_field.draw([item.frames], plot_field.parse([file, "--log", *arguments])), words, dpi)

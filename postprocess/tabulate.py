@@ -74,7 +74,7 @@ def words(history, name, is_uncertain, options):
     """The value of a column as text, its difference from the converged one where that is asked for, and its error."""
     if name not in history.columns:
         return ["-"] * len(headings(name, is_uncertain, options))
-    g_ref = history.attributes.get("G_ref", 1.0) if is_rate(name) else 1.0
+    g_ref = history.g_scale() if is_rate(name) else 1.0
     value = history.late_mean(name, options.part) / g_ref
     found = [f"{value:.5g}"]
     if options.converged and is_rate(name):

@@ -55,7 +55,7 @@ def main(arguments=None):
     first, last = "middle" if options.one_sided else "behind", "ahead"
     samples = [sample_of(histories[name], scene, moves[name]) for name in (first, last)]
     check_rest(samples, options)
-    extension = (moves[last] - moves[first]) * scene.numbers("grid", "cell")[0]
+    extension = (moves[last] - moves[first]) * scene.cell()
     g = release_rate(samples, extension, scene)
     rates = [Rate("virtual_extension", g, g * off_rest(samples)), *estimates(histories["middle"])]
     write = write_csv if options.csv else write_tables
@@ -145,14 +145,14 @@ def moved(scene, cells):
     if scene.text("crack", "kind") == "symmetry":
         settings += moved_constraints(scene, tip, shift)
     elif any(length):  # it is that of the crack behind the tip, whose other end stays
-        settings.append(f"crack.length={length[0] + cells * scene.numbers('grid', 'cell')[0]!r}")
+        settings.append(f"crack.length={length[0] + cells * scene.cell()!r}")
     return settings
 
 
 def shift_of(scene, cells):
     """So many root cells in the direction of the crack [m]."""
     direction = np.array(scene.numbers("crack", "direction"))
-    return cells * scene.numbers("grid", "cell")[0] * direction / np.hypot(*direction)
+    return cells * scene.cell() * direction / np.hypot(*direction)
 
 
 def moved_constraints(scene, tip, shift):
@@ -173,7 +173,7 @@ def moved_constraints(scene, tip, shift):
 
 def holds(scene, n, point, component):
     """Whether a constraint holds a component of a node at a point."""
-    close = 1e-6 * scene.numbers("grid", "cell")[0]
+    close = 1e-6 * scene.cell()
     lower, upper = (np.array(scene.numbers("constraint", key, n)) for key in ("lower", "upper"))
     return component in scene.text("constraint", "fix", n) and np.all((lower - close <= point) & (point <= upper + close))
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from scene_fuzzer import main
 
-CLOSED, KEPT = 1e-6, 1e-9
+CLOSED, KEPT = 1e-4, 1e-9
 
 
 def body(chance, middle, toward):

@@ -258,7 +258,7 @@ def broken(tmp_path, kind, refined_result):
 @pytest.mark.parametrize("name", ["plot_mesh.py", "animate.py"])
 @pytest.mark.parametrize("kind, code, words", [
     ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_namelist", 4, "not a result file"),
-    ("no_snapshots", 2, "snapshot_interval"), ("no_points", 4, "cannot be read as HDF5")])
+    ("no_snapshots", 2, "snapshot_interval"), ("no_points", 2, "is missing")])
 def test_files_that_cannot_be_drawn(script, tmp_path, refined_result, name, kind, code, words):
     path = broken(tmp_path, kind, refined_result)
     result = script(name, path)

@@ -81,7 +81,7 @@ def broken(tmp_path, kind):
 
 @pytest.mark.parametrize("kind, code, words", [
     ("missing", 4, "no such file"), ("no_history", 4, "no group /history"), ("no_energies", 2, "no column 'strain_energy'"),
-    ("empty", 4, "no samples")])
+    ("empty", 2, "no samples")])
 def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
     path = broken(tmp_path, kind)
     result = script("plot_energy.py", path)

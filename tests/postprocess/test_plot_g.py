@@ -169,7 +169,7 @@ def broken(tmp_path, kind):
 
 @pytest.mark.parametrize("kind, code, words", [
     ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_history", 4, "no group /history"),
-    ("empty", 4, "no samples")])
+    ("empty", 2, "no samples")])
 def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
     path = broken(tmp_path, kind)
     result = script("plot_g.py", path)
