@@ -146,7 +146,7 @@ class StoredBlock:
         """Fields by name."""
         where, found = f"{self._name}/{group}", {}
         for name in self._stored.names(where):
-            dims = 2 if name in VECTORS else 1 if name in COUNTED else self._stored.dims(f"{where}/{name}")
+            dims = 2 if name in VECTORS else 1 if name in COUNTED else max(1, self._stored.dims(f"{where}/{name}"))
             limits = {"whole": True, "least": 0, "most": DEEPEST if name == "level" else 2**31} if name in COUNTED else {}
             found[name] = self._stored.numbers(f"{where}/{name}", dims, finite=True, first=first, count=count, **limits)
             if name in VECTORS and found[name].shape[1] < 2:

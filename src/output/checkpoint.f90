@@ -1,12 +1,13 @@
 !> The file of a checkpoint. What a run has to remember is kept in it item by item; one list of items serves for writing and for
 !> reading, where each item gets the value that it had.
 !>
-!> The file is written under a partial name and put in its place whole. Reading fails, and says why, where the file is none of this
-!> program or of another version, is cut off or damaged, or does not fit the scene.
+!> The file is written under a partial name, sealed with a checksum over all of it, and put in its place whole. Reading fails, and says
+!> why, where the file is none of this program or of another version, has changed by a bit or more, or does not fit the scene.
 module hampm_checkpoint
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t, exit_file
+   use hampm_file_seal, only: seal_file, seal_of_file, whole, broken
    use hampm_file_moves, only: partial_name, replace_file, remove_file, file_exists
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_text, only: to_text
@@ -15,7 +16,7 @@ module hampm_checkpoint
    private
    public :: checkpoint_t, checkpoint_name
 
-   integer, parameter :: format = 7             !! of the file: to be raised with each change of what is kept
+   integer, parameter :: format = 8             !! of the file: to be raised with each change of what is kept
    character(*), parameter :: format_name = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.
@@ -67,12 +68,17 @@ contains
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: path
       character(:), allocatable :: found, by
-      integer :: number
+      integer :: number, seal
       self%path = path
       self%group = '/'
       self%is_read = .true.
       if (.not. file_exists(path)) then
          call self%failure%report(exit_file, path//': cannot be read: there is no such file')
+         return
+      end if
+      seal = seal_of_file(path)
+      if (seal == broken) then
+         call self%refuse('it has changed since it was written: its checksum does not fit')
          return
       end if
       call self%file%open(path, self%failure)
@@ -87,9 +93,12 @@ contains
       call self%keep('format', number)
       call self%keep('version', by)
       if (self%failure%failed()) return
-      if (by /= version .or. number /= format) &
+      if (by /= version .or. number /= format) then
          call self%refuse('it was written by hampm '//by//' (format '//to_text(number)//'), this is hampm '//version// &
                           ' (format '//to_text(format)//'); resume the run with the program that began it')
+      else if (seal /= whole) then
+         call self%refuse('it is not whole: the checksum at its end is missing')
+      end if
    end subroutine open_checkpoint
 
    !> Close the file; one that was written is put in its place if nothing has failed, and else removed.
@@ -99,6 +108,7 @@ contains
       logical :: was_begun
       was_begun = self%file%is_open() .and. .not. self%is_read
       call self%file%close(self%failure)
+      if (was_begun .and. .not. self%failure%failed()) call seal_file(partial_name(self%path), self%failure)
       if (was_begun .and. .not. self%failure%failed()) call replace_file(self%path, self%failure)
       if (was_begun .and. self%failure%failed()) call remove_file(partial_name(self%path))
       if (self%failure%failed()) call failure%report(self%failure%code, self%failure%message)

@@ -1,6 +1,7 @@
 """Runs that are stopped, killed or cut off, and resumed."""
 
 import os
+import random
 import resource
 import shutil
 import signal
@@ -300,9 +301,27 @@ def test_a_full_disk_leaves_the_last_files(hampm, dcb, unbroken, tmp_path, size)
         assert differing(unbroken, tmp_path / "dcb.h5") == []
 
 
-def change(path, name, value):
+def change(path, name, value, seal=True):
+    """Change a value; h5py cuts off the seal."""
     with h5py.File(path, "r+") as file:
         file[name][...] = value(file[name][:]) if callable(value) else value
+    if seal:
+        data = path.read_bytes()
+        path.write_bytes(data + checksum(data).to_bytes(8, "little") + b"HMPMSEAL")
+
+
+def checksum(data):
+    """The 64 bits of ECMA-182."""
+    table = []
+    for value in range(256):
+        rest = value << 56
+        for _ in range(8):
+            rest = rest << 1 ^ (0x142F0E1EBA9EA3693 if rest >> 63 else 0)
+        table.append(rest)
+    rest = 0
+    for byte in data:
+        rest = (rest << 8 & 0xFFFFFFFFFFFFFFFF) ^ table[rest >> 56 ^ byte]
+    return rest
 
 
 def damage(path):
@@ -319,13 +338,14 @@ WRONG = {
     "no file": (lambda path: path.unlink(), "cannot be read: there is no such file"),
     "empty": (lambda path: path.write_bytes(b""), NOT_WHOLE),
     "text": (lambda path: path.write_text("&run /\n" * 1000), NOT_WHOLE),
-    "cut off": (lambda path: os.truncate(path, path.stat().st_size - 10), NOT_WHOLE),
+    "cut off": (lambda path: os.truncate(path, path.stat().st_size - 10), "it is not whole: the checksum at its end is missing"),
+    "no seal": (lambda path: change(path, "particles/number", 160, seal=False), "it is not whole: the checksum at its end is missing"),
     "half": (lambda path: os.truncate(path, path.stat().st_size // 2), NOT_WHOLE),
-    "damaged": (damage, "cannot be read: reading /particles/gradient failed"),
+    "damaged": (damage, "it has changed since it was written: its checksum does not fit"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", "99.1"),
-                      "it was written by hampm 99.1 (format 7), this is hampm 0.1.0 (format 7); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 7)"),
+                      "it was written by hampm 99.1 (format 8), this is hampm 0.1.0 (format 8); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 0.1.0 (format 8)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),
@@ -341,6 +361,24 @@ def test_a_checkpoint_that_is_none_or_not_whole(stopped, hampm, name):
     assert (result.returncode, result.stdout) == (4, "")
     assert result.stderr.startswith(f"hampm: {CHECKPOINT}: ") and phrase in result.stderr and result.stderr.count("\n") == 1
     assert before == {file: (stopped / file).read_bytes() for file in files(stopped)}
+
+
+def test_no_bit_of_a_checkpoint_can_change_unseen(stopped, hampm):
+    """The polynomial is that of the standard: the checksum of the digits 1 to 9 is known."""
+    assert checksum(b"123456789") == 0x6C40DF5F0B497347
+    path = stopped / CHECKPOINT
+    data = path.read_bytes()
+    assert data[-16:] == checksum(data[:-16]).to_bytes(8, "little") + b"HMPMSEAL"
+    chance = random.Random(1)
+    for place in [0, 1, len(data) - 17, len(data) - 16, *(chance.randrange(len(data) - 8) for _ in range(60))]:
+        other = bytearray(data)
+        other[place] ^= 1 << chance.randrange(8)
+        path.write_bytes(other)
+        result = hampm("--resume", CHECKPOINT)
+        assert (result.returncode, result.stdout, result.stderr.count("\n")) == (4, "", 1)
+        assert "it has changed since it was written" in result.stderr
+    path.write_bytes(data)
+    assert hampm("--resume", CHECKPOINT).returncode == 0
 
 
 def another_scene(path, dcb):
