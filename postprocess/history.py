@@ -169,12 +169,15 @@ def read_curve(path, column=1):
     """Times [s] and values: the first and another column of a CSV file with # comments, perhaps with names above them."""
     try:
         with open(path) as file:
-            return np.loadtxt((line for line in file if not line[0].isalpha()), delimiter=",", usecols=(0, column),
-                              unpack=True, ndmin=2)
+            rows = [line for line in file if line.strip() and not line[0].isalpha() and not line.lstrip().startswith("#")]
+        curve = np.loadtxt(rows, delimiter=",", usecols=(0, column), unpack=True, ndmin=2) if rows else np.empty((2, 0))
     except OSError as error:
         raise ResultError(f"{path}: cannot be read ({error.strerror or error})", UNREADABLE) from error
     except ValueError as error:
         raise ResultError(f"{path}: not rows of time and values ({error})", UNREADABLE) from error
+    if not curve.size or not np.all(np.isfinite(curve)):
+        raise ResultError(f"{path}: {'has values that are not finite' if curve.size else 'has no rows of time and values'}", UNREADABLE)
+    return curve
 
 
 def moving_mean(t, y, width):

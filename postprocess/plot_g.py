@@ -68,6 +68,8 @@ def draw(histories, options):
     if options.reference:
         unit_of_first, scale = next(iter(scales.items()))
         t, value = read_curve(options.reference)
+        if options.lowpass and np.any(np.diff(t) <= 0):
+            raise ResultError(f"{options.reference}: times have to rise for --lowpass")
         curve(panels[unit_of_first], t, value * (scale.factor if options.column else 1), color="0.15", linewidth=0.9, zorder=3,
               label=options.reference_name or f"reference: {Path(options.reference).stem}")
     for k, (item, (colour, dash)) in enumerate(zip(shown, styles(shown))):

@@ -165,3 +165,11 @@ def test_patterns_mean_estimated_errors_where_they_say_so(tmp_path):
     assert sorted(history.select(["*"])) == sorted(columns) and history.select(["K_I_error"]) == ["K_I_error"]
     assert history.select(["*estimate"]) == ["error_estimate"]
     assert (history.error_of("G_a_I"), history.error_of("error_estimate")) == ("G_a_I_error", None)
+
+
+@pytest.mark.parametrize(("text", "words"), [("", "no rows"), ("# only words\n", "no rows"), ("time,G\n1,nan\n", "not finite"),
+                                             ("1,x\n", "not rows of time"), ("1\n", "not rows of time"), ("\xff\xfe", "not rows of time")])
+def test_reference_curves_that_are_none(tmp_path, text, words):
+    (tmp_path / "a.csv").write_bytes(text.encode("latin-1"))
+    with pytest.raises(ResultError, match=words):
+        read_curve(tmp_path / "a.csv")
