@@ -53,8 +53,9 @@ def change(chance, file):
     item = file[name]
     kind = chance.choice(["delete", "text", "complex", "bool", "compound", "reference", "scalar", "null", "empty", "short", "long", "nan", "inf", "huge",
                           "negative", "zero", "deep", "float16", "shuffled", "one", "attribute", "group"])
-    values = item[()] if item.dtype.kind in "iuf" else np.zeros(3)
-    some = np.array(values, dtype=float if kind in ("nan", "inf", "huge") else None).reshape(np.shape(values))
+    values = np.asarray(item[()]) if item.dtype.kind in "iuf" and item.shape is not None else np.zeros(3)
+    wide = float if kind in ("nan", "inf", "huge") or values.dtype.kind == "f" else np.int64
+    some = np.array(values, dtype=wide if kind in ("nan", "inf", "huge", "negative", "one") else None).reshape(np.shape(values))
     size = max(some.size, 1)
     match kind:
         case "delete":
