@@ -165,6 +165,15 @@ draw_gallery() {
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --dpi 60 --output $out/$scene.png
     done
+    sheet=
+    for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
+                 laminate_dcb laminate_enf laminate_mmb; do
+        run input/$scene.nml $scene output.snapshot_interval=1
+        case $scene in laminate* | bimetal) field=stress_xx ;; *) field=von_mises ;; esac
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field $field --no-mesh --dpi 75 --output $out/$scene.png
+        sheet="$sheet $out/$scene.png"
+    done
+    "$python" tools/contact_sheet.py $out/gallery.png $sheet
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --dpi 60 --output $out/plastic_notch.png
 }
