@@ -78,9 +78,28 @@ contains
             call settings%complain(mistakes, entry, 'material', 'must be the name of a &material')
          end if
       end if
+      if (settings%flag(entry, 'hole')) call check_hole(settings, entry, mistakes)
       is_good = mistakes%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
                 settings%good(entry, 'points') .and. settings%good(entry, 'center') .and. settings%good(entry, 'radius')
    end subroutine check_shape
+
+   !> A hole has nothing of what only material has.
+   pure subroutine check_hole(settings, entry, mistakes)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      type(mistakes_t), intent(inout) :: mistakes
+      character(*), parameter :: of_material(*) = [character(11) :: 'velocity', 'spin', 'eigenstrain']
+      character(:), allocatable :: key
+      integer :: k
+      do k = 1, size(of_material)
+         key = trim(of_material(k))
+         if (.not. settings%good(entry, key)) cycle
+         if (any(abs(settings%numbers(entry, key)) > 0)) &
+            call settings%complain(mistakes, entry, key, 'must not be given: a hole has none')
+      end do
+      if (.not. settings%good(entry, 'part')) return
+      if (settings%text(entry, 'part') /= '') call settings%complain(mistakes, entry, 'part', 'must not be given: a hole has none')
+   end subroutine check_hole
 
    !> A key has so many values where a shape needs it, and else none.
    pure subroutine check_key(settings, entry, key, wanted, is_needed, example, mistakes)
