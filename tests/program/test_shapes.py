@@ -274,8 +274,8 @@ def test_a_struck_polygon_keeps_its_energy(hampm, tmp_path, method):
 
 @pytest.mark.parametrize("scheme", ["musl", "usf", "usl", "usavg"])
 def test_a_sudden_pressure_on_a_free_polygon_is_no_instability(hampm, tmp_path, scheme):
-    """At the default step the energy of cells at slanted edges swings by more than that of whole ones; it stays where it is with a tenth of that."""
-    text = ("&run plane = 'strain' end_time = 1e-4 /\n&grid lower = -0.022, -0.022 cell = 2e-3 cells = 22, 22 /\n"
+    """At the default step the energy of cells at slanted edges swings by more than that of whole ones; it does not grow."""
+    text = ("&run plane = 'strain' end_time = 4e-4 /\n&grid lower = -0.022, -0.022 cell = 2e-3 cells = 22, 22 /\n"
             + STEEL.replace("0.3", "0.45") + polygon([(6.3e-3, 7.9e-3), (-1.2e-3, 17.1e-3), (-3.9e-3, 8.3e-3), (8.5e-3, -0.2e-3)])
             + "&load kind = 'pressure' lower = -0.022, 0.0 upper = 0.022, 0.022 pressure = 1e5 /\n&energy_release estimators = 'energy_balance' /\n"
             + f"&method scheme = '{scheme}' COURANT /\n&output file = 'out.h5' history_interval = 1e-6 /\n")
@@ -284,7 +284,7 @@ def test_a_sudden_pressure_on_a_free_polygon_is_no_instability(hampm, tmp_path, 
         file = run(hampm, tmp_path, text.replace("COURANT", courant))
         ends.append(file["history/kinetic_energy"][-1] + file["history/strain_energy"][-1])
         file.close()
-    assert ends[0] == pytest.approx(ends[1], rel=0.05)
+    assert ends[0] == pytest.approx(ends[1], rel=0.02)
 
 
 @pytest.mark.parametrize("method", ["", "mass = 'blend'", "scheme = 'usl'"])
