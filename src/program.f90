@@ -35,17 +35,28 @@ contains
       type(options_t), intent(in) :: options
       type(failure_t), intent(inout) :: failure
       if (options%help) then
-         write (output_unit, '(a)', advance='no') usage_text()
+         call print_text(usage_text(), failure)
       else if (options%version) then
-         write (output_unit, '(a)') 'hampm '//version
+         call print_text('hampm '//version//new_line('a'), failure)
       else if (options%template) then
-         write (output_unit, '(a)', advance='no') template_text()
+         call print_text(template_text(), failure)
       else if (options%keys) then
-         write (output_unit, '(a)', advance='no') reference_text()
+         call print_text(reference_text(), failure)
       else
          call simulate(options, failure)
       end if
    end subroutine act
+
+   !> Print what was asked for on the standard output. `exit_file` where it cannot be written.
+   subroutine print_text(text, failure)
+      character(*), intent(in) :: text
+      type(failure_t), intent(inout) :: failure
+      integer :: written, flushed
+      write (output_unit, '(a)', advance='no', iostat=written) text
+      flush (output_unit, iostat=flushed)
+      if (written /= 0 .or. flushed /= 0) call failure%report(exit_file, 'the standard output cannot be written (is the disk '// &
+                                                              'full?)')
+   end subroutine print_text
 
    !> End the program with the exit code of a failure, and say what has failed.
    subroutine end_program(failure)
@@ -72,7 +83,7 @@ contains
       end if
       if (failure%failed()) return
       if (options%check) then
-         write (output_unit, '(a)', advance='no') scene%as_used//summary_as_comments(scene, simulation, needs)
+         call print_text(scene%as_used//summary_as_comments(scene, simulation, needs), failure)
          report = warnings(simulation)
          if (len(report) > 0) call print_message(report, kind='warning: ')
       else
