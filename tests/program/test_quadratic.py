@@ -1,0 +1,72 @@
+"""Quadratic cells, `&grid order = 2`, at rest: energy release rates against closed forms and converged finite elements."""
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import INPUT, REGRESSION
+from results import differing
+
+CONVERGED = 1.28737  # G/G_ref of the double cantilever beam at rest, tests/reference/dcb_static.csv
+QUADRATIC = ("grid.order=2", "method.time=static", "method.frame=total", "body.points_per_cell=3", "output.history_interval=0",
+             "energy_release.estimators=nodal_force,domain_integral")
+BEAM = "grid.cell=2.5e-3", "grid.cells=40,5", "output.snapshot_interval=0"
+TIP = "refine.indicator=tip", "refine.rings=4"
+
+
+def run(hampm, folder, scene, *settings, name="out.h5"):
+    words = [word for setting in settings for word in ("--set", setting)]
+    result = hampm(scene, "--force", "--quiet", "--set", f"output.file={name}", *words)
+    assert result.returncode == 0, result.stderr
+    with h5py.File(folder / name) as file:
+        return {key: column[:] for key, column in file["history"].items()} | dict(file["history"].attrs)
+
+
+def test_a_beam_with_a_graded_mesh_has_the_converged_value(hampm, tmp_path):
+    """Eight levels around the tip, and three estimators that share nothing but the mesh."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, "refine.max_level=8")
+    assert h["G_nodal_force_I"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
+    assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
+    assert h["K_I"][-1] ** 2 / 70e9 / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-3)
+    assert h["reaction_y"][-1] == pytest.approx(-1, rel=1e-9)
+
+
+def test_levels_around_the_tip_take_its_error_away_by_halves(hampm, tmp_path):
+    """The singular tip leaves an error in proportion to the cells there: each two levels leave a quarter."""
+    j = [run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, f"refine.max_level={level}")["J"][-1] for level in (1, 3, 5, 7)]
+    ratios = np.diff(j)[1:] / np.diff(j)[:-1]
+    assert ratios == pytest.approx(1 / 4, abs=0.02)
+
+
+@pytest.mark.parametrize("points", [3, 4])
+def test_a_split_beam_has_g_of_both_modes_in_closed_form(hampm, tmp_path, points):
+    """A moment M on one of two arms of depth h: J = 21 M**2/(4 E B**2 h**3), of which 4/7 is of mode I (Williams 1988). Pure bending is
+    quadratic, so that coarse cells have it; K is of second order in the cells, with 0.2 % that Poisson's ratio changes in mode II."""
+    h = run(hampm, tmp_path, REGRESSION / "mixed_mode/case.nml", *QUADRATIC, "refine.indicator=none", f"body.points_per_cell={points}",
+            "energy_release.radii=6e-3,7.5e-3,9e-3")
+    j = 21 * 5e-3**2 / (4 * 70e9 * 0.01**2 * 0.01**3)
+    assert h["J"][-1] == pytest.approx(j, rel=1e-4)
+    assert h["G_nodal_force_I"][-1] == pytest.approx(4 / 7 * j, rel=5e-4)
+    assert abs(h["G_nodal_force_II"][-1]) == pytest.approx(3 / 7 * j, rel=5e-4)
+    assert h["K_I"][-1] ** 2 / 70e9 == pytest.approx(4 / 7 * j, rel=0.008)
+    assert h["K_II"][-1] ** 2 / 70e9 == pytest.approx(3 / 7 * j, rel=0.008)
+
+
+def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path):
+    settings = (*QUADRATIC, *BEAM, *TIP, "refine.max_level=3", "method.load_steps=4", "load.history=ramp", "load.rise_time=1.5e-3",
+                "output.snapshot_interval=5e-4")
+    run(hampm, tmp_path, INPUT / "dcb.nml", *settings, name="whole.h5")
+    words = [word for setting in settings for word in ("--set", setting)]
+    stopped = hampm(INPUT / "dcb.nml", "--force", "--quiet", "--set", "output.file=parts.h5", *words, "--steps", "2")
+    assert stopped.returncode == 5, stopped.stderr
+    resumed = hampm("--resume", "parts.h5.checkpoint", "--quiet")
+    assert resumed.returncode == 0, resumed.stderr
+    assert not differing(tmp_path / "whole.h5", tmp_path / "parts.h5")
+
+
+def test_threads_do_not_change_a_byte(hampm, tmp_path):
+    words = [word for setting in (*QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
+    for threads in (1, 3):
+        result = hampm(INPUT / "dcb.nml", "--quiet", "--threads", threads, "--set", f"output.file={threads}.h5", *words)
+        assert result.returncode == 0, result.stderr
+    assert not differing(tmp_path / "1.h5", tmp_path / "3.h5")
