@@ -37,7 +37,15 @@ contains
       integer :: method, refine
       method = settings%find('method', 1)
       call settings%demand(mistakes, method, 'frame', 'total', intro//': particles stay where their weights are right')
-      call settings%demand(mistakes, method, 'time', 'static', intro//': these cells are there for equilibrium only')
+      if (settings%good(method, 'time') .and. scene%method%time == 'explicit') &
+         call settings%complain(mistakes, method, 'time', 'must be ''static'' or ''implicit'' '//intro// &
+                                ': the limit of explicit steps is not known of these cells')
+      if (scene%method%time == 'implicit') then
+         call settings%demand(mistakes, method, 'mass', 'lumped', intro//': these cells have no other matrix')
+         if (settings%good(method, 'time_step') .and. .not. scene%method%time_step > 0) call settings%complain(mistakes, method, &
+            'time_step', 'must be above 0 '//intro//': the limit of explicit steps, to which courant refers, is not known of '// &
+            'these cells')
+      end if
       refine = settings%find('refine', 1)
       if (settings%good(refine, 'indicator') .and. scene%refine%indicator /= 'none' .and. scene%refine%indicator /= 'tip') &
          call settings%complain(mistakes, refine, 'indicator', 'must be ''tip'' or ''none'' '//intro//': the others take '// &
