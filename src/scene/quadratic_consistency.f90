@@ -42,9 +42,8 @@ contains
                                 ': the limit of explicit steps is not known of these cells')
       if (scene%method%time == 'implicit') then
          call settings%demand(mistakes, method, 'mass', 'lumped', intro//': these cells have no other matrix')
-         if (settings%good(method, 'time_step') .and. .not. scene%method%time_step > 0) call settings%complain(mistakes, method, &
-            'time_step', 'must be above 0 '//intro//': the limit of explicit steps, to which courant refers, is not known of '// &
-            'these cells')
+         if (settings%good(method, 'courant') .and. scene%method%courant > 0) call settings%complain(mistakes, method, 'courant', &
+            'must be 0 '//intro//': the limit of explicit steps is not known of these cells. Give a time_step')
       end if
       refine = settings%find('refine', 1)
       if (settings%good(refine, 'indicator') .and. scene%refine%indicator /= 'none' .and. scene%refine%indicator /= 'tip') &

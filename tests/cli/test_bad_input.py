@@ -344,7 +344,9 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
 @pytest.mark.parametrize(("old", "new", "phrase"), [
     ("order = 2", "order = 3", "&grid order = 3: must be an integer in [1, 2]"),
     ("frame = 'total'", "frame = 'updated' wave_speed = 'shear'", "&method frame = 'updated': must be 'total' with &grid order = 2"),
-    ("time = 'static'", "time = 'explicit'", "&method time = 'explicit': must be 'static' with &grid order = 2"),
+    ("time = 'static'", "time = 'explicit'", "&method time = 'explicit': must be 'static' or 'implicit' with &grid order = 2: the limit"),
+    ("time = 'static'", "time = 'implicit' time_step = 1e-6 mass = 'full'", "&method mass = 'full': must be 'lumped' with &grid order = 2"),
+    ("time = 'static'", "time = 'implicit' courant = 4", "&method courant = 4: must be 0 with &grid order = 2: the limit"),
     ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2: must be at least 3 with &grid order = 2: with fewer some"),
     ("'linear_elastic'", "'neo_hookean'", "&material law = 'neo_hookean': must be 'linear_elastic' with &grid order = 2"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),

@@ -4,7 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
-from paths import INPUT, REGRESSION
+from history import lowpass, read_curve
+from paths import INPUT, REFERENCE, REGRESSION
 from results import differing
 
 CONVERGED = 1.28737  # G/G_ref of the double cantilever beam at rest, tests/reference/dcb_static.csv
@@ -50,6 +51,28 @@ def test_a_split_beam_has_g_of_both_modes_in_closed_form(hampm, tmp_path, points
     assert abs(h["G_nodal_force_II"][-1]) == pytest.approx(3 / 7 * j, rel=5e-4)
     assert h["K_I"][-1] ** 2 / 70e9 == pytest.approx(4 / 7 * j, rel=0.008)
     assert h["K_II"][-1] ** 2 / 70e9 == pytest.approx(3 / 7 * j, rel=0.008)
+
+
+MOVING = ("grid.order=2", "method.time=implicit", "method.courant=0", "method.time_step=1e-6", "method.frame=total",
+          "body.points_per_cell=3", "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "damping.rate=0",
+          "output.snapshot_interval=0", *TIP, "refine.max_level=2")
+
+
+def test_motion_keeps_its_energy(hampm, tmp_path):
+    """What the load does is kinetic or strain energy, to rounding: the step of Newmark with alpha = 0 takes none."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0")
+    error = h["kinetic_energy"] + h["strain_energy"] - h["external_work"]
+    assert np.max(np.abs(error)) < 1e-11 * np.max(h["external_work"])
+
+
+def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path):
+    """G(t) below 50 kHz, rms over the peak: half of a percent, with four cells over the depth."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3")
+    times, exact = read_curve(REFERENCE / "dcb_dynamic_undamped.csv", 1)
+    t, g = h["time"], h["G_nodal_force_I"] / h["G_ref"]
+    converged = np.interp(t, times, exact)
+    difference = (lowpass(t, g, 5e4) - lowpass(t, converged, 5e4))[t <= 0.6e-3]
+    assert np.sqrt(np.mean(difference**2)) / np.max(np.abs(converged)) < 0.01
 
 
 def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path):

@@ -4,6 +4,7 @@ program test_quadratic_cells
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, quadratic_gradients
    use hampm_bodies, only: fill_rectangle
+   use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: build_grid
@@ -17,6 +18,7 @@ program test_quadratic_cells
    use hampm_quadratic_points, only: weights_along, weigh_points
    use hampm_random_forests, only: change_at_random, random_integer
    use hampm_sorting, only: sort_into_cells
+   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness
    use hampm_threads, only: use_threads
    implicit none
 
@@ -38,6 +40,7 @@ program test_quadratic_cells
    do k = 1, meshes
       call look_at_mesh(3 + mod(k, 3))
    end do
+   call energy_is_of_fourth_order()
    call check_close(jump, 0.0_dp, 1e-13_dp, 'values are continuous from cell to cell, of other sizes too')
    call check_close(field_error, 0.0_dp, 1e-13_dp, 'hanging nodes hold quadratic fields')
    do k = 3, 5
@@ -67,6 +70,62 @@ contains
          call check(all(w > 0), 'weights are positive')
       end do
    end subroutine weights_are_exact
+
+   !> The energy of u = sin(pi x) sin(pi y) (1, 2) on a square whose edges are held errs in fourth order of the cells.
+   subroutine energy_is_of_fourth_order()
+      real(dp) :: error(3)
+      integer :: i, n
+      do n = 3, 4
+         do i = 1, 3
+            error(i) = error_of_energy(2**(i + 1), n)
+         end do
+         call check(all(error(:2)/error(2:) > 14 .and. error(:2)/error(2:) < 18), 'the energy errs in fourth order of the cells')
+      end do
+   end subroutine energy_is_of_fourth_order
+
+   !> Error of the strain energy of the square of side 1 with `cells` along an edge, over the energy.
+   real(dp) function error_of_energy(cells, n) result(error)
+      integer, intent(in) :: cells, n
+      type(motion_t) :: m
+      type(failure_t) :: failure
+      type(stiffness_t) :: stiffness
+      real(dp), allocatable :: force(:, :), u(:, :)
+      real(dp) :: s(ndim), c(ndim), laplace(ndim), mixed(ndim), exact
+      real(dp), parameter :: pi = acos(-1.0_dp), part(ndim) = [1.0_dp, 2.0_dp]
+      integer :: i, d
+      call fill(forest_t([0.0_dp, 0.0_dp], 1.0_dp/cells, [cells, cells]), n, m, 1.0_dp)
+      do d = 1, ndim
+         do i = 0, 1
+            s = [0, 0]
+            c = [1, 1]
+            s(d) = i
+            c(d) = i
+            call constrain_box(m%constraints, m%grid, s, c, [.true., .true.])
+         end do
+      end do
+      allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+      associate (p => m%particles, law => m%materials(1))
+         do i = 1, p%n
+            s = sin(pi*p%reference(i, :))
+            c = cos(pi*p%reference(i, :))
+            laplace = -2*pi**2*s(1)*s(2)*part
+            mixed = pi**2*[c(1)*c(2)*part(2) - s(1)*s(2)*part(1), c(1)*c(2)*part(1) - s(1)*s(2)*part(2)]
+            associate (at => m%grid%support_of(p%cell(i)), shape => m%grid%functions_in(p%cell(i), &
+                             m%grid%local_coordinate(p%cell(i), p%reference(i, :))))
+               do d = 1, ndim
+                  force(d, at) = force(d, at) - p%volume(i)*shape*(law%mu*laplace(d) + (law%lambda + law%mu)*mixed(d))
+               end do
+            end associate
+         end do
+         ! energy: the integral of mu |grad u|**2/2 + (lambda + mu) (div u)**2/2, as u is zero on the edges
+         exact = thickness*pi**2*(law%mu*sum(part**2)/4 + (law%lambda + law%mu)*sum(part**2)/8)
+      end associate
+      call factorise_stiffness(m, stiffness_kind_t(is_tangent=.true., on_springs=.false.), [logical ::], stiffness, failure)
+      call stiffness%solve(m, force, u, failure)
+      call check(.not. failure%failed(), 'the square is solved')
+      error = abs(sum(force*u)/2/exact - 1)
+      call stiffness%release()
+   end function error_of_energy
 
    !> Motions of a cell that strain no particle: the three rigid ones with three or four particles a direction, six with two.
    subroutine strained_motions()
@@ -110,7 +169,7 @@ contains
       do i = 1, random_integer(1, 3)
          call change_at_random(forest, 0.2_dp, 0.1_dp, 3)
       end do
-      call fill(forest, n, m)
+      call fill(forest, n, m, roots*cell)
       call look_at_sides(m)
       call random_number(a)
       call look_at_balance(m, a - 0.5_dp, imbalance(n))
@@ -122,15 +181,16 @@ contains
    end subroutine look_at_mesh
 
    !> Fill the leaves of a forest with particles.
-   subroutine fill(forest, n, m)
+   subroutine fill(forest, n, m, edge)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: n
       type(motion_t), intent(out) :: m
+      real(dp), intent(in) :: edge               !! of the square [m]
       type(failure_t) :: failure
       real(dp), allocatable :: solids(:, :, :)
       real(dp) :: lower(ndim)
       integer :: leaf
-      solids = reshape([0.0_dp, 0.0_dp, roots*cell, roots*cell], [ndim, 2, 1])
+      solids = reshape([0.0_dp, 0.0_dp, edge, edge], [ndim, 2, 1])
       call build_grid(forest, m%grid, failure, solids=solids)
       call new_particles(n**2*forest%leaf_count(), m%particles, failure)
       m%particles%total_frame = .true.
