@@ -46,9 +46,9 @@ contains
             'must be 0 '//intro//': the limit of explicit steps is not known of these cells. Give a time_step')
       end if
       refine = settings%find('refine', 1)
-      if (settings%good(refine, 'indicator') .and. scene%refine%indicator /= 'none' .and. scene%refine%indicator /= 'tip') &
-         call settings%complain(mistakes, refine, 'indicator', 'must be ''tip'' or ''none'' '//intro//': the others take '// &
-                                'strain for constant in a cell')
+      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'gradient') &
+         call settings%complain(mistakes, refine, 'indicator', 'must not be ''gradient'' '//intro//', which takes strain for '// &
+                                'constant in a cell. Use ''zz''')
    end subroutine check_method
 
    !> Laws are linear, without a share of the dilatation.

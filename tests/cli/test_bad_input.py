@@ -353,7 +353,7 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("fix = 'y'", "fix = 'y' push_only = .true.", "&constraint push_only = .true.: must be .false. with &grid order = 2"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless'", "&crack contact = 'frictionless': must be 'none' with &grid"),
     ("'domain_integral'", "'stress_closure'", "must be others than 'stress_closure' with &grid order = 2"),
-    ("&damping", "&refine indicator = 'zz' /\n&damping", "&refine indicator = 'zz': must be 'tip' or 'none' with &grid order = 2"),
+    ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine indicator = 'gradient': must not be 'gradient' with &grid order = 2"),
     ("velocity = 0.0, 0.0", "eigenstrain = 1e-4, 1e-4, 0", "eigenstrain = 1e-4, 1e-4, 0: must be 0 with &grid order = 2"),
     ("&damping", "&body hole = .true. shape = 'circle' center = 0.02, 0.005 radius = 0.002 /\n&damping",
      "&grid order = 2: must be 1 where a body has a hole"),

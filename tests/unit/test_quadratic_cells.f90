@@ -5,6 +5,7 @@ program test_quadratic_cells
    use hampm_basis, only: points_of_quadratic, quadratic_gradients
    use hampm_bodies, only: fill_rectangle
    use hampm_constraints, only: constrain_box
+   use hampm_error_indicator, only: estimate_errors
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: build_grid
@@ -73,24 +74,29 @@ contains
 
    !> The energy of u = sin(pi x) sin(pi y) (1, 2) on a square whose edges are held errs in fourth order of the cells.
    subroutine energy_is_of_fourth_order()
-      real(dp) :: error(3)
+      real(dp) :: error(3), index(3)
       integer :: i, n
       do n = 3, 4
          do i = 1, 3
-            error(i) = error_of_energy(2**(i + 1), n)
+            call solve_square(2**(i + 1), n, error(i), index(i))
          end do
          call check(all(error(:2)/error(2:) > 14 .and. error(:2)/error(2:) < 18), 'the energy errs in fourth order of the cells')
+         call check_close(index(3), 1.0_dp, 0.05_dp, 'the error estimate of quadratic cells is the error')
+         call check(abs(index(3) - 1) < abs(index(1) - 1), 'and tends to it')
       end do
    end subroutine energy_is_of_fourth_order
 
-   !> Error of the strain energy of the square of side 1 with `cells` along an edge, over the energy.
-   real(dp) function error_of_energy(cells, n) result(error)
+   !> The square of side 1 with `cells` along an edge and n particles in each direction of a cell.
+   subroutine solve_square(cells, n, error, index)
       integer, intent(in) :: cells, n
+      real(dp), intent(out) :: error             !! of the strain energy, over this
+      real(dp), intent(out) :: index             !! estimated error in the energy norm over the true one, both at the particles
       type(motion_t) :: m
       type(failure_t) :: failure
       type(stiffness_t) :: stiffness
       real(dp), allocatable :: force(:, :), u(:, :)
-      real(dp) :: s(ndim), c(ndim), laplace(ndim), mixed(ndim), exact
+      real(dp), allocatable :: squared(:)
+      real(dp) :: s(ndim), c(ndim), laplace(ndim), mixed(ndim), exact, norm, true, h(ndim, ndim)
       real(dp), parameter :: pi = acos(-1.0_dp), part(ndim) = [1.0_dp, 2.0_dp]
       integer :: i, d
       call fill(forest_t([0.0_dp, 0.0_dp], 1.0_dp/cells, [cells, cells]), n, m, 1.0_dp)
@@ -125,7 +131,19 @@ contains
       call check(.not. failure%failed(), 'the square is solved')
       error = abs(sum(force*u)/2/exact - 1)
       call stiffness%release()
-   end function error_of_energy
+      call displace(m, u)
+      call estimate_errors(m, squared, norm)
+      true = 0
+      associate (p => m%particles, law => m%materials(1))
+         do i = 1, p%n
+            s = sin(pi*p%reference(i, :))
+            c = cos(pi*p%reference(i, :))
+            h = pi*spread(part, 2, ndim)*spread([c(1)*s(2), s(1)*c(2)], 1, ndim)
+            true = true + p%volume(i)*2*law%stress_energy_density(law%small_strain_stress(p%gradient_of(i) - h))
+         end do
+      end associate
+      index = sqrt(sum(squared)/true)
+   end subroutine solve_square
 
    !> Motions of a cell that strain no particle: the three rigid ones with three or four particles a direction, six with two.
    subroutine strained_motions()
