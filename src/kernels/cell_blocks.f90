@@ -380,10 +380,11 @@ contains
       end do
    end function are_in_row
 
-   !> Size of the smallest element that holds particles [m].
+   !> Size of the smallest element that holds particles or, where cells are quadratic and whole, of the smallest of these [m].
    pure real(dp) function smallest_occupied_cell(grid, blocks) result(smallest)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       smallest = minval(grid%element_size(blocks%occupied(:blocks%n_occupied)))
+      if (grid%is_quadratic()) smallest = 2*smallest
    end function smallest_occupied_cell
 end module hampm_cell_blocks

@@ -21,12 +21,14 @@ module hampm_quadratic_points
 
 contains
 
-   !> Weights of n points, three or more, on a line of length 1 [-].
+   !> Weights of n points on a line of length 1 [-]; of fewer than three they are equal.
    pure function weights_along(n) result(w)
       integer, intent(in) :: n
       real(dp) :: w(n)
       real(dp) :: q(n), mean
       integer :: k
+      w = 1/real(n, dp)
+      if (n < fewest_points) return
       q = [(((k - 0.5_dp)/n - 0.5_dp)**2, k=1, n)]
       mean = sum(q)/n
       w = (1 + (1/12.0_dp - mean)*n/sum((q - mean)*q)*(q - mean))/n

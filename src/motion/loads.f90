@@ -19,8 +19,9 @@ module hampm_loads
    use hampm_text, only: to_text
    implicit none
    private
-   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
-             book_work_late, force_at_node, factors_at, largest_factors, all_settle, settling_time, note_hosts, keep_loads
+   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, &
+             add_loads, add_load, book_work, book_work_late, force_at_node, factors_at, largest_factors, all_settle, &
+             settling_time, note_hosts, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -148,6 +149,16 @@ contains
          loads(k)%host = new_place(loads(k)%host)
       end do
    end subroutine follow_sort
+
+   !> After the masses of particles have changed: share the loads on all material of their hosts in proportion to these.
+   pure subroutine share_by_mass(loads, p)
+      type(load_t), intent(inout) :: loads(:)
+      type(particles_t), intent(in) :: p
+      integer :: k
+      do k = 1, size(loads)
+         if (loads(k)%by_mass) loads(k)%fraction = p%mass(loads(k)%host)/sum(p%mass(loads(k)%host))
+      end do
+   end subroutine share_by_mass
 
    !> Find where the points of the loads are in the grid, now that the particles are where they are.
    pure subroutine place_loads(loads, grid, p)

@@ -13,7 +13,7 @@ module hampm_motion
    use hampm_face_springs, only: face_springs_t, spring_energy
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_loads, only: load_t, follow_sort
+   use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
@@ -254,7 +254,10 @@ contains
       call pass_on(m, m%steps, lost, failure)
       if (failure%failed()) return
       call follow_sort(m%loads, m%sorting%new_place)
-      if (m%grid%is_quadratic()) call weigh_points(m%particles, m%grid, m%blocks, m%springs%thickness)
+      if (m%grid%is_quadratic()) then
+         call weigh_points(m%particles, m%grid, m%blocks, m%springs%thickness)
+         call share_by_mass(m%loads, m%particles)
+      end if
       if (size(m%grid%cuts) > 0 .and. .not. m%particles%total_frame) call look_for_crossing(m, failure)
    end subroutine sort_particles
 

@@ -37,18 +37,21 @@ contains
       integer :: method, refine
       method = settings%find('method', 1)
       call settings%demand(mistakes, method, 'frame', 'total', intro//': particles stay where their weights are right')
-      if (settings%good(method, 'time') .and. scene%method%time == 'explicit') &
-         call settings%complain(mistakes, method, 'time', 'must be ''static'' or ''implicit'' '//intro// &
-                                ': the limit of explicit steps is not known of these cells')
-      if (scene%method%time == 'implicit') then
+      if (settings%good(method, 'time') .and. scene%method%time /= 'static') then
          call settings%demand(mistakes, method, 'mass', 'lumped', intro//': these cells have no other matrix')
-         if (settings%good(method, 'courant') .and. scene%method%courant > 0) call settings%complain(mistakes, method, 'courant', &
-            'must be 0 '//intro//': the limit of explicit steps is not known of these cells. Give a time_step')
+         call settings%demand(mistakes, method, 'time_steps', 'global', intro)
+         if (scene%method%time == 'explicit' .and. scene%energy_release%energy_balance) call settings%complain(mistakes, &
+            settings%find('energy_release', 1), 'estimators', 'must be others than ''energy_balance'' '//intro// &
+            ' in explicit steps')
       end if
+      if (scene%method%time == 'implicit' .and. settings%good(method, 'courant') .and. scene%method%courant > 0) &
+         call settings%complain(mistakes, method, 'courant', 'must be 0 '//intro//' in implicit steps. Give a time_step')
       refine = settings%find('refine', 1)
       if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'gradient') &
          call settings%complain(mistakes, refine, 'indicator', 'must not be ''gradient'' '//intro//', which takes strain for '// &
                                 'constant in a cell. Use ''zz''')
+      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'zz') call settings%demand(mistakes, method, 'time', &
+         'static', intro//' and &refine indicator = ''zz'': a mesh that follows a motion is for bilinear cells')
    end subroutine check_method
 
    !> Laws are linear, without a share of the dilatation.
@@ -78,6 +81,7 @@ contains
             if (settings%good(entry, 'points_per_cell') .and. body%points_per_cell < fewest_points) &
                call settings%complain(mistakes, entry, 'points_per_cell', 'must be at least '//to_text(fewest_points)//' '// &
                                       intro//': with fewer some motions of its nodes strain no particle')
+            if (abs(body%spin) > 0) call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro)
             if (any(abs(body%eigenstrain) > 0)) call settings%complain(mistakes, entry, 'eigenstrain', 'must be 0 '//intro)
             if (body%shape /= 'rectangle') then
                call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'' '//intro//': edges that cut such cells '// &
