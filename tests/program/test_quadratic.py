@@ -135,6 +135,23 @@ def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path, time):
     assert not differing(tmp_path / "whole.h5", tmp_path / "parts.h5")
 
 
+def test_snapshots_have_biquadratic_cells(hampm, tmp_path):
+    """VTK's own cell of nine nodes, 28: as its shape functions have it, the cells fill the grid, and the middle is the last node."""
+    run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=2")
+    with h5py.File(tmp_path / "out.h5") as file:
+        mesh = file["VTKHDF/mesh"]
+        types, points, cells = mesh["Types"][:], mesh["Points"][:, :2], mesh["NumberOfCells"][-1]
+        nodes = points[mesh["Connectivity"][: 9 * cells].reshape(cells, 9)]
+    assert set(types) == {28}
+    corners, sides, middle = nodes[:, :4], nodes[:, 4:8], nodes[:, 8]
+    np.testing.assert_allclose(sides, (corners + np.roll(corners, -1, axis=1)) / 2, atol=1e-15)
+    np.testing.assert_allclose(middle, corners.mean(axis=1), atol=1e-15)
+    x, y = corners[..., 0], corners[..., 1]
+    areas = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) / 2
+    assert np.all(areas > 0)
+    assert np.sum(areas) == pytest.approx(0.1 * 0.0125, rel=1e-9)
+
+
 def test_threads_do_not_change_a_byte(hampm, tmp_path):
     words = [word for setting in (*QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
     for threads in (1, 3):
