@@ -6,7 +6,7 @@
 !> bytes on any number of threads.
 module hampm_quadratic_pass
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: points_of_quadratic, quadratic_functions, quadratic_gradients
+   use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients
    use hampm_cell_blocks, only: cell_blocks_t, quadratic_cell_t, of_mass, of_momentum, of_force
    use hampm_material, only: material_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
@@ -83,7 +83,6 @@ contains
       type(quadratic_cell_t), intent(in) :: cell
       type(sums_t), intent(in) :: sums
       type(nodal_fields_t), intent(inout) :: f
-      integer, parameter :: quarter(n_points) = [1, 1, 2, 1, 1, 2, 3, 3, 4], corner(n_points) = [1, 2, 2, 3, 4, 4, 3, 4, 4]
       integer :: q, k
       do q = 1, corners
          if (cell%block(q) == 0) cycle
@@ -92,10 +91,12 @@ contains
             if (pass%map_momentum) given(:, of_momentum:of_momentum + ndim - 1) = 0
             if (pass%map_force) given(:, of_force:of_force + ndim - 1) = 0
             do k = 1, n_points
-               if (quarter(k) /= q) cycle
-               if (pass%map_mass) given(corner(k), of_mass) = sums%mass(k)
-               if (pass%map_momentum) given(corner(k), of_momentum:of_momentum + ndim - 1) = sums%momentum(:, k)
-               if (pass%map_force) given(corner(k), of_force:of_force + ndim - 1) = sums%force(:, k)
+               if (quarter_of_point(k) /= q) cycle
+               associate (c => corner_of_point(k))
+                  if (pass%map_mass) given(c, of_mass) = sums%mass(k)
+                  if (pass%map_momentum) given(c, of_momentum:of_momentum + ndim - 1) = sums%momentum(:, k)
+                  if (pass%map_force) given(c, of_force:of_force + ndim - 1) = sums%force(:, k)
+               end associate
             end do
          end associate
       end do

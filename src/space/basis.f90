@@ -11,9 +11,12 @@ module hampm_basis
    implicit none
    private
    public :: shape_functions, shape_gradients, interpolate_gradient, inside_cell, edge_margin, points_of_quadratic, &
-             quadratic_functions, quadratic_gradients
+             quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients
 
    integer, parameter :: points_of_quadratic = 3**ndim  !! nodes of a quadratic cell
+   ! A quadratic cell is stored as its quarters: each node is a corner of one of them, the first that has it
+   integer, parameter :: quarter_of_point(points_of_quadratic) = [1, 1, 2, 1, 1, 2, 3, 3, 4]
+   integer, parameter :: corner_of_point(points_of_quadratic) = [1, 2, 2, 3, 4, 4, 3, 4, 4]
 
    !> A particle closer to the edge of its cell than this (in cells) is mapped as if it stood at this distance. All
    !> corners of an occupied cell then have a mass above zero, so that no force meets a node without mass and none is

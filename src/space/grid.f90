@@ -28,7 +28,8 @@
 !> a leaf have the same nodes.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
-   use hampm_basis, only: points_of_quadratic, shape_functions, shape_gradients, quadratic_functions, quadratic_gradients
+   use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
+                          quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
    use hampm_cuts, only: cut_t, place_seen, place_across
    use hampm_dofs, only: dofs_t, most_nodes_of_leaf
@@ -542,12 +543,10 @@ contains
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e
       integer :: points(self%n_functions)
-      integer, parameter :: quarter(points_of_quadratic) = [1, 1, 2, 1, 1, 2, 3, 3, 4], corner(points_of_quadratic) = &
-                            [1, 2, 2, 3, 4, 4, 3, 4, 4]
       integer :: k
       if (self%is_quadratic()) then
          associate (first => self%first_of_piece(e))
-            points = [(self%element_nodes(corner(k), first + quarter(k) - 1), k=1, points_of_quadratic)]
+            points = [(self%element_nodes(corner_of_point(k), first + quarter_of_point(k) - 1), k=1, points_of_quadratic)]
          end associate
       else
          points = self%element_nodes(:, e)
