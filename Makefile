@@ -42,7 +42,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps static implicit cracks growth tip vtk errors domains contact
+         bench against minimal masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -149,6 +149,10 @@ local_steps: setup  ## measure what time steps that fit the size of the cells co
 static: setup  ## measure what equilibrium costs, and how near to it damped motions come
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/static.py
+
+quadratic: setup  ## measure what quadratic cells give and cost
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/quadratic.py --output results/quadratic
 
 implicit: setup  ## measure what implicit steps reach and cost
 	@$(MAKE) --no-print-directory program

@@ -27,6 +27,7 @@ module hampm_assembly
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius
    use hampm_placement, only: tolerance
    use hampm_pressed_faces, only: press_faces
+   use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t
    use hampm_scene_materials, only: materials_of, material_of_body
@@ -53,6 +54,7 @@ contains
       type(forest_t) :: forest
       type(outline_t), allocatable :: bodies(:)  ! whose edges cut cells
       integer, allocatable :: sheets(:)          ! of bodies that have their own velocity fields
+      real(dp), allocatable :: solids(:, :, :)   ! where cells are quadratic
       integer :: k
       refinement = refinement_of(scene)
       call place_cracks(scene, cracks)
@@ -64,7 +66,14 @@ contains
          end do
       end if
       if (scene%contact%is_wanted()) allocate (sheets, source=sheets_of_bodies(scene))
-      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies, sheets)
+      if (scene%grid%order > 1) then
+         allocate (solids(ndim, 2, size(scene%bodies)))
+         do k = 1, size(scene%bodies)
+            solids(:, 1, k) = scene%bodies(k)%lower
+            solids(:, 2, k) = scene%bodies(k)%upper
+         end do
+      end if
+      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies, sheets, solids)
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
@@ -303,6 +312,7 @@ contains
       end do
       if (scene%method%has_domains()) call start_domains(m%particles, [(scene%bodies(k)%spin, k=1, size(scene%bodies))])
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      if (m%grid%is_quadratic() .and. .not. failure%failed()) call weigh_points(m%particles, m%grid, m%blocks, scene%run%thickness)
    end subroutine place_particles
 
    !> Attach the loads to the particles. A pressure on a crack is several: one for each face along a grid line, or for each direction in which

@@ -127,7 +127,8 @@ contains
       type(nodal_state_t) :: state
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
          if (.not. chosen%needs_crack() .or. motion%materials(tip%material)%has_history()) return
-         if (tip%nodes%tip > 0) call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
+         if (tip%nodes%tip > 0 .and. .not. motion%grid%is_quadratic()) &
+            call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          errors%cell = tip%nodes%spacing
          if (.not. crack%known) then
             errors%nodal_force%relative = error_by_lengths(motion, tip, other_end(cracks, tip))
@@ -343,6 +344,7 @@ contains
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
+      domain%quadratic = motion%grid%is_quadratic()
       domain%face_of_line = merge(1.0_dp, -1.0_dp, tip%end == last_point)  ! the left one, as one walks along the crack
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness

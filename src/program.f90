@@ -1,6 +1,6 @@
 !> What the program does with its options.
 module hampm_program
-   use, intrinsic :: iso_c_binding, only: c_int
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use hampm_caveats, only: notes_of
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
@@ -21,11 +21,20 @@ module hampm_program
    private
    public :: act, run_and_report, end_program
 
+   integer(c_int), parameter :: standard_output = 1
+
    interface
       subroutine c_exit(code) bind(c, name='exit')
          import :: c_int
          integer(c_int), value :: code
       end subroutine c_exit
+
+      integer(c_size_t) function c_write(descriptor, text, size) bind(c, name='write')
+         import :: c_char, c_int, c_size_t
+         integer(c_int), value :: descriptor
+         character(c_char), intent(in) :: text(*)
+         integer(c_size_t), value :: size
+      end function c_write
    end interface
 
 contains
@@ -51,11 +60,15 @@ contains
    subroutine print_text(text, failure)
       character(*), intent(in) :: text
       type(failure_t), intent(inout) :: failure
-      integer :: written, flushed
-      write (output_unit, '(a)', advance='no', iostat=written) text
-      flush (output_unit, iostat=flushed)
-      if (written /= 0 .or. flushed /= 0) call failure%report(exit_file, 'the standard output cannot be written (is the disk '// &
-                                                              'full?)')
+      integer(c_size_t) :: done, more
+      flush (output_unit)
+      done = 0
+      do while (done < len(text))                ! the run time library takes a full disk for a success
+         more = c_write(standard_output, text(done + 1:), len(text, c_size_t) - done)
+         if (more <= 0) exit
+         done = done + more
+      end do
+      if (done < len(text)) call failure%report(exit_file, 'the standard output cannot be written (is the disk full?)')
    end subroutine print_text
 
    !> End the program with the exit code of a failure, and say what has failed.

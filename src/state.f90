@@ -5,7 +5,7 @@
 !> order of the particles, nodes around crack tips, constraints and room for the fields from the grid. What depends on more of the
 !> past is kept, down to guesses of solvers and the numbers of an old factorisation: the last digits depend on them.
 module hampm_state
-   use hampm_kinds, only: ndim
+   use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: keep_body_contact
    use hampm_checkpoint, only: checkpoint_t
    use hampm_contact, only: keep_contact
@@ -81,6 +81,7 @@ contains
       type(line_t), allocatable :: lines(:)
       type(outline_t), allocatable :: bodies(:)
       integer, allocatable :: sheets(:)
+      real(dp), allocatable :: solids(:, :, :)
       integer :: leaves
       forest = grid%forest
       leaves = 0
@@ -93,8 +94,9 @@ contains
       if (.not. c%is_read .or. c%failure%failed()) return
       if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
       if (allocated(grid%sheet_of_body)) allocate (sheets, source=grid%sheet_of_body)
+      if (grid%is_quadratic()) allocate (solids, source=grid%solids)
       if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines, &
-                                                                       bodies, sheets)
+                                                                       bodies, sheets, solids)
    end subroutine keep_grid
 
    !> Keep where lines that the material carries are in a grid; those that are read are the ones in `lines`.

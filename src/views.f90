@@ -2,12 +2,14 @@
 module hampm_views
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: points_of_quadratic
    use hampm_cracks, only: cracks_t, first_point, last_point
+   use hampm_grid, only: grid_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_n
    use hampm_refinement, only: refinement_t
-   use hampm_snapshots, only: piece_t, vtk_line, vtk_quad
+   use hampm_snapshots, only: piece_t, vtk_line, vtk_quad, vtk_biquadratic_quad
    implicit none
    private
    public :: particle_view, mesh_view, crack_view
@@ -63,7 +65,7 @@ contains
       end associate
    end subroutine add_sides
 
-   !> The grid, transition cells by their quarters and cut cells by their pieces, each over the whole cell. With the mass and velocity
+   !> The grid, transition cells by their quarters, cut cells by their pieces, each over the whole cell, and quadratic cells whole. With the mass and velocity
    !> that its nodes had in the last step and, where the mesh follows a gradient, the refinement parameter: not a number after a
    !> failure, when it can't be had from the particles.
    subroutine mesh_view(motion, refinement, after_failure, view)
@@ -86,11 +88,15 @@ contains
       associate (grid => motion%grid, f => motion%fields)
          view%name = 'mesh'
          view%points = grid%node_position
+         call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
+         call view%add_point_field('velocity', f%velocity(:, :, v_n))
+         if (grid%is_quadratic()) then
+            call add_quadratic_cells(grid, motion%blocks%count_in, view)
+            return
+         end if
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
          view%offsets = [(corners*e, e=0, grid%n_elements)]
          view%cell_types = spread(vtk_quad, 1, grid%n_elements)
-         call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
-         call view%add_point_field('velocity', f%velocity(:, :, v_n))
          call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
          call view%add_cell_field('particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
@@ -98,6 +104,28 @@ contains
                                                                                       e=1, grid%n_elements)], [1, grid%n_elements]))
       end associate
    end subroutine mesh_view
+
+   !> Quadratic cells, each with its nine nodes, its level and the number of its particles.
+   subroutine add_quadratic_cells(grid, particles, view)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: particles(:)        !! by element
+      type(piece_t), intent(inout) :: view
+      integer, parameter :: n = points_of_quadratic
+      integer, parameter :: around(n) = [1, 3, 9, 7, 2, 6, 8, 4, 5]  ! VTK's order: corners, middles of sides, middle
+      integer :: support(n), leaf
+      associate (leaves => grid%forest%leaf_count(), first => grid%leaf_element)
+         allocate (view%connectivity(n*leaves))
+         do leaf = 1, leaves
+            support = grid%support_of(first(leaf))
+            view%connectivity(n*(leaf - 1) + 1:n*leaf) = support(around) - 1
+         end do
+         view%offsets = [(n*leaf, leaf=0, leaves)]
+         view%cell_types = spread(vtk_biquadratic_quad, 1, leaves)
+         call view%add_cell_field('level', reshape([(real(grid%forest%level_of(leaf), dp), leaf=1, leaves)], [1, leaves]))
+         call view%add_cell_field('particles', reshape([(real(sum(particles(first(leaf):first(leaf + 1) - 1)), dp), &
+                                                         leaf=1, leaves)], [1, leaves]))
+      end associate
+   end subroutine add_quadratic_cells
 
    !> The cracks of kind 'path' in the reference configuration, a line for each straight part. With the number of the crack and, at
    !> its points, that of the tip there, or 0.

@@ -1,11 +1,12 @@
 !> The error estimate of Zienkiewicz & Zhu (1987): the energy norm of the difference between the stress recovered at the nodes
-!> and that of the particles. Stress is recovered in each material by itself: across an interface it may jump.
+!> and that of the particles. Stress is recovered in each material by itself: across an interface it may jump. In quadratic cells it is
+!> recovered by quadratic functions.
 module hampm_error_indicator
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
    use hampm_motion, only: motion_t, refresh_grid
-   use hampm_recovery, only: recover
+   use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
    private
    public :: estimate_errors
@@ -21,11 +22,13 @@ contains
       real(dp), allocatable, intent(out) :: squared(:)   !! (leaves)
       real(dp), intent(out) :: norm
       real(dp), allocatable :: stress(:, :), nodal(:, :), error(:)
+      real(dp), allocatable :: coefficient(:, :, :), edge(:)
       real(dp) :: difference(ndim, ndim), recovered(n_stress)
       integer :: i, k, leaf
       associate (p => m%particles, grid => m%grid)
          allocate (stress(n_stress, p%n), nodal(n_stress, grid%n_points), error(p%n))
          allocate (squared(grid%forest%leaf_count()))
+         if (grid%is_quadratic()) allocate (coefficient(n_terms, n_stress, grid%n_nodes), edge(grid%n_nodes))
          norm = 0
          do i = 1, p%n
             associate (material => m%materials(p%material(i)))
@@ -35,13 +38,21 @@ contains
          end do
          call refresh_grid(m)
          do k = 1, size(m%materials)
-            call recover(grid, p, m%blocks, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+            if (grid%is_quadratic()) then
+               call recover_quadratic(grid, p, m%blocks, n_stress, stress, coefficient, edge, material=k)
+            else
+               call recover(grid, p, m%blocks, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+            end if
             do i = 1, p%n
                if (p%material(i) /= k) cycle
-               associate (e => p%cell(i))
-                  recovered = matmul(nodal(:, grid%element_nodes(:, e)), &
-                                     shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))))
-               end associate
+               if (grid%is_quadratic()) then
+                  recovered = blended(m, i, coefficient, edge)
+               else
+                  associate (e => p%cell(i))
+                     recovered = matmul(nodal(:, grid%element_nodes(:, e)), &
+                                        shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))))
+                  end associate
+               end if
                difference = reshape(recovered - stress(:, i), [ndim, ndim])
                error(i) = p%volume(i)*2*m%materials(k)%stress_energy_density(difference)
             end do
@@ -51,4 +62,26 @@ contains
          end do
       end associate
    end subroutine estimate_errors
+
+   !> At a particle of a quadratic cell: the quadratic functions that were recovered at the four corners, with the bilinear functions of these as
+   !> weights, which makes one field of them that is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes).
+   pure function blended(m, i, coefficient, edge) result(value)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp), intent(in) :: coefficient(:, :, :), edge(:)
+      real(dp) :: value(n_stress)
+      real(dp) :: shape(corners), x(ndim)
+      integer :: first, q
+      x = m%particles%place_in_grid(i)
+      associate (grid => m%grid, e => m%particles%cell(i))
+         first = grid%first_of_piece(e)
+         shape = shape_functions(grid%in_leaf(e, grid%local_coordinate(e, x)))
+         value = 0
+         do q = 1, corners
+            associate (node => grid%element_nodes(q, first + q - 1))
+               value = value + shape(q)*matmul(terms_at((x - grid%node_position(:, node))/edge(node)), coefficient(:, :, node))
+            end associate
+         end do
+      end associate
+   end function blended
 end module hampm_error_indicator

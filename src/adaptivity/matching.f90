@@ -70,10 +70,12 @@ contains
       type(cut_t), allocatable :: cuts(:)
       type(outline_t), allocatable :: bodies(:)
       integer, allocatable :: sheets(:)
+      real(dp), allocatable :: solids(:, :, :)
       cuts = m%grid%cuts
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
       if (allocated(m%grid%sheet_of_body)) allocate (sheets, source=m%grid%sheet_of_body)
-      call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets)
+      if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
+      call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets, solids)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
    end subroutine change_grid
@@ -144,7 +146,7 @@ contains
       real(dp), allocatable :: gradients(:, :, :), twist(:, :)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
-      if (.not. m%has_domains()) then            ! these have fields of their own
+      if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! domains have fields of their own
          gradients = velocity_gradients(m, marked)
          twist = twists(m, marked)
       end if

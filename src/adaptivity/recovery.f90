@@ -4,14 +4,17 @@
 !> Linear fields come out exactly, at edges of bodies and beside cells of another size too, where the lumped mass matrix errs in
 !> the first order.
 module hampm_recovery
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
+   use hampm_lapack, only: dposv
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: recover
+   public :: recover, recover_quadratic, terms_at, n_terms
+
+   integer, parameter :: n_terms = 6             !! of a quadratic function of two coordinates
 
    !> Variance of the places of the particles, over the square of the smallest cell around, below which a slope is not trusted but
    !> kept small: that of particles which stand evenly on a tenth of a cell, w**2/12 with w = 0.11.
@@ -38,6 +41,77 @@ contains
       end associate
       call grid%dofs%distribute(matrix%all, width, nodal)
    end subroutine recover
+
+   !> At the corners of quadratic cells the coefficients, of 1, x, y, x**2, x y and y**2 with x and y from the node in edges of the smallest
+   !> cell there, of the quadratic function that fits the particles of the cells around it best: one order more than what the stress of such cells
+   !> has. From all particles or from those of one material.
+   subroutine recover_quadratic(grid, p, blocks, width, field, coefficient, edge, material)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: width
+      real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
+      real(dp), intent(out) :: coefficient(:, :, :) !! 0 where there are no particles, (n_terms, width, n_nodes)
+      real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
+      integer, intent(in), optional :: material
+      logical :: is_corner(grid%n_nodes)
+      integer :: leaf, q, node
+      is_corner = .false.
+      do leaf = 1, grid%forest%leaf_count()
+         if (all(blocks%count_in(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) == 0)) cycle
+         do q = 1, corners
+            is_corner(grid%element_nodes(q, grid%leaf_element(leaf) + q - 1)) = .true.
+         end do
+      end do
+      coefficient = 0
+      edge = 1
+      do node = 1, grid%n_nodes
+         if (is_corner(node)) call fit_quadratic(grid, p, blocks, node, width, field, coefficient(:, :, node), edge(node), material)
+      end do
+   end subroutine recover_quadratic
+
+   !> The same at one node, by the normal equations. What few particles leave open is kept small.
+   subroutine fit_quadratic(grid, p, blocks, node, width, field, coefficient, edge, material)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: node, width
+      real(dp), intent(in) :: field(width, *)
+      real(dp), intent(out) :: coefficient(n_terms, width), edge
+      integer, intent(in), optional :: material
+      real(dp), parameter :: ridge = 1e-9_dp
+      real(dp) :: matrix(n_terms, n_terms), term(n_terms)
+      integer, allocatable :: first(:)
+      integer :: e, i, k, info
+      call pieces_around(grid, node, first, edge)
+      matrix = 0
+      coefficient = 0
+      do k = 1, size(first)
+         do e = first(k), grid%last_of_piece(first(k))
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               if (present(material)) then
+                  if (p%material(i) /= material) cycle
+               end if
+               term = terms_at((p%place_in_grid(i) - grid%node_position(:, node))/edge)
+               matrix = matrix + spread(term, 2, n_terms)*spread(term, 1, n_terms)
+               coefficient = coefficient + spread(term, 2, width)*spread(field(:, i), 1, n_terms)
+            end do
+         end do
+      end do
+      if (.not. matrix(1, 1) > 0) return
+      do k = 1, n_terms
+         matrix(k, k) = matrix(k, k) + ridge*matrix(1, 1)
+      end do
+      call dposv('L', n_terms, width, matrix, n_terms, coefficient, n_terms, info)
+      if (info /= 0) coefficient = 0
+   end subroutine fit_quadratic
+
+   !> The terms of a quadratic function.
+   pure function terms_at(x) result(term)
+      real(dp), intent(in) :: x(ndim)
+      real(dp) :: term(n_terms)
+      term = [1.0_dp, x(1), x(2), x(1)**2, x(1)*x(2), x(2)**2]
+   end function terms_at
 
    !> Value at a node of the linear function that fits the particles around it.
    subroutine fit(grid, p, blocks, node, width, field, value, material)

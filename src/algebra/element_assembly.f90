@@ -1,7 +1,7 @@
 !> Assembly of sparse matrices from matrices of elements, of any number of directions. The unknowns of an element are those of the
 !> nodes on which the values at its corners depend: of its corners or, where these are hanging nodes, of their masters.
 module hampm_element_assembly
-   use hampm_kinds, only: dp, corners
+   use hampm_kinds, only: dp
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_grid, only: grid_t
    use hampm_numbering, only: numbering_t
@@ -21,16 +21,16 @@ contains
       type(sparse_t), intent(out) :: matrix
       integer, intent(in), optional :: groups(:, :) !! nodes with degrees of freedom, 0 behind the last of each
       integer, allocatable :: cliques(:, :)
-      real(dp) :: weight(corners, most_nodes_of_leaf)
+      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n, k, n_groups, most
       n_groups = 0
-      most = merge(corners, most_nodes_of_leaf, grid%dofs%n_hanging == 0)
+      most = merge(grid%n_functions, most_nodes_of_leaf, grid%dofs%n_hanging == 0)
       if (present(groups)) n_groups = size(groups, 2)
       if (n_groups > 0) most = max(most, size(groups, 1))
       associate (directions => size(numbering%dof, 1))
          allocate (cliques(directions*most, size(elements) + n_groups), source=0)
          do k = 1, size(elements)
-            call grid%dofs%masters_of(grid%element_nodes(:, elements(k)), n, masters, weight)
+            call grid%dofs%masters_of(grid%support_of(elements(k)), n, masters, weight)
             cliques(:directions*n, k) = reshape(numbering%dof(:, masters(:n)), [directions*n])
          end do
          do k = 1, n_groups
@@ -45,8 +45,8 @@ contains
    !> the directions of a node one after the other.
    pure function matrix_by_masters(directions, weight, by_corner) result(by_master)
       integer, intent(in) :: directions
-      real(dp), intent(in) :: weight(corners, most_nodes_of_leaf)     !! T, see `masters_of`
-      real(dp), intent(in) :: by_corner(directions*corners, directions*corners)
+      real(dp), intent(in) :: weight(:, :)       !! T, see `masters_of`; (corners, or all points of a quadratic cell, most_nodes_of_leaf)
+      real(dp), intent(in) :: by_corner(directions*size(weight, 1), directions*size(weight, 1))
       real(dp) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf)
       integer :: d, j
       do j = 1, directions

@@ -115,6 +115,9 @@ contains
    !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
    !> and the sliding.
    !>
+   !> Quadratic cells have a node more in the middle of the side ahead of the tip, whose force closes what the node in the middle of the side
+   !> behind it has opened (Raju 1987).
+   !>
    !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
    !> opens it, brings as much to the tip node as that behind. With it G is that of the same crack without tractions on it that a
    !> uniform stress opens, as superposition has it.
@@ -127,18 +130,25 @@ contains
       real(dp), intent(in) :: thickness          !! [m]
       real(dp), intent(in) :: applied(ndim, 2)   !! force of the tractions on each face on the tip node [N]
       real(dp) :: g(modes)
-      g = abs(matmul(transmitted_force(tip, grid, p, blocks, materials, 2*applied), tip%axis(:, [2, 1]))) &
-          *crack_opening(tip, tip%nodes%behind, grid, p, blocks)/(2*tip%nodes%spacing*thickness)
+      real(dp) :: work(modes)
+      work = abs(matmul(transmitted_force(tip, tip%nodes%tip, grid, p, blocks, materials, 2*applied), tip%axis(:, [2, 1]))) &
+             *crack_opening(tip, tip%nodes%behind, grid, p, blocks)
+      if (tip%nodes%half_ahead > 0) &
+         work = work + abs(matmul(transmitted_force(tip, tip%nodes%half_ahead, grid, p, blocks, materials, 0*applied), &
+                                  tip%axis(:, [2, 1]))) &
+                       *crack_opening(tip, tip%nodes%half_behind, grid, p, blocks)
+      g = work/(2*tip%nodes%spacing*thickness)
    end function nodal_force_closure
 
-   !> Force with which the material above the crack's line pulls, through the tip node, on that below it [N]: what it exerts on the
+   !> Force with which the material above the crack's line pulls, through a node at the tip, on that below it [N]: what it exerts on the
    !> node beyond what moves its own part of the mass there,
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
    !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
    !> reaction of the constraint, opposite to the internal force.
    !> What acts on the node from outside is counted with the internal force of its side.
-   pure function transmitted_force(tip, grid, p, blocks, materials, applied) result(force)
+   pure function transmitted_force(tip, node, grid, p, blocks, materials, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
+      integer, intent(in) :: node
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
@@ -152,7 +162,7 @@ contains
       mass = 0
       do k = 1, 2
          if (.not. tip%face(k)) cycle
-         call patch_around(grid, p, blocks, tip%nodes%tip, patch, toward=(3 - 2*k)*tip%axis(:, 2))
+         call patch_around(grid, p, blocks, node, patch, toward=(3 - 2*k)*tip%axis(:, 2))
          f(:, k) = internal_force(patch, p, materials) + applied(:, k)
          mass(k) = patch_mass(patch, p)
       end do

@@ -21,6 +21,8 @@ module hampm_crack_tip
       integer :: behind(2) = 0                   !! nodes of the faces one cell behind the tip, 0 where there is no face
       integer :: tip = 0                         !! node at the tip
       integer :: ahead = 0                       !! node one cell ahead of it
+      integer :: half_behind(2) = 0              !! of quadratic cells, as `behind` half a cell behind the tip
+      integer :: half_ahead = 0                  !! and half a cell ahead
       integer :: mouth(2) = 0                    !! nodes of the faces at the mouth, 0 where there is no face
       logical :: in_cell = .false.               !! whether the tip is inside a cell that is cut, and at no node
       real(dp) :: spacing = 0                    !! distance between the nodes around the tip: the smallest cell there [m]
@@ -95,6 +97,10 @@ contains
             nodes%behind = face_nodes(self, grid, self%place - nodes%spacing*self%axis(:, 1))
             nodes%ahead = grid%node_at(self%place + nodes%spacing*self%axis(:, 1))
             nodes%mouth = face_nodes(self, grid, mouth)
+            if (grid%is_quadratic()) then
+               nodes%half_behind = face_nodes(self, grid, self%place - nodes%spacing/2*self%axis(:, 1))
+               nodes%half_ahead = grid%node_at(self%place + nodes%spacing/2*self%axis(:, 1))
+            end if
          end if
          found = min(nodes%tip, nodes%ahead) > 0 .and. all(min(nodes%behind, nodes%mouth) > 0 .or. .not. self%face)
       end associate

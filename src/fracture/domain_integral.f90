@@ -1,8 +1,8 @@
 !> The energy release rate and the stress intensity factors of a crack in motion, by integrals over a disc around its tip. Their
 !> derivation is in docs/energy_release_rate.md.
 module hampm_domain_integral
-   use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
@@ -28,6 +28,7 @@ module hampm_domain_integral
    !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
    !> measurements, `bench/effective_tip.py` makes them.
    real(dp), parameter :: setback(modes) = [0.20_dp, 0.31_dp]
+   real(dp), parameter :: setback_of_quadratic(modes) = [0.056_dp, 0.08_dp] !! the same of quadratic cells
 
    !> The tip of a straight crack, and the discs around it.
    type :: tip_domain_t
@@ -42,8 +43,10 @@ module hampm_domain_integral
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, in small strain [Pa]
+      logical :: quadratic = .false.             !! whether these are quadratic
    contains
       procedure :: in_axes
+      procedure :: lag
       procedure :: from_tip
    end type tip_domain_t
 
@@ -56,8 +59,8 @@ module hampm_domain_integral
       real(dp) :: slope(ndim)                    !! u,1 - c [-]
       real(dp) :: energy                         !! W, with the work that has been dissipated [J/m3]
       real(dp) :: divergence(ndim)               !! div P [N/m3]
-      real(dp) :: shape(corners)                 !! shape functions at the particle [-]
-      real(dp) :: gradient(corners, ndim)        !! their gradients with respect to the reference position [1/m]
+      real(dp) :: shape(points_of_quadratic)     !! shape functions at the particle, as many as there are [-]
+      real(dp) :: gradient(points_of_quadratic, ndim) !! their gradients with respect to the reference position [1/m]
    end type sample_t
 
 contains
@@ -88,25 +91,27 @@ contains
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
       real(dp), allocatable :: q(:, :)
       integer, allocatable :: elements(:)
-      real(dp) :: at_corner(size(unturned%radius), corners), c(ndim)
+      real(dp) :: at_corner(size(unturned%radius), motion%grid%n_functions), c(ndim)
       type(sample_t) :: s
       type(tip_domain_t) :: domain
-      integer :: n, i
+      integer :: n, i, n_functions
       domain = unturned
       domain%field = new_tip_field(domain%material, domain%direction)
       associate (grid => motion%grid, blocks => motion%blocks)
          call weight_nodes(domain, grid, q)
+         n_functions = grid%n_functions
          call find_elements(grid, blocks, q, elements)
          call find_mean_slope(domain, grid, p, blocks, q, elements, c)
          j = 0
          k = 0
          do n = 1, size(elements)
             associate (e => elements(n))
-               at_corner = q(:, grid%element_nodes(:, e))
+               at_corner = q(:, grid%support_of(e))
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   call take_sample(domain, grid, p, i, motion%materials(p%material(i)), state, c, s)
-                  call add_to_j(s, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), j)
-                  call add_to_interaction(s, domain, matmul(at_corner, s%shape), matmul(at_corner, s%gradient), k)
+                  call add_to_j(s, matmul(at_corner, s%shape(:n_functions)), matmul(at_corner, s%gradient(:n_functions, :)), j)
+                  call add_to_interaction(s, domain, matmul(at_corner, s%shape(:n_functions)), &
+                                           matmul(at_corner, s%gradient(:n_functions, :)), k)
                end do
             end associate
          end do
@@ -168,10 +173,17 @@ contains
       integer, allocatable, intent(out) :: elements(:)
       integer :: n
       associate (occupied => blocks%occupied(:blocks%n_occupied))
-         elements = pack(occupied, [(any(q(:, grid%element_nodes(:, occupied(n))) > 0) .and. grid%is_on_first_sheet(occupied(n)), &
+         elements = pack(occupied, [(any(q(:, grid%support_of(occupied(n))) > 0) .and. grid%is_on_first_sheet(occupied(n)), &
                                     n=1, size(occupied))])
       end associate
    end subroutine find_elements
+
+   !> How far behind its node the tip acts in a mode [m].
+   pure real(dp) function lag(self, mode)
+      class(tip_domain_t), intent(in) :: self
+      integer, intent(in) :: mode
+      lag = merge(setback_of_quadratic(mode), setback(mode), self%quadratic)*self%cell
+   end function lag
 
    !> A vector in the present configuration, in the axes of the crack.
    pure function in_axes(self, vector)
@@ -258,8 +270,8 @@ contains
             h(:, d) = turned_back(domain, h(:, d), identity(:, d))
          end do
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         s%shape = shape_functions(xi)
-         s%gradient = matmul(shape_gradients(xi, 1/grid%element_size(e)), to_reference)
+         s%shape(:grid%n_functions) = grid%functions_in(e, xi)
+         s%gradient(:grid%n_functions, :) = matmul(grid%gradients_in(e, xi), to_reference)
          s%volume = p%volume(i)
          s%x = domain%from_tip(p%place_in_grid(i), p%total_frame)
          if (abs(s%x(2)) <= on_line*grid%element_size(e)) s%x(2) = sign(s%x(2), domain%face_of_line)
@@ -269,7 +281,7 @@ contains
          s%energy = material%energy_density(h, p%history_of(i)) + material%plastic_dissipation(h, p%history_of(i)) &
                     + material%viscous_dissipation(h, p%history_of(i))
          if (abs(domain%pressure) > 0) call take_off_pressure(domain%pressure, material, h, s)
-         s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%element_nodes(:, e)), s%shape))
+         s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%support_of(e)), s%shape(:grid%n_functions)))
       end associate
    end subroutine take_sample
 
@@ -305,7 +317,7 @@ contains
       real(dp) :: x(ndim), a(ndim, ndim), flux(ndim)
       integer :: mode
       do mode = 1, modes
-         x = s%x + [setback(mode)*domain%cell, 0.0_dp]
+         x = s%x + [domain%lag(mode), 0.0_dp]
          if (norm2(x) < singular*s%size) cycle
          a = domain%field%gradient(mode, x)
          flux = matmul(a(:, 1), s%stress) + matmul(s%slope, domain%field%stress(a))
@@ -449,8 +461,8 @@ contains
       real(dp) :: mean(ndim)
       real(dp) :: near, far
       integer :: d
-      near = max(r - half - setback(mode)*domain%cell, 0.0_dp)
-      far = max(r + half - setback(mode)*domain%cell, 0.0_dp)
+      near = max(r - half - domain%lag(mode), 0.0_dp)
+      far = max(r + half - domain%lag(mode), 0.0_dp)
       mean = 0
       if (.not. half > 0) return
       do d = 1, ndim
@@ -470,7 +482,7 @@ contains
       integer :: i
       mean = 0
       do i = 1, 3
-         x = max(r + (i - 2)*cell - setback(mode)*domain%cell, 0.0_dp)
+         x = max(r + (i - 2)*cell - domain%lag(mode), 0.0_dp)
          mean = mean + difference(i)*2*x/3*domain%field%opening(1, mode, x)/cell**2
       end do
    end function mean_slope_of_opening

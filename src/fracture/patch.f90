@@ -1,7 +1,7 @@
 !> Values at one node from the particles in the cells around it.
 module hampm_patch
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_basis, only: inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t, is_toward
    use hampm_material, only: material_t
@@ -31,22 +31,38 @@ contains
       type(patch_t), intent(out) :: patch
       real(dp), intent(in), optional :: toward(ndim)
       logical, allocatable :: wanted(:)
-      integer :: k, i, local(corners)
-      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         allocate (wanted, source=blocks%count_in(elements) > 0)
+      integer, allocatable :: elements(:)
+      integer :: k, i, local(grid%n_functions)
+      associate (around => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
+         allocate (wanted, source=blocks%count_in(around) > 0)
          if (present(toward)) wanted = wanted .and. [(is_toward(corner(k), toward), k=1, size(corner))]
-         call new_patch(node, size(elements), sum(blocks%count_in(elements), mask=wanted), patch)
+         elements = whole_cells(grid, pack(around, wanted))
+         call new_patch(grid, node, size(elements), sum(blocks%count_in(elements)), patch)
          do k = 1, size(elements)
-            if (.not. wanted(k)) cycle
             associate (e => elements(k))
                call number_nodes(grid, e, patch, local)
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  call add_particle(grid, e, corner(k), local, i, p%place_in_grid(i), patch)
+                  call add_particle(grid, e, local, i, p%place_in_grid(i), patch)
                end do
             end associate
          end do
       end associate
    end subroutine patch_around
+
+   !> The elements whose values depend on a node, from those around it: the same or, where cells are quadratic, all quarters of their
+   !> leaves.
+   pure function whole_cells(grid, around) result(elements)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: around(:)
+      integer, allocatable :: elements(:)
+      integer :: first(size(around)), k, q
+      elements = around
+      if (.not. grid%is_quadratic()) return
+      first = [(grid%first_of_piece(around(k)), k=1, size(around))]
+      elements = [([(first(k) + q, q=0, corners - 1)], k=1, size(around))]
+      elements = pack(elements, [(all(first(:k - 1) /= first(k)), all(first(:k - 1) /= first(k)), &
+                                  all(first(:k - 1) /= first(k)), all(first(:k - 1) /= first(k)), k=1, size(around))])
+   end function whole_cells
 
    !> The patch by which the displacement of a node of the crack's faces is found: that around it or, where its material has moved
    !> by more than a small part of a cell, the particles that were in the cells around it at the beginning.
@@ -75,13 +91,13 @@ contains
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp) :: place(ndim)
-      integer :: k, i, local(corners), room
-      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
+      integer :: k, i, local(grid%n_functions), room
+      associate (elements => grid%dofs%elements_at(node))
          room = 0
          do k = 1, size(elements)
             room = room + count([(began_in(elements(k), i), i=1, p%n)])
          end do
-         call new_patch(node, size(elements), room, patch)
+         call new_patch(grid, node, size(elements), room, patch)
          do k = 1, size(elements)
             associate (e => elements(k))
                if (.not. any([(began_in(e, i), i=1, p%n)])) cycle
@@ -89,7 +105,7 @@ contains
                do i = 1, p%n
                   if (.not. began_in(e, i)) cycle
                   place = p%reference(i, :)
-                  call add_particle(grid, e, corner(k), local, i, place, patch)
+                  call add_particle(grid, e, local, i, place, patch)
                end do
             end associate
          end do
@@ -105,10 +121,11 @@ contains
    end subroutine patch_of_material
 
    !> A patch around a node, with room for the nodes of a number of cells and for particles.
-   pure subroutine new_patch(node, cells, room, patch)
+   pure subroutine new_patch(grid, node, cells, room, patch)
+      type(grid_t), intent(in) :: grid
       integer, intent(in) :: node, cells, room
       type(patch_t), intent(out) :: patch
-      associate (nodes => 1 + (corners - 1)*cells)
+      associate (nodes => 1 + (grid%n_functions - 1)*cells)
          allocate (patch%node(nodes), patch%particle(room), patch%gradient(ndim, room))
          allocate (patch%shape(nodes, room), source=0.0_dp)
       end associate
@@ -121,28 +138,29 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: e
       type(patch_t), intent(inout) :: patch
-      integer, intent(out) :: local(corners)
-      integer :: c
-      do c = 1, corners
-         call local_number(patch, grid%element_nodes(c, e), local(c))
+      integer, intent(out) :: local(:)
+      integer :: support(grid%n_functions), c
+      support = grid%support_of(e)
+      do c = 1, size(support)
+         call local_number(patch, support(c), local(c))
       end do
    end subroutine number_nodes
 
-   !> Add a particle at a place in an element, one corner of which is the middle node.
-   pure subroutine add_particle(grid, e, corner, local, i, place, patch)
+   !> Add a particle at a place in an element whose values depend on the middle node, the first of the patch.
+   pure subroutine add_particle(grid, e, local, i, place, patch)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: e, corner
-      integer, intent(in) :: local(corners)      !! numbers of the corners within the patch
+      integer, intent(in) :: e
+      integer, intent(in) :: local(:)            !! numbers of the nodes within the patch
       integer, intent(in) :: i                   !! the particle
       real(dp), intent(in) :: place(ndim)        !! [m]
       type(patch_t), intent(inout) :: patch
-      real(dp) :: xi(ndim), dn(corners, ndim)
+      real(dp) :: xi(ndim), dn(grid%n_functions, ndim)
       xi = inside_cell(grid%local_coordinate(e, place))
-      dn = shape_gradients(xi, 1/grid%element_size(e))
+      dn = grid%gradients_in(e, xi)
       patch%n = patch%n + 1
       patch%particle(patch%n) = i
-      patch%shape(local, patch%n) = shape_functions(xi)
-      patch%gradient(:, patch%n) = dn(corner, :)
+      patch%shape(local, patch%n) = grid%functions_in(e, xi)
+      patch%gradient(:, patch%n) = dn(findloc(local, 1, dim=1), :)
    end subroutine add_particle
 
    !> Number of a node within the patch; a new node gets the next number.

@@ -8,6 +8,7 @@
 !> at a stride of `stride_in(e)`, and nothing outside the kernels needs to know more.
 module hampm_cell_blocks
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: points_of_quadratic
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: deepest
    use hampm_dofs, only: element_of_slot, corner_of_slot
@@ -15,8 +16,8 @@ module hampm_cell_blocks
    use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
    implicit none
    private
-   public :: cell_blocks_t, resize_to_elements, form_blocks, place_blocks, find_materials, smallest_occupied_cell, lanes, &
-             of_mass, of_momentum, of_force, n_sums
+   public :: cell_blocks_t, quadratic_cell_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
+             smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
 
    integer, parameter :: lanes = 4               !! cells of a block
 
@@ -25,6 +26,16 @@ module hampm_cell_blocks
    integer, parameter :: of_momentum = 2                   !! the first component
    integer, parameter :: of_force = of_momentum + ndim     !! the first component
    integer, parameter :: n_sums = of_force + ndim - 1
+
+   !> A quadratic cell with particles, which is stored as its quarters.
+   type :: quadratic_cell_t
+      integer :: first = 0                              !! the first of its four elements
+      integer :: points(points_of_quadratic) = 0
+      real(dp) :: lower(ndim) = 0                       !! its lower corner [m]
+      real(dp) :: inverse_size = 0                      !! 1 / its edge length [1/m]
+      integer :: block(corners) = 0                     !! in which each quarter is, 0 where it has no particles
+      integer :: lane(corners) = 0                      !! and where in it
+   end type quadratic_cell_t
 
    !> The cells with particles, in blocks.
    type :: cell_blocks_t
@@ -59,6 +70,7 @@ module hampm_cell_blocks
       ! With subcycling
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
+      type(quadratic_cell_t), allocatable :: quadratic(:) !! the leaves with particles, where these are quadratic; else not allocated
       integer :: sorts = 0                              !! how often blocks have been formed
    contains
       procedure :: last
@@ -250,7 +262,35 @@ contains
          blocks%in_row(b) = are_in_row(blocks%nodes(:, :, b))
       end do
       call find_slots(blocks, grid)
+      if (grid%is_quadratic()) call place_quadratic_cells(blocks, grid)
    end subroutine place_blocks
+
+   !> Find the quadratic cells with particles: their points, and where their contributions stand.
+   subroutine place_quadratic_cells(blocks, grid)
+      type(cell_blocks_t), intent(inout) :: blocks
+      type(grid_t), intent(in) :: grid
+      integer :: block_of(grid%n_elements), lane_of(grid%n_elements), b, l, leaf, n
+      block_of = 0
+      lane_of = 0
+      do b = 1, blocks%n
+         do l = 1, count(blocks%cells(:, b) > 0)
+            block_of(blocks%cells(l, b)) = b
+            lane_of(blocks%cells(l, b)) = l
+         end do
+      end do
+      if (allocated(blocks%quadratic)) deallocate (blocks%quadratic)
+      allocate (blocks%quadratic(count([(any(block_of(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) > 0), &
+                                         leaf=1, grid%forest%leaf_count())])))
+      n = 0
+      do leaf = 1, grid%forest%leaf_count()
+         associate (e => grid%leaf_element(leaf))
+            if (all(block_of(e:e + corners - 1) == 0)) cycle
+            n = n + 1
+            blocks%quadratic(n) = quadratic_cell_t(e, grid%support_of(e), grid%element_lower(:, e), 0.5_dp/grid%element_size(e), &
+                                                   block_of(e:e + corners - 1), lane_of(e:e + corners - 1))
+         end associate
+      end do
+   end subroutine place_quadratic_cells
 
    !> Room for where the blocks and the points around them are.
    subroutine resize_to_grid(blocks, n_points, failure)
@@ -340,10 +380,11 @@ contains
       end do
    end function are_in_row
 
-   !> Size of the smallest element that holds particles [m].
+   !> Size of the smallest element that holds particles or, where cells are quadratic and whole, of the smallest of these [m].
    pure real(dp) function smallest_occupied_cell(grid, blocks) result(smallest)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       smallest = minval(grid%element_size(blocks%occupied(:blocks%n_occupied)))
+      if (grid%is_quadratic()) smallest = 2*smallest
    end function smallest_occupied_cell
 end module hampm_cell_blocks

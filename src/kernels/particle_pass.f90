@@ -33,6 +33,7 @@ module hampm_particle_pass
                                      add_stress, divergence
    use hampm_particles, only: particles_t, remembered
    use hampm_pass, only: pass_t
+   use hampm_quadratic_pass, only: pass_over_quadratic
    implicit none
    private
    public :: pass_report_t, pass_over_all, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
@@ -60,6 +61,10 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       type(pass_report_t), intent(out) :: report
       integer :: first, b
+      if (allocated(blocks%quadratic)) then
+         call pass_over_quadratic(pass, dt, materials, p, blocks, f)
+         return
+      end if
       !$omp parallel do schedule(static)
       do first = 1, blocks%n, blocks_per_task
          call pass_over(pass, dt, materials, p, blocks, f, [(b, b=first, min(first + blocks_per_task - 1, blocks%n))])

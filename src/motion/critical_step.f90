@@ -17,13 +17,14 @@
 !> corners: what is between them allows more.
 module hampm_critical_step
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions, shape_gradients
+   use hampm_basis, only: shape_functions, shape_gradients, quadratic_functions, quadratic_gradients, points_of_quadratic
    use hampm_forest, only: corner_offset
    use hampm_lapack, only: dpotrf, dpotri, dsyev
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_matrix, only: prepare_cell, eigenvalue_floor, floor_of_domains
    use hampm_mass_solver, only: by_lumped, by_fmpm
    use hampm_orthotropic, only: n_voigt
+   use hampm_quadratic_points, only: weights_along
    implicit none
    private
    public :: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
@@ -104,18 +105,25 @@ contains
    end function shifted
 
    !> Largest stable time step, times the dilatational wave speed over the size of a cell [-]; huge where nothing has a stiffness.
-   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping, have_domains) result(courant)
+   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping, have_domains, are_quadratic) result(courant)
       type(row_t), intent(in) :: rows(ndim)      !! the particles in each direction
       real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! stiffness of the columns (11, 22, 12) over rho c**2 of dilatational waves [-]
       type(mass_choice_t), intent(in) :: mass    !! of a partial matrix the full part counts: it is the faster one
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
       logical, intent(in) :: have_domains        !! whether particles have domains
+      logical, intent(in), optional :: are_quadratic !! whether cells are, whose particles are then weighted
       type(sample_t) :: sample
       real(dp), allocatable :: inverse(:, :), q(:, :), root(:)
       real(dp) :: square
       integer :: i, n
-      if (have_domains) then
+      logical :: quadratic
+      quadratic = .false.
+      if (present(are_quadratic)) quadratic = are_quadratic
+      if (quadratic) then
+         call build_sample_of_quadratic(rows, moduli, sample)
+         call build_inverse(sample, mass, eigenvalue_floor, inverse)
+      else if (have_domains) then
          call build_sample_of_domains(rows, moduli, sample)
          call build_inverse(sample, mass, floor_of_domains, inverse)
       else
@@ -158,6 +166,38 @@ contains
       end do
       call sum_cells(s)
    end subroutine build_sample
+
+   !> The same for quadratic cells, from the nodes of which it takes two for each of bilinear ones.
+   pure subroutine build_sample_of_quadratic(rows, moduli, s)
+      type(row_t), intent(in) :: rows(ndim)
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt)
+      type(sample_t), intent(out) :: s
+      real(dp) :: xi(ndim), n(points_of_quadratic), gradient(points_of_quadratic, ndim), weight
+      integer :: nodes(points_of_quadratic), i, j, k, c, d, at(ndim)
+      call make_room([(2*(floor(maxval(rows(d)%x)) + 1), d=1, ndim)], s)
+      do j = 1, size(rows(2)%x)
+         do i = 1, size(rows(1)%x)
+            call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
+            weight = weight_at(rows(1)%spacing, xi(1))*weight_at(rows(2)%spacing, xi(2))
+            n = quadratic_functions(xi)
+            gradient = quadratic_gradients(xi, 1.0_dp)
+            nodes = [((2*at(1) + c + (2*at(2) + k)*(s%cells(1) + 1) + 1, c=0, 2), k=0, 2)]
+            do c = 1, size(nodes)
+               s%mass(nodes, nodes(c)) = s%mass(nodes, nodes(c)) + weight*n(c)*n
+               call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
+            end do
+         end do
+      end do
+      s%lumped = sum(s%mass, dim=1)
+   end subroutine build_sample_of_quadratic
+
+   !> Weight of a particle in one direction, by the distance between particles and the place in its cell.
+   pure real(dp) function weight_at(spacing, xi) result(weight)
+      real(dp), intent(in) :: spacing, xi        !! [cells]
+      real(dp) :: w(nint(1/spacing))
+      w = weights_along(size(w))
+      weight = w(min(int(xi*size(w)) + 1, size(w)))
+   end function weight_at
 
    !> The same for particles with domains, which act on the nodes by their corners.
    pure subroutine build_sample_of_domains(rows, moduli, s)

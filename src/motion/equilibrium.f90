@@ -14,8 +14,7 @@
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapters 5 (limit points) and 10 (active sets).
 module hampm_equilibrium
-   use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions
+   use hampm_kinds, only: dp, ndim
    use hampm_face_springs, only: face_springs_t, have_friction, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
@@ -367,14 +366,16 @@ contains
    subroutine carry_over(m)
       type(motion_t), intent(inout) :: m
       real(dp), allocatable :: u(:, :), mass(:)
-      real(dp) :: shape(corners)
+      real(dp) :: shape(m%grid%n_functions)
+      integer :: at(m%grid%n_functions)
       integer :: i, c, k, d
       allocate (u(ndim, m%grid%n_points), mass(m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, all => m%fields%mass_matrix%all)
          do i = 1, p%n
-            shape = shape_functions(local_of(m, i))
-            do c = 1, corners
-               associate (point => m%grid%element_nodes(c, p%cell(i)))
+            shape = m%grid%functions_in(p%cell(i), local_of(m, i))
+            at = m%grid%support_of(p%cell(i))
+            do c = 1, size(at)
+               associate (point => at(c))
                   mass(point) = mass(point) + shape(c)*p%mass(i)
                   u(:, point) = u(:, point) + shape(c)*p%mass(i)*(p%displacement(i, :) &
                                 + matmul(p%gradient_of(i), m%grid%node_position(:, point) - p%place_in_grid(i)))

@@ -19,8 +19,9 @@ module hampm_loads
    use hampm_text, only: to_text
    implicit none
    private
-   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, place_loads, add_loads, add_load, book_work, &
-             book_work_late, force_at_node, factors_at, largest_factors, all_settle, settling_time, note_hosts, keep_loads
+   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, &
+             add_loads, add_load, book_work, book_work_late, force_at_node, factors_at, largest_factors, all_settle, &
+             settling_time, note_hosts, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -149,6 +150,16 @@ contains
       end do
    end subroutine follow_sort
 
+   !> After the masses of particles have changed: share the loads on all material of their hosts in proportion to these.
+   pure subroutine share_by_mass(loads, p)
+      type(load_t), intent(inout) :: loads(:)
+      type(particles_t), intent(in) :: p
+      integer :: k
+      do k = 1, size(loads)
+         if (loads(k)%by_mass) loads(k)%fraction = p%mass(loads(k)%host)/sum(p%mass(loads(k)%host))
+      end do
+   end subroutine share_by_mass
+
    !> Find where the points of the loads are in the grid, now that the particles are where they are.
    pure subroutine place_loads(loads, grid, p)
       type(load_t), intent(inout) :: loads(:)
@@ -161,7 +172,7 @@ contains
             if (allocated(load%node)) then
                if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
             end if
-            nodes = merge(corners**2, corners, allocated(p%corner_velocity))
+            nodes = merge(corners**2, grid%n_functions, allocated(p%corner_velocity))
             if (.not. allocated(load%node)) allocate (load%node(nodes, n), load%shape(nodes, n))
             if (.not. load%begun) load%host_velocity = velocity_of_hosts(load, p)
             load%begun = .true.
@@ -169,7 +180,7 @@ contains
                if (allocated(p%corner_velocity)) then
                   call share_by_corners(p, grid, load%host(k), load%offset(:, k), load%node(:, k), load%shape(:, k))
                else
-                  load%node(:, k) = grid%element_nodes(:, p%cell(load%host(k)))
+                  load%node(:, k) = grid%support_of(p%cell(load%host(k)))
                   load%shape(:, k) = weights(load, k, grid, p)
                end if
             end do
@@ -358,18 +369,22 @@ contains
       end do
    end subroutine share_by_corners
 
-   !> Shape functions of the nodes of the host's cell at point `k` of a load.
+   !> Shape functions of the nodes of the host's cell at point `k` of a load; in quadratic cells their mean over its segment, by Simpson's
+   !> rule, which is exact.
    pure function weights(load, k, grid, p) result(n)
       type(load_t), intent(in) :: load
       integer, intent(in) :: k
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      real(dp) :: n(corners)
+      real(dp) :: n(grid%n_functions)
       real(dp) :: x(ndim)
       associate (host => load%host(k))
          x = p%place_in_grid(host) + load%offset(:, k)
          if (.not. p%total_frame) x = x + matmul(p%gradient(host, :, :), load%offset(:, k))
-         n = shape_functions(grid%local_coordinate(p%cell(host), x))
+         n = grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x))
+         if (.not. grid%is_quadratic()) return
+         n = (4*n + grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - load%half(:, k))) &
+              + grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + load%half(:, k))))/6
       end associate
    end function weights
 

@@ -13,7 +13,7 @@ module hampm_motion
    use hampm_face_springs, only: face_springs_t, spring_energy
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_loads, only: load_t, follow_sort
+   use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
@@ -21,6 +21,7 @@ module hampm_motion
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t, scheme_t
+   use hampm_quadratic_points, only: weigh_points
    use hampm_schemes, only: new_scheme, new_scheme_of_domains
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_spring_placement, only: rebuild_springs
@@ -218,7 +219,7 @@ contains
       logical, allocatable :: is_loaded(:)
       integer :: k
       m%operators = element_operators_t()
-      if (m%audit .or. .not. m%particles%total_frame) return
+      if (m%audit .or. m%grid%is_quadratic() .or. .not. m%particles%total_frame) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)
          is_loaded(m%particles%cell(m%loads(k)%host)) = .true.
@@ -253,6 +254,10 @@ contains
       call pass_on(m, m%steps, lost, failure)
       if (failure%failed()) return
       call follow_sort(m%loads, m%sorting%new_place)
+      if (m%grid%is_quadratic()) then
+         call weigh_points(m%particles, m%grid, m%blocks, m%springs%thickness)
+         call share_by_mass(m%loads, m%particles)
+      end if
       if (size(m%grid%cuts) > 0 .and. .not. m%particles%total_frame) call look_for_crossing(m, failure)
    end subroutine sort_particles
 

@@ -2,7 +2,7 @@
 !> Where constraints hold less, nodes are pinned that take the rest: they feel no force where the loads balance each other, and
 !> where they do not, nothing can come to rest.
 module hampm_rigid_motions
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
@@ -168,8 +168,8 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
       integer :: masters(most_nodes_of_leaf), n
-      real(dp) :: weight(corners, most_nodes_of_leaf)
-      call m%grid%dofs%masters_of(m%grid%element_nodes(:, e), n, masters, weight)
+      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
+      call m%grid%dofs%masters_of(m%grid%support_of(e), n, masters, weight)
       node = masters(1)
    end function first_master
 
@@ -178,11 +178,11 @@ contains
       type(motion_t), intent(in) :: m
       integer, allocatable, intent(out) :: piece(:)
       integer :: masters(most_nodes_of_leaf), n, k, j
-      real(dp) :: weight(corners, most_nodes_of_leaf)
+      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
       type(disjoint_sets_t) :: sets
       call singletons(m%grid%n_nodes, sets)
       do k = 1, m%blocks%n_occupied
-         call m%grid%dofs%masters_of(m%grid%element_nodes(:, m%blocks%occupied(k)), n, masters, weight)
+         call m%grid%dofs%masters_of(m%grid%support_of(m%blocks%occupied(k)), n, masters, weight)
          do j = 2, n
             call sets%join(masters(1), masters(j))
          end do

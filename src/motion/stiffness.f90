@@ -8,7 +8,7 @@
 !> For implicit steps a multiple of the mass matrix is added to it.
 module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners, name_len
-   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_basis, only: inside_cell
    use hampm_conjugate_gradients, only: solve_by_cg
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
@@ -27,8 +27,6 @@ module hampm_stiffness
    private
    public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads, small_stress, stiff_points, &
              gradient_at, local_of
-
-   integer, parameter :: dofs = ndim*corners
 
    !> Squared frequency of the springs over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
@@ -148,14 +146,15 @@ contains
       integer, intent(in) :: cells(:)            !! the occupied elements
       type(stiffness_t), intent(inout) :: stiffness
       type(sparse_t), intent(inout) :: matrix
-      real(dp) :: by_corner(dofs, dofs), by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
-      real(dp) :: weight(corners, most_nodes_of_leaf)
+      real(dp) :: by_corner(ndim*m%grid%n_functions, ndim*m%grid%n_functions), &
+                  by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
+      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n, k, d
       stiffness%spring = 0
       if (stiffness%kind%on_springs) &
          stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
       do k = 1, size(cells)
-         call m%grid%dofs%masters_of(m%grid%element_nodes(:, cells(k)), n, masters, weight)
+         call m%grid%dofs%masters_of(m%grid%support_of(cells(k)), n, masters, weight)
          call element_stiffness(m, cells(k), stiffness, by_corner)
          if (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(k))) then
             do d = 1, ndim
@@ -237,9 +236,9 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
       type(stiffness_t), intent(in) :: stiffness !! its kind and its springs
-      real(dp), intent(out) :: matrix(dofs, dofs)
+      real(dp), intent(out) :: matrix(:, :)
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: products(dofs, dofs), h(ndim, ndim), past(m%particles%columns())
+      real(dp) :: products(size(matrix, 1), size(matrix, 1)), h(ndim, ndim), past(m%particles%columns())
       integer :: i, k
       logical :: is_last
       matrix = 0
@@ -253,15 +252,15 @@ contains
       associate (p => m%particles, b => m%blocks, is_tangent => stiffness%kind%is_tangent)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (is_tangent) then
-               gradient = reshape(gradient_at(m, i), [corners, ndim, 1])
+               gradient = reshape(gradient_at(m, i), [m%grid%n_functions, ndim, 1])
             else
                call stiff_points(m, e, i, gradient)
             end if
             do k = 1, size(gradient, 3)
                call sum_products(p%volume(i)/size(gradient, 3), gradient(:, :, k), products)
             end do
-            do k = 1, dofs
-               matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/corners
+            do k = 1, size(matrix, 1)
+               matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/m%grid%n_functions
             end do
             associate (material => m%materials(p%material(i)))
                is_last = i == b%last_in(e) .or. is_tangent .and. .not. material%linear
@@ -289,7 +288,7 @@ contains
    pure function mean_gradient_in(m, e) result(mean)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
-      real(dp) :: mean(corners, ndim), volume
+      real(dp) :: mean(m%grid%n_functions, ndim), volume
       integer :: i
       mean = 0
       volume = 0
@@ -309,10 +308,11 @@ contains
    pure subroutine tangent_by_means(m, e, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
-      real(dp), intent(inout) :: matrix(dofs, dofs)
-      real(dp) :: gradient(corners, ndim), mean(corners, ndim), moduli(ndim, ndim, ndim, ndim), u(ndim, corners), &
-                  stress(ndim, ndim)
-      integer :: i, j, k
+      real(dp), intent(inout) :: matrix(:, :)
+      real(dp) :: gradient(m%grid%n_functions, ndim), mean(m%grid%n_functions, ndim), moduli(ndim, ndim, ndim, ndim), &
+                  u(ndim, m%grid%n_functions), stress(ndim, ndim)
+      integer :: i, j, k, dofs
+      dofs = size(matrix, 1)
       mean = mean_gradient_in(m, e)
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
@@ -320,7 +320,7 @@ contains
                gradient = gradient_at(m, i)
                moduli = moduli_of(material, p%gradient_of(i), p%history_of(i))
                do k = 1, dofs
-                  u = reshape([(merge(1.0_dp, 0.0_dp, j == k), j=1, dofs)], [ndim, corners])
+                  u = reshape([(merge(1.0_dp, 0.0_dp, j == k), j=1, dofs)], [ndim, m%grid%n_functions])
                   stress = product_of_moduli(moduli, strain_by(u, gradient, mean, material%mean_dilatation))
                   matrix(:, k) = matrix(:, k) + p%volume(i)*reshape(forces_by(stress, gradient, mean, material%mean_dilatation), &
                                                                     [dofs])
@@ -345,14 +345,14 @@ contains
 
    !> Displacement gradient at a particle by displacements of the corners, whose trace is the mean where it is shared [-].
    pure function strain_by(u, gradient, mean, shares) result(h)
-      real(dp), intent(in) :: u(ndim, corners)   !! [m]
-      real(dp), intent(in) :: gradient(corners, ndim), mean(corners, ndim) !! [1/m]
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, corners)
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, ndim)
       logical, intent(in) :: shares
       real(dp) :: h(ndim, ndim), missing
       integer :: c
       h = 0
       missing = 0
-      do c = 1, corners
+      do c = 1, size(u, 2)
          h = h + spread(u(:, c), 2, ndim)*spread(gradient(c, :), 1, ndim)
          missing = missing + dot_product(u(:, c), mean(c, :) - gradient(c, :))
       end do
@@ -362,11 +362,11 @@ contains
    !> Forces on the corners by the stress at a particle, per volume [N/m3]: the transpose of `strain_by`.
    pure function forces_by(stress, gradient, mean, shares) result(force)
       real(dp), intent(in) :: stress(ndim, ndim) !! [Pa]
-      real(dp), intent(in) :: gradient(corners, ndim), mean(corners, ndim) !! [1/m]
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, ndim)
       logical, intent(in) :: shares
-      real(dp) :: force(ndim, corners)
+      real(dp) :: force(ndim, size(gradient, 1))
       integer :: c
-      do c = 1, corners
+      do c = 1, size(gradient, 1)
          force(:, c) = matmul(stress, gradient(c, :))
          if (shares) force(:, c) = force(:, c) + trace(stress)/2*(mean(c, :) - gradient(c, :))
       end do
@@ -375,12 +375,12 @@ contains
    !> Add the products V N_a,k N_b,l of the gradients at a point.
    pure subroutine sum_products(volume, gradient, products)
       real(dp), intent(in) :: volume             !! [m3]
-      real(dp), intent(in) :: gradient(corners, ndim) !! [1/m]
-      real(dp), intent(inout) :: products(dofs, dofs) !! by corner, the derivatives of a corner one after the other [m]
-      real(dp) :: by_corner(dofs)
+      real(dp), intent(in) :: gradient(:, :)     !! [1/m], (corners, ndim)
+      real(dp), intent(inout) :: products(:, :)  !! by corner, the derivatives of a corner one after the other [m]
+      real(dp) :: by_corner(size(gradient))
       integer :: k
-      by_corner = reshape(transpose(gradient), [dofs])
-      do k = 1, dofs
+      by_corner = reshape(transpose(gradient), [size(gradient)])
+      do k = 1, size(gradient)
          products(:, k) = products(:, k) + (volume*by_corner(k))*by_corner
       end do
    end subroutine sum_products
@@ -406,8 +406,8 @@ contains
    !> j is the sum over k and l of moduli_ikjl times that of V N_a,k N_b,l.
    pure subroutine add_products(moduli, products, matrix)
       real(dp), intent(in) :: moduli(ndim, ndim, ndim, ndim)
-      real(dp), intent(in) :: products(dofs, dofs) !! by corner, the derivatives of a corner one after the other [m]
-      real(dp), intent(inout) :: matrix(dofs, dofs)
+      real(dp), intent(in) :: products(:, :)     !! by corner, the derivatives of a corner one after the other [m]
+      real(dp), intent(inout) :: matrix(:, :)
       integer :: i, j, k, l
       do j = 1, ndim
          do l = 1, ndim
@@ -429,11 +429,11 @@ contains
       real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
       real(dp), parameter :: around(ndim, 4) = near*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       integer :: k
-      allocate (gradient(corners, ndim, merge(4, 1, m%blocks%count_in(e) == 1)))
+      allocate (gradient(m%grid%n_functions, ndim, merge(4, 1, m%blocks%count_in(e) == 1 .and. .not. m%grid%is_quadratic())))
       gradient(:, :, 1) = gradient_at(m, i)
       if (size(gradient, 3) == 1) return
       do k = 1, 4
-         gradient(:, :, k) = shape_gradients(inside_cell(local_of(m, i) + around(:, k)), 1/m%grid%element_size(e))
+         gradient(:, :, k) = m%grid%gradients_in(e, inside_cell(local_of(m, i) + around(:, k)))
       end do
    end subroutine stiff_points
 
@@ -441,8 +441,8 @@ contains
    pure function gradient_at(m, i) result(gradient)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: i
-      real(dp) :: gradient(corners, ndim)
-      gradient = shape_gradients(local_of(m, i), 1/m%grid%element_size(m%particles%cell(i)))
+      real(dp) :: gradient(m%grid%n_functions, ndim)
+      gradient = m%grid%gradients_in(m%particles%cell(i), local_of(m, i))
    end function gradient_at
 
    !> Place of a particle in its cell, 0 to 1.
@@ -475,9 +475,9 @@ contains
       if (size(m%loads) > 0) return
       associate (p => m%particles)
          do i = 1, p%n
-            associate (at => m%grid%element_nodes(:, p%cell(i)))
-               force(:, at) = force(:, at) - p%mass(i)*spread(p%velocity(i, :), 2, corners) &
-                              *spread(shape_functions(local_of(m, i)), 1, ndim)
+            associate (at => m%grid%support_of(p%cell(i)))
+               force(:, at) = force(:, at) - p%mass(i)*spread(p%velocity(i, :), 2, size(at)) &
+                              *spread(m%grid%functions_in(p%cell(i), local_of(m, i)), 1, ndim)
             end associate
          end do
       end associate
@@ -543,12 +543,12 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
-      real(dp) :: gradient(corners, ndim), mean(corners, ndim)
+      real(dp) :: gradient(m%grid%n_functions, ndim), mean(m%grid%n_functions, ndim)
       integer :: k, i
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, b => m%blocks)
          do k = 1, b%n_occupied
-            associate (e => b%occupied(k), at => m%grid%element_nodes(:, b%occupied(k)))
+            associate (e => b%occupied(k), at => m%grid%support_of(b%occupied(k)))
                if (.not. any(abs(u(:, at)) > 0)) cycle
                mean = mean_gradient_in(m, e)
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)

@@ -17,6 +17,7 @@ module hampm_consistency
    use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, most_particles, &
                                 point_text, length_text
+   use hampm_quadratic_consistency, only: check_quadratic_cells
    use hampm_refine_consistency, only: check_refine
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -64,6 +65,7 @@ contains
       call check_static(scene, settings, mistakes)
       call check_implicit(scene, settings, mistakes)
       call check_functions(scene, settings, mistakes)
+      call check_quadratic_cells(scene, settings, has_bodies, mistakes)
       call check_laws(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)

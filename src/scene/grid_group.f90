@@ -18,13 +18,16 @@ module hampm_grid_group
       key_t('grid', 'cell', type_real, 1, 1, must, '', '1.25e-3', 'm', &
             positive, 'size of a root cell, the same in both directions'), &
       key_t('grid', 'cells', type_integer, ndim, ndim, must, '', '80, 9', '', &
-            '[1, inf)', 'number of root cells in each direction')]
+            '[1, inf)', 'number of root cells in each direction'), &
+      key_t('grid', 'order', type_integer, 1, 1, may, '1', '', '', &
+            '[1, 2]', 'of the shape functions: 1 bilinear, 2 biquadratic cells with nine nodes')]
 
    !> &grid: the lattice of root cells.
    type :: grid_spec_t
       real(dp) :: lower(ndim) = 0                !! lower corner of the lattice [m]
       real(dp) :: cell = 0                       !! size of a root cell [m]
       integer :: cells(ndim) = 0                 !! number of root cells
+      integer :: order = 1                       !! of the shape functions
    end type grid_spec_t
 
 contains
@@ -38,5 +41,6 @@ contains
       grid%lower = settings%vector(entry, 'lower')
       grid%cell = settings%number(entry, 'cell')
       grid%cells = nint(settings%vector(entry, 'cells'))
+      grid%order = nint(settings%number(entry, 'order'))
    end subroutine fill_grid
 end module hampm_grid_group

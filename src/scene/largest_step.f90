@@ -125,9 +125,10 @@ contains
          end if
          if (.not. crosses_cells(scene, body)) then
             do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
-               rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
+               rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells/scene%grid%order)
             end do
-            limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.)/speed
+            limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
+                                    are_quadratic=scene%grid%order > 1)/speed
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))

@@ -35,14 +35,14 @@ contains
       if (has_bodies) call check_room(scene, settings, entry, mistakes)
    end subroutine check_refine
 
-   !> A cell beside finer ones acts as its quarters, each of which needs material points of its own.
+   !> A cell beside finer ones acts as its quarters, each of which needs material points of its own. Quadratic cells stay whole.
    pure subroutine check_points(scene, settings, entry, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry                 !! position of the group &refine, here and below
       type(mistakes_t), intent(inout) :: mistakes
       integer :: i, body
-      if (.not. settings%good(entry, 'max_level') .or. scene%refine%max_level < 1) return
+      if (.not. settings%good(entry, 'max_level') .or. scene%refine%max_level < 1 .or. scene%grid%order > 1) return
       do i = 1, size(scene%bodies)
          body = settings%find('body', i)
          if (.not. settings%good(body, 'points_per_cell') .or. mod(scene%bodies(i)%points_per_cell, 2) == 0) cycle

@@ -1,13 +1,22 @@
-!> Bilinear shape functions of a cell.
+!> Bilinear shape functions of a cell, and biquadratic ones.
 !>
 !> Corners are numbered like the bits of (corner - 1): bit 0 set means the upper side in x, bit 1 the upper side in y.
 !> In one direction the function of the lower corner is 1 - xi and that of the upper corner xi, with the local
 !> coordinate xi = (x - lower) / size in [0, 1]; the functions of a corner multiply over the directions.
+!>
+!> A quadratic cell has nine nodes, at 0, 1/2 and 1 in each direction, those along x one after the other. In one direction their functions
+!> are the Lagrange polynomials of these places.
 module hampm_basis
    use hampm_kinds, only: dp, ndim, corners
    implicit none
    private
-   public :: shape_functions, shape_gradients, interpolate_gradient, inside_cell, edge_margin
+   public :: shape_functions, shape_gradients, interpolate_gradient, inside_cell, edge_margin, points_of_quadratic, &
+             quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients
+
+   integer, parameter :: points_of_quadratic = 3**ndim  !! nodes of a quadratic cell
+   ! A quadratic cell is stored as its quarters: each node is a corner of one of them, the first that has it
+   integer, parameter :: quarter_of_point(points_of_quadratic) = [1, 1, 2, 1, 1, 2, 3, 3, 4]
+   integer, parameter :: corner_of_point(points_of_quadratic) = [1, 2, 2, 3, 4, 4, 3, 4, 4]
 
    !> A particle closer to the edge of its cell than this (in cells) is mapped as if it stood at this distance. All
    !> corners of an occupied cell then have a mass above zero, so that no force meets a node without mass and none is
@@ -54,6 +63,48 @@ contains
          gradient(d, 2) = (at_corner(d, 3) - at_corner(d, 1)) + xi(1)*twist
       end do
    end function interpolate_gradient
+
+   !> Biquadratic functions at the local coordinate `xi`.
+   pure function quadratic_functions(xi) result(n)
+      real(dp), intent(in) :: xi(ndim)      !! local coordinate [-], in [0, 1]; outside, the functions extrapolate
+      real(dp) :: n(points_of_quadratic)
+      real(dp) :: along(3, ndim)
+      integer :: d
+      do d = 1, ndim
+         along(:, d) = lagrange(xi(d))
+      end do
+      n = products(along(:, 1), along(:, 2))
+   end function quadratic_functions
+
+   !> Gradients of the biquadratic functions with respect to position.
+   pure function quadratic_gradients(xi, inverse_size) result(gradient)
+      real(dp), intent(in) :: xi(ndim)      !! local coordinate [-]
+      real(dp), intent(in) :: inverse_size  !! 1 / size of the cell [1/m]
+      real(dp) :: gradient(points_of_quadratic, ndim)   !! [1/m]
+      gradient(:, 1) = products(lagrange_slopes(xi(1)), lagrange(xi(2)))*inverse_size
+      gradient(:, 2) = products(lagrange(xi(1)), lagrange_slopes(xi(2)))*inverse_size
+   end function quadratic_gradients
+
+   !> The Lagrange polynomials of 0, 1/2 and 1.
+   pure function lagrange(x) result(n)
+      real(dp), intent(in) :: x
+      real(dp) :: n(3)
+      n = [(1 - x)*(1 - 2*x), 4*x*(1 - x), x*(2*x - 1)]
+   end function lagrange
+
+   !> Their derivatives.
+   pure function lagrange_slopes(x) result(slope)
+      real(dp), intent(in) :: x
+      real(dp) :: slope(3)
+      slope = [4*x - 3, 4 - 8*x, 4*x - 1]
+   end function lagrange_slopes
+
+   !> Products of functions along x and y, those along x one after the other.
+   pure function products(x, y) result(n)
+      real(dp), intent(in) :: x(3), y(3)
+      real(dp) :: n(points_of_quadratic)
+      n = [x*y(1), x*y(2), x*y(3)]
+   end function products
 
    !> The local coordinate kept `edge_margin` away from the edges of the cell.
    pure function inside_cell(xi) result(inside)

@@ -1,11 +1,11 @@
 !> Which nodes of a grid have degrees of freedom, and what the other ones, the hanging nodes, have instead: weighted means of the
 !> values at some nodes, their masters. The hanging nodes of a transition element are the middle of a side beside which there is no
-!> finer cell, and the middle of the element.
+!> finer cell, and the middle of the element. Of a quadratic cell the middle of a side beside which there is a coarser one hangs.
 !>
 !> Nodes with degrees of freedom are numbered first and hanging nodes after them. With T the weights, values are x = T x_nodes; what
 !> is summed at hanging nodes belongs to their masters by the same weights, T transposed.
 !>
-!> All weights are positive and those of a hanging node add up to 1. So the lumped mass of a node is a sum of particle masses times
+!> The weights of a hanging node add up to 1. But for those of quadratic cells (`hampm_grid`) all are positive. So the lumped mass of a node is a sum of particle masses times
 !> positive numbers, velocities stay in the range of the particles', and by convexity (T x)**2 <= T x**2 the time step that is
 !> stable for all the small elements is stable for the transition element.
 !>
@@ -18,8 +18,10 @@ module hampm_dofs
    private
    public :: dofs_t, element_of_slot, corner_of_slot, most_nodes_of_leaf
 
-   !> A leaf has four corners and up to four nodes in the middle of its sides: no element depends on more.
-   integer, parameter :: most_nodes_of_leaf = corners + 2*ndim
+   !> A leaf has four corners, up to four nodes in the middle of its sides and, if it is quadratic, one in its own middle. Where a node in
+   !> the middle of a side of such a leaf hangs, one master of three is no node of the leaf, in the place of that node: no element
+   !> depends on more.
+   integer, parameter :: most_nodes_of_leaf = 3**ndim
 
    !> The nodes with degrees of freedom, the masters of the hanging nodes, and the elements around all nodes.
    type :: dofs_t

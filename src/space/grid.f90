@@ -16,12 +16,20 @@
 !> finer ones is a transition element too. A leaf that a line in any direction divides (`hampm_cut_cells`) has an element, or four
 !> quarters, for each of its pieces, and its nodes have copies.
 !>
+!> Where cells are quadratic, of order 2, every leaf is stored as its quarters, and all corners of these, nine, are nodes of the leaf. Its
+!> functions are biquadratic: values in an element depend on all points of its leaf, its support. Beside a coarser leaf with material
+!> the node in the middle of a side hangs, so that the side has the quadratic through the three nodes of the coarser one, of which it is a
+!> half. The weights of its masters are 3/8, 3/4 and -1/8, and the lumped masses stay positive: what the last one takes from an end of
+!> the coarser side is less than what the leaf beside it gives.
+!>
 !> Where bodies have velocity fields of their own, to meet and part (`hampm_body_contact`), each field is a sheet: all leaves have the
 !> same elements, or quarters, or pieces of these, once more for each sheet, and all nodes a copy on each. Those of a leaf follow each
 !> other, sheet after sheet. A particle stands in an element of the sheet of its body. Cracks are on the first sheet only: on others the pieces of
 !> a leaf have the same nodes.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
+                          quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
    use hampm_cuts, only: cut_t, place_seen, place_across
    use hampm_dofs, only: dofs_t, most_nodes_of_leaf
@@ -45,6 +53,9 @@ module hampm_grid
       type(outer_nodes_t) :: outer_nodes                !! of cells that these nearly leave empty
       integer, allocatable :: sheet_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
       integer :: n_sheets = 1
+      real(dp), allocatable :: solids(:, :, :)          !! corners of the rectangles that are filled with material, where cells are
+                                                        !! quadratic; else not allocated [m], (ndim, 2, number)
+      integer :: n_functions = corners                  !! shape functions in an element
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
       integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
@@ -73,6 +84,11 @@ module hampm_grid
       procedure :: copy_on
       procedure :: is_on_first_sheet
       procedure :: copies_of_nodes
+      procedure :: is_quadratic
+      procedure :: support_of
+      procedure :: functions_in
+      procedure :: gradients_in
+      procedure :: in_leaf
       procedure, private :: all_pieces
    end type grid_t
 
@@ -80,7 +96,7 @@ contains
 
    !> Build the grid of a forest, with or without cuts along grid lines, and lines that cut in any direction. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, cuts, lines, bodies, sheets)
+   subroutine build_grid(forest, grid, failure, cuts, lines, bodies, sheets, solids)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
@@ -88,6 +104,7 @@ contains
       type(line_t), intent(in), optional :: lines(:)
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
       integer, allocatable, intent(in), optional :: sheets(:)         !! the sheet on which each body is, from 1 on
+      real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
       type(place_table_t) :: points
       integer :: status, leaf
       grid%forest = forest
@@ -106,17 +123,24 @@ contains
             grid%n_sheets = maxval(sheets)
          end if
       end if
+      if (present(solids)) then
+         if (allocated(solids)) then
+            allocate (grid%solids, source=solids)
+            grid%n_functions = points_of_quadratic
+         end if
+      end if
       associate (n_leaves => forest%leaf_count())
-         call points%reserve(grid%n_sheets*expected_points(n_leaves), status)
+         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_sheets*expected_points(n_leaves), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
             call number_nodes(grid, points)
+            if (grid%is_quadratic()) call number_inner_nodes(grid, points)
             if (any(grid%cuts%matched) .and. .not. forest%is_uniform()) call match_sides(grid, points)
             grid%n_nodes = points%n
             grid%leaf_element(1) = 1
             do leaf = 1, n_leaves
                grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) &
-                                             + grid%all_pieces(leaf)*merge(corners, 1, has_mid_node(grid, points, leaf))
+                                             + grid%all_pieces(leaf)*merge(corners, 1, is_divided(grid, points, leaf))
             end do
             grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
             allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
@@ -160,6 +184,57 @@ contains
          end do
       end do
    end subroutine number_nodes
+
+   !> Number on, where cells are quadratic, the nodes in the middle of sides that do not hang, and those in the middle of leaves.
+   subroutine number_inner_nodes(grid, points)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(inout) :: points
+      integer :: leaf, side, coarser, number
+      do leaf = 1, grid%forest%leaf_count()
+         do side = 1, sides
+            call find_coarser(grid, leaf, side, coarser)
+            if (coarser == outside) call points%enter(middle_of_side(grid, leaf, 1, side), number)
+         end do
+         call points%enter(grid%forest%place_of(leaf) + level_width(grid%forest%level_of(leaf))/2, number)
+      end do
+   end subroutine number_inner_nodes
+
+   !> The coarser leaf with material beside a side of a quadratic one; `outside` where there is none, or a cut between them.
+   pure subroutine find_coarser(grid, leaf, side, coarser)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, side
+      integer, intent(out) :: coarser
+      integer(long) :: place(ndim), middle(ndim)
+      integer :: normal
+      normal = (side + 1)/2
+      coarser = outside
+      associate (forest => grid%forest, width => level_width(grid%forest%level_of(leaf)))
+         middle = forest%place_of(leaf) + width/2
+         middle(normal) = middle(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
+         place = middle
+         if (mod(side, 2) == 1) place(normal) = place(normal) - 1
+         if (any(place < 0 .or. place >= forest%cells*level_width(0))) return
+         associate (next => forest%leaf_of(place))
+            if (forest%level_of(next) >= forest%level_of(leaf)) return
+            if (.not. is_solid(grid, next)) return
+            if (any(seen_from(grid, leaf, 1, middle) /= seen_from(grid, next, 1, middle))) return
+            coarser = next
+         end associate
+      end associate
+   end subroutine find_coarser
+
+   !> Whether a leaf is filled with material.
+   pure logical function is_solid(grid, leaf)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf
+      real(dp) :: x(ndim)
+      integer :: k
+      x = grid%forest%position(grid%forest%place_of(leaf)) + grid%forest%size_of(leaf)/2
+      is_solid = .false.
+      do k = 1, size(grid%solids, 3)
+         is_solid = is_solid .or. all(x > grid%solids(:, 1, k) .and. x < grid%solids(:, 2, k))
+      end do
+   end function is_solid
 
    !> Number on nodes in the middle of sides of leaves that have a node opposite to them, across a cut whose sides are matched.
    subroutine match_sides(grid, points)
@@ -217,6 +292,15 @@ contains
          place = seen_from(grid, leaf, piece, place)
       end associate
    end function middle_of_side
+
+   !> Whether a leaf is stored as its quarters.
+   pure logical function is_divided(grid, nodes, leaf)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(in) :: nodes
+      integer, intent(in) :: leaf
+      is_divided = grid%is_quadratic()
+      if (.not. is_divided) is_divided = has_mid_node(grid, nodes, leaf)
+   end function is_divided
 
    !> Whether there is a node in the middle of any side of a leaf.
    pure logical function has_mid_node(grid, nodes, leaf) result(has)
@@ -282,6 +366,17 @@ contains
       associate (n_nodes => grid%n_nodes, n_hanging => grid%n_points - grid%n_nodes)
          allocate (weight(most_nodes_of_leaf, n_hanging), node(most_nodes_of_leaf, n_hanging), count_of(n_hanging))
          count_of = 0
+         if (grid%is_quadratic()) then
+            do leaf = 1, grid%forest%leaf_count()
+               do side = 1, sides
+                  middle = points%number_of(middle_of_side(grid, leaf, 1, side)) - n_nodes
+                  if (middle > 0) call find_masters_of_side(grid, points, leaf, side, count_of(middle), node(:, middle), &
+                                                            weight(:, middle))
+               end do
+            end do
+            call grid%dofs%set_masters(n_nodes, count_of, node, weight)
+            return
+         end if
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
             do piece = 1, grid%all_pieces(leaf)
@@ -344,6 +439,27 @@ contains
          weight(j, middle) = weight(j, middle) + part
       end subroutine add_master
    end subroutine find_masters
+
+   !> The masters of the node in the middle of a side of a quadratic leaf beside a coarser one: the nodes of the side of that, from the
+   !> end that it has in common with the leaf on.
+   pure subroutine find_masters_of_side(grid, points, leaf, side, n, master, weight)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(in) :: points
+      integer, intent(in) :: leaf, side
+      integer, intent(out) :: n
+      integer, intent(inout) :: master(:)
+      real(dp), intent(inout) :: weight(:)
+      integer :: coarser, opposite, k
+      integer :: own(corners)
+      call find_coarser(grid, leaf, side, coarser)
+      opposite = side + 2*mod(side, 2) - 1
+      n = 3
+      weight(:n) = [0.375_dp, 0.75_dp, -0.125_dp]
+      master(1:3:2) = [(points%number_of(corner_of_leaf(grid, coarser, 1, side_corner(opposite, k))), k=1, 2)]
+      master(2) = points%number_of(middle_of_side(grid, coarser, 1, opposite))
+      own = [(points%number_of(corner_of_leaf(grid, leaf, 1, k)), k=1, corners)]
+      if (all(own /= master(1))) master(:n) = master(n:1:-1)
+   end subroutine find_masters_of_side
 
    !> The corner at one end, 1 or 2, of a side of a leaf.
    pure integer function side_corner(side, end)
@@ -414,6 +530,63 @@ contains
          end do
       end do
    end subroutine copies_of_nodes
+
+   !> Whether the cells are quadratic.
+   pure logical function is_quadratic(self)
+      class(grid_t), intent(in) :: self
+      is_quadratic = allocated(self%solids)
+   end function is_quadratic
+
+   !> The points on which values in an element depend: its corners or, where cells are quadratic, all points of its leaf, those along x one
+   !> after the other.
+   pure function support_of(self, e) result(points)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      integer :: points(self%n_functions)
+      integer :: k
+      if (self%is_quadratic()) then
+         associate (first => self%first_of_piece(e))
+            points = [(self%element_nodes(corner_of_point(k), first + quarter_of_point(k) - 1), k=1, points_of_quadratic)]
+         end associate
+      else
+         points = self%element_nodes(:, e)
+      end if
+   end function support_of
+
+   !> The functions of these points at a place in an element.
+   pure function functions_in(self, e, xi) result(n)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      real(dp), intent(in) :: xi(ndim)           !! local coordinate in the element [-]
+      real(dp) :: n(self%n_functions)
+      if (self%is_quadratic()) then
+         n = quadratic_functions(self%in_leaf(e, xi))
+      else
+         n = shape_functions(xi)
+      end if
+   end function functions_in
+
+   !> Gradients of these functions with respect to position.
+   pure function gradients_in(self, e, xi) result(gradient)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      real(dp), intent(in) :: xi(ndim)           !! local coordinate in the element [-]
+      real(dp) :: gradient(self%n_functions, ndim) !! [1/m]
+      if (self%is_quadratic()) then
+         gradient = quadratic_gradients(self%in_leaf(e, xi), 0.5_dp/self%element_size(e))
+      else
+         gradient = shape_gradients(xi, 1/self%element_size(e))
+      end if
+   end function gradients_in
+
+   !> Local coordinate in the leaf of which an element is a quarter.
+   pure function in_leaf(self, e, xi) result(of_leaf)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      real(dp), intent(in) :: xi(ndim)           !! local coordinate in the element [-]
+      real(dp) :: of_leaf(ndim)
+      of_leaf = (corner_offset(e - self%first_of_piece(e) + 1) + xi)/2
+   end function in_leaf
 
    !> The first element of the leaf of an element or, where that is cut, of its piece.
    pure integer function first_of_piece(self, e) result(first)

@@ -1,7 +1,7 @@
 !> Numbering of unknowns: the degrees of freedom of some nodes, those apart that a Dirichlet constraint fixes. With the directions
 !> one by one it numbers what a mass matrix couples, with all of them together what a stiffness does.
 module hampm_numbering
-   use hampm_kinds, only: dp, corners
+   use hampm_kinds, only: dp
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_grid, only: grid_t
    implicit none
@@ -47,13 +47,13 @@ contains
       integer, allocatable, intent(out) :: nodes(:)
       logical, allocatable :: met(:)
       integer, allocatable :: list(:)
-      real(dp) :: weight(corners, most_nodes_of_leaf)
+      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n_here, n, k, j
       allocate (met(grid%n_nodes), source=.false.)
       allocate (list(grid%n_nodes))
       n = 0
       do k = 1, size(elements)
-         call grid%dofs%masters_of(grid%element_nodes(:, elements(k)), n_here, masters, weight)
+         call grid%dofs%masters_of(grid%support_of(elements(k)), n_here, masters, weight)
          do j = 1, n_here
             if (met(masters(j))) cycle
             met(masters(j)) = .true.

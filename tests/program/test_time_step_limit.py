@@ -18,7 +18,7 @@ MASSES = {"lumped": "", "full": "mass = 'full'", "fmpm 2": "mass = 'fmpm'", "fmp
 # Loads at places without symmetry set in at once, and move all modes of the block by about the same.
 SCENE = """\
 &run plane = '{plane}' end_time = {end} /
-&grid cell = 1.0 cells = 12, 12 /
+&grid cell = 1.0 cells = 12, 12 order = {order} /
 &material name = 'm' young = 1.0 poisson = {poisson} density = 1.0 /
 &body material = 'm' lower = {lower} upper = {upper} points_per_cell = {points} /
 &load kind = 'point' lower = {near} upper = {near} force = 1e-6, 3e-7 /
@@ -34,7 +34,7 @@ def scene(steps=400, step=1.0, lower=(2.0, 2.0), size=(8.0, 8.0), **keys):
 
     def text(x):
         return ", ".join(map(repr, x))
-    keys = {"plane": "strain", "poisson": 0.3, "points": 2, "scheme": "musl", "frame": "total", "mass": "", "courant": 0.0,
+    keys = {"order": 1, "plane": "strain", "poisson": 0.3, "points": 2, "scheme": "musl", "frame": "total", "mass": "", "courant": 0.0,
             "more": ""} | keys
     return SCENE.format(end=steps * step, interval=steps * step / 8, lower=text(lower), upper=text(upper),
                         near=text([a + 0.03 for a in lower]), far=text([a + 0.71 * b for a, b in zip(lower, size)]), **keys)
@@ -82,6 +82,13 @@ def test_limit_of_other_schemes_and_frames(hampm, tmp_path, scheme, frame):
 @pytest.mark.parametrize("mass", ["lumped", "full", "blend 0.25"])
 def test_limit_of_thin_bodies_and_of_bodies_anywhere_in_their_cells(hampm, tmp_path, mass, lower, size):
     check_limit(hampm, tmp_path, 1.03, lower=lower, size=size, mass=MASSES[mass])
+
+
+@pytest.mark.parametrize(("points", "keys"), [(3, {"poisson": 0.0}), (3, {"poisson": 0.45}), (4, {"plane": "stress"}), (3, {"size": (1.0, 1.0)}),
+                                             (3, {"size": (5.0, 1.0)})])
+@pytest.mark.parametrize("scheme", ["musl", "usf", "usavg", "usl"])
+def test_limit_of_quadratic_cells(hampm, tmp_path, scheme, points, keys):
+    check_limit(hampm, tmp_path, 1.03, order=2, scheme=scheme, points=points, **keys)
 
 
 @pytest.mark.parametrize(("poisson", "courant"), [(0.33, 0.85), (0.35, 0.80), (0.40, 0.75)])

@@ -1,0 +1,143 @@
+"""What quadratic cells give and cost (docs/quadratic.md).
+
+    beam       static G of the double cantilever beam, quadratic and bilinear cells: uniform, or graded towards the tip
+    levels     the same against the number of levels around the tip, up to 20
+    reference  the value that graded meshes of quadratic cells tend to, by J and by the nodal closure, from two sequences of meshes
+    tension    a crack in the middle of a plate in tension, where nothing bends: the same comparison
+    motion     G(t) of the undamped beam below 50 kHz in 0.6 ms against converged finite elements: implicit steps
+
+Run by `make quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
+"""
+
+import statistics
+import sys
+
+from mass_matrices import Program
+from tables import ROOT, command_line, write
+
+sys.path.insert(0, str(ROOT / "postprocess"))
+BEAM = ROOT / "input/dcb.nml"
+PLATE = ROOT / "tests/regression/centre_crack/case.nml"
+CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
+ORDERS = {"quadratic": ["grid.order=2", "body.points_per_cell=3"], "bilinear": ["body.points_per_cell=2"]}
+STATIC = ["method.time=static", "method.frame=total", "damping.rate=0", "output.snapshot_interval=0", "output.history_interval=0",
+          "energy_release.estimators=nodal_force,domain_integral", "output.file=quadratic.h5"]
+TURNS = 5
+
+
+class Runs:
+    """Runs scenes; the last values of their history."""
+
+    def __init__(self, arguments):
+        self.program = Program(arguments.program, arguments.output.resolve())
+
+    def __call__(self, case, settings, turns=1):
+        """Columns of the history, what G is divided by, and the median processor time [s]."""
+        import h5py
+        seconds = statistics.median(self.program(case, settings)[0] for _ in range(turns))
+        with h5py.File(self.program.folder / "quadratic.h5") as file:
+            history = file["history"]
+            return {name: column[()] for name, column in history.items()}, history.attrs.get("G_ref"), seconds
+
+
+def around_tip(levels, rings):
+    """Settings of a mesh that is graded towards the tip."""
+    return ["refine.indicator=tip", f"refine.rings={rings}", f"refine.max_level={levels}"] if levels else ["refine.indicator=none"]
+
+
+def beam_cells(n):
+    """n cells over the depth of an arm."""
+    return [f"grid.cell={0.01 / n}", f"grid.cells={10 * n},{n + 1}"]
+
+
+def beam(runs):
+    rows = [("cells", "n", "levels", "rings", "particles", "CPU [s]", "nodal closure [%]", "J [%]")]
+    meshes = {"quadratic": [(2, 0, 0), (4, 0, 0), (8, 0, 0), (16, 0, 0), (2, 6, 1), (2, 6, 2), (3, 6, 2), (4, 6, 2), (4, 8, 4)],
+              "bilinear": [(4, 0, 0), (8, 0, 0), (16, 0, 0), (32, 0, 0), (8, 4, 4), (16, 4, 4), (24, 4, 4), (32, 4, 4), (48, 4, 4)]}
+    for order, cases in meshes.items():
+        for n, levels, rings in cases:
+            radii = [] if n > 2 or levels else ["energy_release.estimators=nodal_force"]
+            h, unit, seconds = runs(BEAM, [*STATIC, *radii, *ORDERS[order], *beam_cells(n), *around_tip(levels, rings)], TURNS)
+            errors = [f"{100 * (h[name][-1] / unit / CONVERGED - 1):+.3f}" if name in h else "" for name in ("G_nodal_force_I", "J")]
+            rows.append((order, n, levels, rings, int(h["particles"][-1]), f"{seconds:.3f}", *errors))
+    write(rows, "beam", runs.program.folder)
+
+
+def levels(runs):
+    rows = [("n", "levels", "particles", "G/G_ref, nodal closure", "J/G_ref", "change of J by two levels")]
+    for n in (2, 4, 8):
+        last = None
+        for level in range(0, 21, 2):
+            if n == 2 and level == 0:
+                continue
+            h, unit, _ = runs(BEAM, [*STATIC, *ORDERS["quadratic"], *beam_cells(n), *around_tip(level, n)])
+            j = h["J"][-1] / unit
+            rows.append((n, level, int(h["particles"][-1]), f"{h['G_nodal_force_I'][-1] / unit:.7f}", f"{j:.7f}",
+                         f"{j - last:.1e}" if last else ""))
+            last = j
+    write(rows, "levels", runs.program.folder)
+
+
+def reference(runs):
+    """Meshes n = 4, 8, 16 with 20 levels of n rings: what is left is the error of the smooth part, of fourth order."""
+    rows = [("points", "n", "particles", "G/G_ref, nodal closure", "J/G_ref", "J extrapolated in fourth order")]
+    for points in (3, 4):
+        last = None
+        for n in (4, 8, 16):
+            h, unit, _ = runs(BEAM, [*STATIC, "grid.order=2", f"body.points_per_cell={points}", *beam_cells(n), *around_tip(20, n)])
+            j = h["J"][-1] / unit
+            rows.append((points, n, int(h["particles"][-1]), f"{h['G_nodal_force_I'][-1] / unit:.7f}", f"{j:.7f}",
+                         f"{j + (j - last) / 15:.7f}" if last else ""))
+            last = j
+    write(rows, "reference", runs.program.folder)
+
+
+def tension(runs):
+    """Against the finest mesh: Tada's K is known to 0.1 % only."""
+    def settings(order, cell, level, rings):
+        cells = [f"grid.cell={cell}e-3", f"grid.cells={round(44 / cell)},{round(84 / cell)}"]
+        return [*STATIC, *ORDERS[order], *cells, *around_tip(level, rings), "energy_release.radii=4e-3,5e-3,6e-3"]
+
+    finest = runs(PLATE, settings("quadratic", 0.5, 12, 16))[0]["J"][-1]
+    rows = [("cells", "cell [mm]", "levels", "rings", "particles", "CPU [s]", "nodal closure [%]", "J [%]")]
+    meshes = {"quadratic": [(2, 0, 0), (1, 0, 0), (0.5, 0, 0), (2, 4, 1), (2, 6, 1), (2, 6, 2), (2, 8, 2), (1, 8, 4)],
+              "bilinear": [(2, 0, 0), (1, 0, 0), (0.5, 0, 0), (0.25, 0, 0), (2, 4, 2), (2, 6, 2), (2, 6, 4), (1, 6, 4), (1, 6, 8),
+                           (0.5, 6, 8)]}
+    for order, cases in meshes.items():
+        for cell, level, rings in cases:
+            h, _, seconds = runs(PLATE, settings(order, cell, level, rings), TURNS)
+            rows.append((order, cell, level, rings, int(h["particles"][-1]), f"{seconds:.3f}",
+                         *[f"{100 * (h[name][-1] / finest - 1):+.3f}" for name in ("G_nodal_force_I", "J")]))
+    write(rows, "tension", runs.program.folder)
+
+
+def motion(runs):
+    import numpy as np
+    from history import lowpass, read_curve
+    cut, within = 5e4, 0.6e-3
+    times, exact = read_curve(ROOT / "tests/reference/dcb_dynamic_undamped.csv", 1)
+    undamped = ["damping.rate=0", "method.frame=total", "method.courant=0", "run.end_time=0.7e-3", "output.file=quadratic.h5",
+                "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "output.snapshot_interval=0",
+                "method.time=implicit"]
+    rows = [("cells", "n", "levels", "rings", "dt [us]", "particles", "CPU [s]", "rms from converged finite elements [%]")]
+    for order, cases in {"quadratic": [(2, 0, 0), (4, 0, 0), (2, 4, 1), (2, 4, 2), (4, 4, 2)],
+                         "bilinear": [(8, 0, 0), (16, 0, 0), (8, 1, 8), (8, 3, 4)]}.items():
+        for n, level, rings in cases:
+            for dt in (2e-6, 1e-6, 0.5e-6):
+                h, unit, seconds = runs(BEAM, [*undamped, *ORDERS[order], *beam_cells(n), *around_tip(level, rings),
+                                               f"method.time_step={dt}"])
+                t, g = h["time"], h["G_nodal_force_I"] / unit
+                converged = np.interp(t, times, exact)
+                error = (lowpass(t, g, cut) - lowpass(t, converged, cut))[t <= within]
+                rows.append((order, n, level, rings, 1e6 * dt, int(h["particles"][-1]), f"{seconds:.2f}",
+                             f"{100 * np.sqrt(np.mean(error**2)) / np.max(np.abs(converged)):.2f}"))
+    write(rows, "motion", runs.program.folder)
+
+
+PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "motion": motion}
+
+if __name__ == "__main__":
+    ARGUMENTS = command_line(__doc__, list(PARTS), "results/quadratic")
+    RUNS = Runs(ARGUMENTS)
+    for part in ARGUMENTS.part:
+        PARTS[part](RUNS)

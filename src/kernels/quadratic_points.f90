@@ -1,0 +1,63 @@
+!> The volumes of the particles of quadratic cells, as weights of a quadrature.
+!>
+!> Particles stand on a lattice, at (k - 1/2)/n of their cell in each direction. With equal volumes they integrate a quadratic function
+!> with an error of 1/(12 n**2) of its second derivative, and so stress that is linear in a cell, as that of quadratic displacements is,
+!> does not balance: the patch test of order 2 fails. The weights nearest to equal ones that integrate it, and a cubic, exactly are
+!>
+!>    w_k = (1 + c (q_k - mean q))/n,   q_k = (x_k - 1/2)**2,   c such that sum w q = 1/12:
+!>
+!> 3/8, 1/4, 3/8 of three, 13/48, 11/48, 11/48, 13/48 of four. All are positive. With two no weights are exact, and a cell of 2 x 2
+!> has three motions that strain no particle.
+module hampm_quadratic_points
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_grid, only: grid_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: weights_along, weigh_points, fewest_points
+
+   integer, parameter :: fewest_points = 3       !! in a cell and direction
+
+contains
+
+   !> Weights of n points on a line of length 1 [-]; of fewer than three they are equal.
+   pure function weights_along(n) result(w)
+      integer, intent(in) :: n
+      real(dp) :: w(n)
+      real(dp) :: q(n), mean
+      integer :: k
+      w = 1/real(n, dp)
+      if (n < fewest_points) return
+      q = [(((k - 0.5_dp)/n - 0.5_dp)**2, k=1, n)]
+      mean = sum(q)/n
+      w = (1 + (1/12.0_dp - mean)*n/sum((q - mean)*q)*(q - mean))/n
+   end function weights_along
+
+   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them. Cells that are not
+   !> full, as particles on their way to finer ones may leave them for a while, stay as they are.
+   subroutine weigh_points(p, grid, blocks, thickness)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      real(dp) :: xi(ndim), volume
+      real(dp), allocatable :: w(:)
+      integer :: leaf, e, i, n
+      do leaf = 1, grid%forest%leaf_count()
+         associate (first => grid%leaf_element(leaf))
+            n = nint(sqrt(real(sum(blocks%count_in(first:first + corners - 1)), dp)))
+            if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:first + corners - 1))) cycle
+            w = weights_along(n)
+            do e = first, first + corners - 1
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  xi = grid%in_leaf(e, grid%local_coordinate(e, p%reference(i, :)))
+                  volume = grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n)))
+                  p%mass(i) = p%mass(i)/p%volume(i)*volume
+                  p%volume(i) = volume
+               end do
+            end do
+         end associate
+      end do
+   end subroutine weigh_points
+end module hampm_quadratic_points

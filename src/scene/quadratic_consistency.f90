@@ -1,0 +1,133 @@
+!> Whether the keys of a scene agree with quadratic cells, `&grid order = 2`: what these do not go with is refused.
+module hampm_quadratic_consistency
+   use hampm_kinds, only: dp, ndim
+   use hampm_mistakes, only: mistakes_t
+   use hampm_placement, only: on_node
+   use hampm_quadratic_points, only: fewest_points
+   use hampm_scene, only: scene_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: check_quadratic_cells
+
+   character(*), parameter :: intro = 'with &grid order = 2'
+
+contains
+
+   !> Check a scene whose cells are quadratic; others have no use for this.
+   pure subroutine check_quadratic_cells(scene, settings, has_bodies, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: has_bodies            !! whether grid and bodies are good
+      type(mistakes_t), intent(inout) :: mistakes
+      if (.not. settings%good(settings%find('grid', 1), 'order') .or. scene%grid%order < 2) return
+      call check_method(scene, settings, mistakes)
+      call check_materials(scene, settings, mistakes)
+      if (has_bodies) call check_bodies(scene, settings, mistakes)
+      call check_loads(scene, settings, mistakes)
+      call check_cracks(scene, settings, mistakes)
+   end subroutine check_quadratic_cells
+
+   !> Check how the motion is found, and where cells refine.
+   pure subroutine check_method(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: method, refine
+      method = settings%find('method', 1)
+      call settings%demand(mistakes, method, 'frame', 'total', intro//': particles stay where their weights are right')
+      if (settings%good(method, 'time') .and. scene%method%time /= 'static') then
+         call settings%demand(mistakes, method, 'mass', 'lumped', intro//': these cells have no other matrix')
+         call settings%demand(mistakes, method, 'time_steps', 'global', intro)
+         if (scene%method%time == 'explicit' .and. scene%energy_release%energy_balance) call settings%complain(mistakes, &
+            settings%find('energy_release', 1), 'estimators', 'must be others than ''energy_balance'' '//intro// &
+            ' in explicit steps')
+      end if
+      if (scene%method%time == 'implicit' .and. settings%good(method, 'courant') .and. scene%method%courant > 0) &
+         call settings%complain(mistakes, method, 'courant', 'must be 0 '//intro//' in implicit steps. Give a time_step')
+      refine = settings%find('refine', 1)
+      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'gradient') &
+         call settings%complain(mistakes, refine, 'indicator', 'must not be ''gradient'' '//intro//', which takes strain for '// &
+                                'constant in a cell. Use ''zz''')
+      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'zz') call settings%demand(mistakes, method, 'time', &
+         'static', intro//' and &refine indicator = ''zz'': a mesh that follows a motion is for bilinear cells')
+   end subroutine check_method
+
+   !> Laws are linear, without a share of the dilatation.
+   pure subroutine check_materials(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: k
+      do k = 1, size(scene%materials)
+         if (scene%materials(k)%law /= 'orthotropic') call settings%demand(mistakes, settings%find('material', k), 'law', &
+            'linear_elastic', intro//': orthotropic is the only other law that these cells have')
+         call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': they do not lock')
+      end do
+   end subroutine check_materials
+
+   !> Bodies are rectangles that fill cells, with enough particles in each.
+   pure subroutine check_bodies(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: entry, k
+      if (size(scene%holes) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', 'must be 1 where a body '// &
+                                                        'has a hole: quadratic cells are whole ones')
+      do k = 1, size(scene%bodies)
+         entry = settings%find('body', k)
+         associate (body => scene%bodies(k))
+            if (settings%good(entry, 'points_per_cell') .and. body%points_per_cell < fewest_points) &
+               call settings%complain(mistakes, entry, 'points_per_cell', 'must be at least '//to_text(fewest_points)//' '// &
+                                      intro//': with fewer some motions of its nodes strain no particle')
+            if (abs(body%spin) > 0) call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro)
+            if (any(abs(body%eigenstrain) > 0)) call settings%complain(mistakes, entry, 'eigenstrain', 'must be 0 '//intro)
+            if (body%shape /= 'rectangle') then
+               call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'' '//intro//': edges that cut such cells '// &
+                                      'are not there')
+               cycle
+            end if
+            if (body%outline%is_there()) cycle
+            if (.not. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) &
+               call settings%complain(mistakes, entry, 'lower', 'and upper must be nodes of the lattice '//intro// &
+                                      ': bodies are to fill their cells')
+         end associate
+      end do
+   end subroutine check_bodies
+
+   !> Supports that only push, and loads on the faces of cracks, are not there.
+   pure subroutine check_loads(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: k
+      do k = 1, size(scene%constraints)
+         if (scene%constraints(k)%motion%push_only) call settings%complain(mistakes, settings%find('constraint', k), 'push_only', &
+                                                                           'must be .false. '//intro)
+      end do
+      do k = 1, size(scene%loads)
+         call settings%demand(mistakes, settings%find('load', k), 'on', 'edge', intro)
+         call settings%demand(mistakes, settings%find('load', k), 'face', 'none', intro)
+      end do
+   end subroutine check_loads
+
+   !> Cracks run along grid lines, stay, and do not press on themselves.
+   pure subroutine check_cracks(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: k
+      do k = 1, size(scene%paths)
+         call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', &
+                                'must be ''symmetry'' or ''line'' '//intro//': a path cuts cells')
+      end do
+      if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', &
+                                                             'must be 1 where a crack grows')
+      if (scene%crack%contact) call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '//intro)
+      if (scene%energy_release%stress_closure) call settings%complain(mistakes, settings%find('energy_release', 1), 'estimators', &
+         'must be others than ''stress_closure'' '//intro//': the paper has it for bilinear cells')
+      if (scene%contact%is_wanted()) call settings%complain(mistakes, settings%find('contact', 1), 'bodies', &
+                                                            'must be ''joined'' '//intro)
+   end subroutine check_cracks
+end module hampm_quadratic_consistency

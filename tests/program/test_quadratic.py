@@ -1,0 +1,160 @@
+"""Quadratic cells, `&grid order = 2`, at rest: energy release rates against closed forms and converged finite elements."""
+
+import h5py
+import numpy as np
+import pytest
+
+from history import lowpass, read_curve
+from paths import INPUT, REFERENCE, REGRESSION
+from results import differing
+
+CONVERGED = 1.28737  # G/G_ref of the double cantilever beam at rest, tests/reference/dcb_static.csv
+QUADRATIC = ("grid.order=2", "method.time=static", "method.frame=total", "body.points_per_cell=3", "output.history_interval=0",
+             "energy_release.estimators=nodal_force,domain_integral")
+BEAM = "grid.cell=2.5e-3", "grid.cells=40,5", "output.snapshot_interval=0"
+TIP = "refine.indicator=tip", "refine.rings=4"
+
+
+def run(hampm, folder, scene, *settings, name="out.h5"):
+    words = [word for setting in settings for word in ("--set", setting)]
+    result = hampm(scene, "--force", "--quiet", "--set", f"output.file={name}", *words)
+    assert result.returncode == 0, result.stderr
+    with h5py.File(folder / name) as file:
+        return {key: column[:] for key, column in file["history"].items()} | dict(file["history"].attrs)
+
+
+def test_a_beam_with_a_graded_mesh_has_the_converged_value(hampm, tmp_path):
+    """Eight levels around the tip, and three estimators that share nothing but the mesh."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, "refine.max_level=8")
+    assert h["G_nodal_force_I"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
+    assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
+    assert h["K_I"][-1] ** 2 / 70e9 / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-3)
+    assert h["reaction_y"][-1] == pytest.approx(-1, rel=1e-9)
+
+
+def test_levels_around_the_tip_take_its_error_away_by_halves(hampm, tmp_path):
+    """The singular tip leaves an error in proportion to the cells there: each two levels leave a quarter."""
+    j = [run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, f"refine.max_level={level}")["J"][-1] for level in (1, 3, 5, 7)]
+    ratios = np.diff(j)[1:] / np.diff(j)[:-1]
+    assert ratios == pytest.approx(1 / 4, abs=0.02)
+
+
+def test_the_error_estimate_leads_to_the_converged_value(hampm, tmp_path):
+    """From two cells over the depth on, without a word of where the tip is; bilinear cells have 0.07 % with 16800 particles."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=5e-3", "grid.cells=20,3", "output.snapshot_interval=0",
+            "refine.indicator=zz", "refine.tolerance=0.005", "refine.max_level=12")
+    assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
+    assert h["particles"][-1] < 6000
+
+
+@pytest.mark.parametrize("points", [3, 4])
+def test_a_split_beam_has_g_of_both_modes_in_closed_form(hampm, tmp_path, points):
+    """A moment M on one of two arms of depth h: J = 21 M**2/(4 E B**2 h**3), of which 4/7 is of mode I (Williams 1988). Pure bending is
+    quadratic, so that coarse cells have it; K is of second order in the cells, with 0.2 % that Poisson's ratio changes in mode II."""
+    h = run(hampm, tmp_path, REGRESSION / "mixed_mode/case.nml", *QUADRATIC, "refine.indicator=none", f"body.points_per_cell={points}",
+            "energy_release.radii=6e-3,7.5e-3,9e-3")
+    j = 21 * 5e-3**2 / (4 * 70e9 * 0.01**2 * 0.01**3)
+    assert h["J"][-1] == pytest.approx(j, rel=1e-4)
+    assert h["G_nodal_force_I"][-1] == pytest.approx(4 / 7 * j, rel=5e-4)
+    assert abs(h["G_nodal_force_II"][-1]) == pytest.approx(3 / 7 * j, rel=5e-4)
+    assert h["K_I"][-1] ** 2 / 70e9 == pytest.approx(4 / 7 * j, rel=0.008)
+    assert h["K_II"][-1] ** 2 / 70e9 == pytest.approx(3 / 7 * j, rel=0.008)
+
+
+def test_explicit_motion_comes_to_the_same_rest(hampm, tmp_path):
+    """Damped critically, with the default time step: G is that of equilibrium on the same mesh."""
+    mesh = "grid.order=2", "body.points_per_cell=3", "method.frame=total", "grid.cell=5e-3", "grid.cells=20,3", \
+        "energy_release.estimators=nodal_force", "output.snapshot_interval=0", "refine.indicator=tip", "refine.rings=1", "refine.max_level=1"
+    motion = run(hampm, tmp_path, INPUT / "dcb.nml", *mesh, "method.courant=0", "damping.rate=3.2e4", "run.end_time=1.2e-3",
+                 "output.history_interval=1e-5")
+    rest = run(hampm, tmp_path, INPUT / "dcb.nml", *mesh, "method.time=static")
+    assert motion["G_nodal_force_I"][-1] == pytest.approx(rest["G_nodal_force_I"][-1], rel=1e-4)
+
+
+BAR = """\
+&run thickness = 0.01 end_time = 1.0 /
+&grid cell = 5e-3 cells = 4, 12 order = 2 /
+&material name = 'a' young = 70e9 poisson = 0.0 density = 2700 /
+&body material = 'a' lower = 0.0, 0.0 upper = 0.02, 0.06 points_per_cell = 3 /
+&constraint lower = 0.0, 0.0 upper = 0.02, 0.0 fix = 'y' /
+&load kind = 'gravity' acceleration = 0.0, -9.81 /
+&method time = 'static' frame = 'total' /
+&crack kind = 'line' tip = 0.01, 0.03 direction = 0.0, 1.0 length = 0.01 /
+&refine indicator = 'tip' rings = 1 max_level = 2 /
+"""
+
+
+def test_a_bar_under_its_weight_is_exact_on_cells_of_three_sizes(hampm, tmp_path):
+    """Its displacement is quadratic: the energy is that of theory to rounding. The crack along the stress changes nothing."""
+    (tmp_path / "bar.nml").write_text(BAR)
+    h = run(hampm, tmp_path, "bar.nml")
+    assert h["finest_cell"][-1] == 1.25e-3
+    assert h["reaction_y"][-1] == pytest.approx(2700 * 9.81 * 0.02 * 0.06 * 0.01, rel=1e-12)
+    assert h["strain_energy"][-1] == pytest.approx((2700 * 9.81) ** 2 * 0.06**3 / (6 * 70e9) * 0.02 * 0.01, rel=1e-12)
+
+
+MOVING = ("grid.order=2", "method.time=implicit", "method.courant=0", "method.time_step=1e-6", "method.frame=total",
+          "body.points_per_cell=3", "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "damping.rate=0",
+          "output.snapshot_interval=0", *TIP, "refine.max_level=2")
+
+
+def test_motion_keeps_its_energy(hampm, tmp_path):
+    """What the load does is kinetic or strain energy, to rounding: the step of Newmark with alpha = 0 takes none."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0")
+    error = h["kinetic_energy"] + h["strain_energy"] - h["external_work"]
+    assert np.max(np.abs(error)) < 1e-11 * np.max(h["external_work"])
+
+
+def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path):
+    """G(t) below 50 kHz, rms over the peak, with four cells over the depth and steps of a 400th of the first period."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3")
+    times, exact = read_curve(REFERENCE / "dcb_dynamic_undamped.csv", 1)
+    t, g = h["time"], h["G_nodal_force_I"] / h["G_ref"]
+    converged = np.interp(t, times, exact)
+    difference = (lowpass(t, g, 5e4) - lowpass(t, converged, 5e4))[t <= 0.6e-3]
+    assert np.sqrt(np.mean(difference**2)) / np.max(np.abs(converged)) < 0.01
+
+
+RESUMED = {
+    "static": (*QUADRATIC, *BEAM, "method.load_steps=4", "load.history=ramp", "load.rise_time=1.5e-3", "output.snapshot_interval=5e-4"),
+    "implicit": (*MOVING, *BEAM[:2], "run.end_time=1e-5", "output.snapshot_interval=5e-6"),
+    "explicit": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-6", "output.snapshot_interval=5e-7",
+                 "output.history_interval=1e-7"),
+}
+
+
+@pytest.mark.parametrize("time", RESUMED)
+def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path, time):
+    settings = (*RESUMED[time], *TIP, "refine.max_level=3")
+    run(hampm, tmp_path, INPUT / "dcb.nml", *settings, name="whole.h5")
+    words = [word for setting in settings for word in ("--set", setting)]
+    stopped = hampm(INPUT / "dcb.nml", "--force", "--quiet", "--set", "output.file=parts.h5", *words, "--steps", "2")
+    assert stopped.returncode == 5, stopped.stderr
+    resumed = hampm("--resume", "parts.h5.checkpoint", "--quiet")
+    assert resumed.returncode == 0, resumed.stderr
+    assert not differing(tmp_path / "whole.h5", tmp_path / "parts.h5")
+
+
+def test_snapshots_have_biquadratic_cells(hampm, tmp_path):
+    """VTK's own cell of nine nodes, 28: as its shape functions have it, the cells fill the grid, and the middle is the last node."""
+    run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=2")
+    with h5py.File(tmp_path / "out.h5") as file:
+        mesh = file["VTKHDF/mesh"]
+        types, points, cells = mesh["Types"][:], mesh["Points"][:, :2], mesh["NumberOfCells"][-1]
+        nodes = points[mesh["Connectivity"][: 9 * cells].reshape(cells, 9)]
+    assert set(types) == {28}
+    corners, sides, middle = nodes[:, :4], nodes[:, 4:8], nodes[:, 8]
+    np.testing.assert_allclose(sides, (corners + np.roll(corners, -1, axis=1)) / 2, atol=1e-15)
+    np.testing.assert_allclose(middle, corners.mean(axis=1), atol=1e-15)
+    x, y = corners[..., 0], corners[..., 1]
+    areas = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) / 2
+    assert np.all(areas > 0)
+    assert np.sum(areas) == pytest.approx(0.1 * 0.0125, rel=1e-9)
+
+
+def test_threads_do_not_change_a_byte(hampm, tmp_path):
+    words = [word for setting in (*QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
+    for threads in (1, 3):
+        result = hampm(INPUT / "dcb.nml", "--quiet", "--threads", threads, "--set", f"output.file={threads}.h5", *words)
+        assert result.returncode == 0, result.stderr
+    assert not differing(tmp_path / "1.h5", tmp_path / "3.h5")
