@@ -16,9 +16,9 @@ import numpy as np
 Block = namedtuple("Block", "points cells point_fields cell_fields")
 Crack = namedtuple("Crack", "points tips")
 Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2), and the number of the tip at each; 0 where none is."
-Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 4 or 1), and fields by name."
+Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 9, 4, 2 or 1), and fields by name."
 
-CORNERS = {"particles": 1, "mesh": 4, "cracks": 2}   # of a cell
+POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
 VECTORS = ("displacement", "velocity")
 COUNTED = ("body", "level", "particles", "crack", "tip", "piece")  # fields of whole numbers from 0 on
 DEEPEST = 40    # level of a cell
@@ -63,7 +63,7 @@ class Frames:
     def block(self, name, number):
         """Particles, mesh or cracks of a snapshot."""
         with opened(self.path) as stored:
-            return StoredBlock(stored, f"VTKHDF/{name}", number, self.scene).read(CORNERS[name])
+            return StoredBlock(stored, f"VTKHDF/{name}", number, self.scene).read(POINTS[name])
 
     def leaves(self, number):
         """The cells of a snapshot's mesh."""
@@ -116,22 +116,22 @@ class StoredBlock:
     def __init__(self, stored, name, number, scene):
         self._stored, self._name, self._number, self._scene = stored, name, number, scene
 
-    def read(self, corners):
-        """The block, whose cells have so many corners."""
+    def read(self, points_of_cell):
+        """The block, whose cells have one of these numbers of points."""
         first_point, points = self._step("Steps/PointOffsets"), self._step("NumberOfPoints")
         first_cell, cells = self._step("Steps/CellOffsets"), self._step("NumberOfCells")
         first, count = self._step("Steps/ConnectivityIdOffsets"), self._step("NumberOfConnectivityIds")
         if points == 0 or cells == 0:
             raise self._stored.wrong(f"{self._name}/NumberOfPoints", f"says that snapshot {self._number} holds nothing")
-        if count != corners * cells:
+        if count % cells or count // cells not in points_of_cell:
             raise self._stored.wrong(f"{self._name}/NumberOfConnectivityIds", f"is {count} in snapshot {self._number}, and {cells} cells have "
-                                     f"{corners} each")
+                                     f"{' or '.join(map(str, points_of_cell))} each")
         numbers = self._stored.numbers(f"{self._name}/Connectivity", whole=True, least=0, most=points - 1, first=first, count=count)
         reach = FAR * max(self._scene.numbers("grid", "cell"), default=FAR)
         place = self._stored.numbers(f"{self._name}/Points", dims=2, finite=True, least=-reach, most=reach, first=first_point, count=points)
         if place.shape[1] < 2:
             raise self._stored.wrong(f"{self._name}/Points", f"has {place.shape[1]} coordinates")
-        return Block(place[:, :2], numbers.reshape(cells, corners), self._fields("PointData", first_point, points),
+        return Block(place[:, :2], numbers.reshape(cells, -1), self._fields("PointData", first_point, points),
                      self._fields("CellData", first_cell, cells))
 
     def _step(self, name):
