@@ -1,13 +1,15 @@
 """A run that goes wrong says so: exit code, step, time, place, likely cause; what it recorded stays readable."""
 
 import re
+import subprocess
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
 from history import History
-from paths import COARSE_DCB, DEBUG_PROGRAM, PROGRAM
+from paths import COARSE_DCB, DCB, DEBUG_PROGRAM, PROGRAM
 
 UNSTABLE = *COARSE_DCB, "--set", "output.history_interval=1e-5", "--set", "damping.rate=0"
 FLYING = """\
@@ -131,3 +133,12 @@ def test_loads_that_cancel_leave_rounding_which_is_not_judged(hampm, tmp_path):
     assert (result.returncode, result.stderr) == (0, "")
     stored = History(tmp_path / "none.h5").columns["strain_energy"]
     assert 0 < stored.max() < 1e-30, "rounding, of a square of 1e-13 N"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["--keys"], ["--template"], [DCB, "--check"]], ids=str)
+def test_a_full_standard_output(arguments):
+    """What was asked for and could not be printed is no success."""
+    with open("/dev/full", "w") as full:
+        result = subprocess.run([PROGRAM, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (result.returncode, result.stderr) == (4, "hampm: the standard output cannot be written (is the disk full?)\n")
