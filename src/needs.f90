@@ -19,13 +19,15 @@ module hampm_needs
 
    ! Bytes, measured (tests/program/test_needs.py)
    real(dp), parameter :: of_program = 2.0e7_dp     !! without any scene
-   real(dp), parameter :: of_particle = 156, of_cell = 340, of_full_cell = 230
+   real(dp), parameter :: of_particle = 156, of_cell = 520, of_full_cell = 465
+   real(dp), parameter :: of_quadratic_cell = 1840, of_full_quadratic_cell = 1060, of_domain = 270
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
    real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
    real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
 
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 336.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
+   real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
    real(dp), parameter :: most_at_rest = 2.5e5_dp   !! cells with particles for which it is found
 
    !> What a scene needs, in numbers.
@@ -110,13 +112,22 @@ contains
    pure real(dp) function memory_of(scene, particles, cells, occupied) result(bytes)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: particles, cells, occupied
-      bytes = of_program + of_particle*particles + of_cell*cells + of_full_cell*occupied
+      real(dp) :: fill                           ! entries of the factors of the stiffness
+      bytes = of_program + of_particle*particles
+      if (scene%grid%order == 2) then
+         bytes = bytes + of_quadratic_cell*cells + of_full_quadratic_cell*occupied
+         fill = of_quadratic_fill*fill_of(4*occupied)
+      else
+         bytes = bytes + of_cell*cells + of_full_cell*occupied
+         fill = fill_of(occupied)
+      end if
+      if (scene%method%functions == 'cpdi') bytes = bytes + of_domain*particles
       if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
       if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
           .or. scene%method%time /= 'explicit') &
-         bytes = bytes + of_stiffness*fill_of(occupied)
+         bytes = bytes + of_stiffness*fill
       if (scene%method%mass == 'lumped') return
       bytes = bytes + of_mass*cells
       if (scene%method%mass == 'fmpm') return

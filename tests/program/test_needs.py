@@ -30,6 +30,10 @@ SCENES = {
     "banded": PLAIN.replace(PLAIN_METHOD, MASS.format("banded")),
     "umfpack": PLAIN.replace(PLAIN_METHOD, MASS.format("umfpack")),
     "refined": SCENE.format(101, 101, 100, 2) + CRACK + "&refine indicator = 'tip' rings = 40 max_level = 4 /\n",
+    "quadratic": SCENE.format(151, 151, 150, 3).replace("151 /", "151 order = 2 /"),
+    "quadratic_static": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD, "&method time = 'static' /\n")
+    + "&constraint lower = 0.1, 0.0 upper = 0.1, 0.1 fix = 'xy' /\n",
+    "domains": PLAIN.replace(PLAIN_METHOD, "&method courant = 0.1 functions = 'cpdi' frame = 'updated' /\n"),
     "snapshots": PLAIN + "&output snapshot_interval = 1e-8 /\n",
 }
 # A process begins with the peak of the one that started it: that must be a small one.
