@@ -1,18 +1,16 @@
 !> Files that are put in the place of others as a whole: whoever looks at a name finds the old file or the new one, and never a part
 !> of it, whenever the program or the computer stops.
 module hampm_file_moves
-   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use, intrinsic :: iso_fortran_env, only: int8
    use hampm_kinds, only: long
    use hampm_failure, only: failure_t, exit_file
    implicit none
    private
-   public :: partial_name, file_exists, replace_file, give_second_name, rename_file, copy_file, remove_file, is_in_use
+   public :: partial_name, file_exists, replace_file, give_second_name, rename_file, copy_file, remove_file
 
    character(*), parameter :: partial_ending = '.part'
    integer(c_int), parameter :: read_only = 0           !! O_RDONLY
-   integer(c_int), parameter :: alone_at_once = 2 + 4   !! LOCK_EX and LOCK_NB
-   integer(c_int), parameter :: taken = 11              !! EWOULDBLOCK: another program has the lock
    integer, parameter :: piece = 2**20                  !! bytes that are copied at a time
 
    interface
@@ -41,15 +39,6 @@ module hampm_file_moves
          import :: c_int
          integer(c_int), value :: descriptor
       end function c_fsync
-
-      integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
-         import :: c_int
-         integer(c_int), value :: descriptor, operation
-      end function c_flock
-
-      type(c_ptr) function c_errno_location() bind(c, name='__errno_location')
-         import :: c_ptr
-      end function c_errno_location
 
       integer(c_int) function c_close(descriptor) bind(c, name='close')
          import :: c_int
@@ -94,21 +83,6 @@ contains
       is_on_disk = c_fsync(descriptor) == 0
       status = c_close(descriptor)
    end function is_on_disk
-
-   !> Whether a program has a file open and keeps others from it, as HDF5 does.
-   logical function is_in_use(path)
-      character(*), intent(in) :: path
-      integer(c_int) :: descriptor, status
-      integer(c_int), pointer :: errno
-      descriptor = c_open(path//c_null_char, read_only)
-      is_in_use = .false.
-      if (descriptor < 0) return
-      if (c_flock(descriptor, alone_at_once) /= 0) then
-         call c_f_pointer(c_errno_location(), errno)
-         is_in_use = errno == taken              ! and not that the file system knows no locks
-      end if
-      status = c_close(descriptor)
-   end function is_in_use
 
    !> Rename a file, in the place of one that has the name; false where that is impossible.
    logical function rename_file(from, to) result(done)

@@ -9,11 +9,11 @@ module hampm_results
    use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
-   use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file, &
-                                is_in_use
+   use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file
    use hampm_folders, only: is_folder
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values
+   use hampm_run_lock, only: run_lock_t
    use hampm_snapshots, only: snapshots_t, piece_t
    implicit none
    private
@@ -33,6 +33,7 @@ module hampm_results
    !> A result file that is being written.
    type :: results_t
       character(:), allocatable :: path          !! name of the result
+      type(run_lock_t), private :: lock          !! held from the beginning to the end
       type(hdf5_file_t), private :: file
       type(snapshots_t), private :: snapshots
       type(column_t), allocatable, private :: columns(:)
@@ -107,13 +108,17 @@ contains
       type(results_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: fault
+      logical :: others
       self%path = path
       allocate (self%columns(0))
       call system_clock(self%clock_last)
       if (is_folder(path)) then
          call fault%report(exit_file, path//': cannot be written: Is a directory')
-      else if (is_in_use(partial_name(path))) then
-         call fault%report(exit_file, path//': cannot be written: another program is writing '//partial_name(path))
+         return
+      end if
+      call self%lock%take(path, others)
+      if (others) then
+         call fault%report(exit_file, path//': cannot be written: another run is writing it')
       else
          call remove_file(path//last_ending)
       end if
@@ -312,9 +317,11 @@ contains
       type(failure_t) :: fault
       if (.not. self%broken .and. self%file%is_open()) call publish(self, fault)
       call pass_on(self, fault, failure)
-      if (.not. self%broken .or. .not. self%is_begun) return
-      call self%file%close(fault)
-      call remove_file(partial_name(self%path))
+      if (self%broken .and. self%is_begun) then
+         call self%file%close(fault)
+         call remove_file(partial_name(self%path))
+      end if
+      call self%lock%release()
    end subroutine close_results
 
    !> Add the waiting samples to the columns.

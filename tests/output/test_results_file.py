@@ -1,6 +1,7 @@
 """What other programs find in the result file that the driver results_driver.f90 writes."""
 
 import errno
+import fcntl
 import os
 import pty
 import re
@@ -88,10 +89,11 @@ def test_same_results_give_the_same_bytes(folder, tmp_path):
 
 
 def test_a_result_that_another_run_writes_is_not_touched(tmp_path):
-    with h5py.File(tmp_path / "results.h5.part", "w"):
+    with (tmp_path / "results.h5.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
         outcome = subprocess.run([RESULTS_DRIVER, tmp_path], capture_output=True, text=True)
     assert outcome.returncode != 0
-    assert "results.h5: cannot be written: another program is writing" in outcome.stdout
+    assert "results.h5: cannot be written: another run is writing it" in outcome.stdout
 
 
 def test_a_reader_of_the_result_neither_hinders_nor_notices(folder, tmp_path):
