@@ -4,7 +4,7 @@ module hampm_needs
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
    use hampm_failure, only: failure_t, exit_input
-   use hampm_memory, only: memory_there_is
+   use hampm_memory, only: memory_there_is, room_for_algebra
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
@@ -13,7 +13,7 @@ module hampm_needs
    use hampm_time_step, only: stable_time_step
    implicit none
    private
-   public :: needs_t, needs_of, check_needs, needs_report
+   public :: needs_t, needs_of, check_room, check_needs, needs_report
 
    real(dp), parameter :: most_steps = 1e12_dp      !! of the largest cells: months at a microsecond each
 
@@ -163,6 +163,13 @@ contains
       columns = 10
       columns = columns + (merge(1, 0, scene%crack%present) + 2*size(scene%paths))*(24 + size(scene%energy_release%radii))
    end function columns_of
+
+   !> Fail where the libraries have no room, before anything calls them.
+   subroutine check_room(failure)
+      type(failure_t), intent(inout) :: failure
+      if (.not. room_for_algebra()) call failure%report(exit_input, 'the limit of the address space (ulimit -v) leaves no room '// &
+                              'for the library of linear algebra: allow about 600 MB and what the scene needs, or set no limit')
+   end subroutine check_room
 
    !> Fail where a scene needs more than there can be.
    subroutine check_needs(needs, failure)

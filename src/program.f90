@@ -10,12 +10,13 @@ module hampm_program
    use hampm_folders, only: is_folder
    use hampm_key_reference, only: reference_text
    use hampm_namelist_text, only: template_text
-   use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
+   use hampm_needs, only: needs_t, needs_of, check_room, check_needs, needs_report
    use hampm_reading, only: read_scene, understand_scene
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build, rebuild, run, warnings, result_path
    use hampm_summary, only: summary, solver_report, rest_report, rest_proposal
    use hampm_text, only: to_text
+   use hampm_threads, only: check_threads
    use hampm_version, only: version
    implicit none
    private
@@ -86,6 +87,9 @@ contains
       type(simulation_t) :: simulation
       type(needs_t) :: needs
       character(:), allocatable :: report
+      call check_room(failure)
+      call check_threads(options%threads, failure)
+      if (failure%failed()) return
       if (options%resume /= '') then
          call resume(options, scene, needs, simulation, failure)
       else

@@ -2,9 +2,12 @@
 module hampm_threads
    use, intrinsic :: iso_c_binding, only: c_int, c_size_t, c_char, c_null_char
    !$ use omp_lib, only: omp_set_num_threads, omp_get_max_threads, omp_get_num_procs
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_text, only: to_text
+   use hampm_thread_probe, only: threads_that_start
    implicit none
    private
-   public :: use_threads, thread_count, processor_count, host_name
+   public :: check_threads, use_threads, thread_count, processor_count, host_name
 
    integer, parameter :: particles_per_thread = 50000   !! with fewer, a further thread costs more than it gives
 
@@ -17,6 +20,18 @@ module hampm_threads
    end interface
 
 contains
+
+   !> Fail where the system does not start as many threads as may come to be used: those that are wanted, or where that is 0 those of
+   !> the environment.
+   subroutine check_threads(wanted, failure)
+      integer, intent(in) :: wanted
+      type(failure_t), intent(inout) :: failure
+      integer :: n
+      n = threads_that_start(max(wanted, thread_count()))
+      if (n >= max(wanted, thread_count())) return
+      call failure%report(exit_input, to_text(max(wanted, thread_count()))//' threads cannot be started, but '//to_text(n)// &
+                          ': use fewer (--threads, OMP_NUM_THREADS), or allow more processes or memory (ulimit -u, ulimit -v)')
+   end subroutine check_threads
 
    !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of processors.
    subroutine use_threads(wanted, particles)

@@ -1,6 +1,7 @@
 """A run that goes wrong says so: exit code, step, time, place, likely cause; what it recorded stays readable."""
 
 import re
+import resource
 import subprocess
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from history import History
-from paths import COARSE_DCB, DCB, DEBUG_PROGRAM, PROGRAM
+from paths import COARSE_DCB, DCB, DEBUG_PROGRAM, INPUT, PROGRAM
 
 UNSTABLE = *COARSE_DCB, "--set", "output.history_interval=1e-5", "--set", "damping.rate=0"
 FLYING = """\
@@ -142,3 +143,25 @@ def test_a_full_standard_output(arguments):
     with open("/dev/full", "w") as full:
         result = subprocess.run([PROGRAM, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
     assert (result.returncode, result.stderr) == (4, "hampm: the standard output cannot be written (is the disk full?)\n")
+
+
+SCENES_IN_LITTLE_ROOM = {
+    "explicit": COARSE_DCB, "static": [INPUT / "edge_crack.nml"], "refined": [*COARSE_DCB, "--set", "refine.indicator=gradient",
+                                                                              "--set", "refine.max_level=2"],
+    "full mass": [*COARSE_DCB, "--set", "method.mass=full", "--set", "method.solver=umfpack", "--set", "run.end_time=1e-6"]}
+
+
+@pytest.mark.parametrize("megabytes", [330, 400, 460, 520, 600, 700, 900])
+@pytest.mark.parametrize("arguments", SCENES_IN_LITTLE_ROOM.values(), ids=SCENES_IN_LITTLE_ROOM)
+def test_little_room_in_memory(hampm, arguments, megabytes):
+    """Wherever it ends, the run is refused or stopped with one line, or done; the library of linear algebra would wait for ever."""
+    result = hampm(*arguments, "--quiet", "--threads", "1", timeout=60,
+                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (megabytes * 10**6,) * 2))
+    assert result.returncode in (0, 2, 3), result.stderr
+    assert result.returncode == 0 or len([line for line in result.stderr.splitlines() if "warning" not in line]) == 1, result.stderr
+
+
+def test_threads_that_cannot_be_started(dcb):
+    result = dcb("--threads", "300", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (10**9,) * 2))
+    assert result.returncode == 2
+    assert re.match(r"hampm: 300 threads cannot be started, but \d+: use fewer \(--threads", result.stderr), result.stderr
