@@ -2,7 +2,9 @@
 
 import re
 import resource
+import shutil
 import subprocess
+import time
 from pathlib import Path
 
 import h5py
@@ -165,3 +167,24 @@ def test_threads_that_cannot_be_started(dcb):
     result = dcb("--threads", "300", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (10**9,) * 2))
     assert result.returncode == 2
     assert re.match(r"hampm: 300 threads cannot be started, but \d+: use fewer \(--threads", result.stderr), result.stderr
+
+
+@pytest.mark.parametrize("descriptors", [4, 5, 6, 8])
+def test_few_file_descriptors(dcb, descriptors):
+    result = dcb("--quiet", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors)))
+    if result.returncode != 0:
+        assert result.returncode == 4
+        assert re.fullmatch(r"hampm: \S+: cannot be written: .*Too many open files\n", result.stderr), result.stderr
+
+
+def test_a_folder_that_is_removed_under_the_run(tmp_path):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    process = subprocess.Popen([PROGRAM, DCB, "--quiet", "--set", "output.checkpoint_interval=1e-5"], cwd=folder,
+                               stderr=subprocess.PIPE, text=True)
+    while not (folder / "dcb.h5.checkpoint").exists() and process.poll() is None:
+        time.sleep(0.01)
+    shutil.rmtree(folder, ignore_errors=True)
+    message = process.communicate(timeout=60)[1]
+    assert process.returncode == 4
+    assert all(re.match(r"hampm: \./dcb\.h5\S*: cannot be written", line) for line in message.splitlines()), message
