@@ -41,7 +41,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run figures sweep docs test coverage sanitize memcheck fuzz \
+TASKS := help setup clean run figures sweep docs test verify coverage sanitize memcheck fuzz \
          bench against minimal masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
@@ -72,7 +72,13 @@ test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
-	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup tests
+	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
+
+verify: setup  ## run the tests that take long, which `make test` leaves out, and write the table of docs/verification.md
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
+	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
+	$(PYTHON) tools/verification_table.py results/verify.xml docs/verification.md
 
 coverage: setup  ## count which lines of src/ the tests run: a table; an error below 90 %
 	@$(MAKE) -j$(JOBS) --no-print-directory build=coverage program unit

@@ -17,6 +17,10 @@ os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_PO
 ACCIDENTS = "backtrace", "Fortran runtime", "Sanitizer", "SIGSEGV"
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "verify: takes long; `make test` leaves it out, `make verify` runs it")
+
+
 @pytest.fixture(scope="session")
 def run_hampm():
     """`run_hampm(*arguments, cwd=..., program=..., **options of subprocess.run)` runs the program; output as text."""

@@ -130,6 +130,7 @@ def assert_table(path, sweep, slow):
         assert file["table/outcome"].asstr()[:].tolist() == [row["outcome"] for row in rows.values()]
 
 
+@pytest.mark.verify
 def test_cases_in_groups_as_on_a_cluster(tmp_path):
     """By an executor that takes the place of Slurm's; the rest is what the profile for Slurm says."""
     path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0], [20, 0], [30, 0]], method.mass: [lumped, ful]}\n"

@@ -58,15 +58,19 @@ def test_a_history_without_samples(script, tmp_path, name):
     assert result.returncode < 2 or result.stderr.count("\n") == 1 and "holds no samples yet" in result.stderr
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_files_that_are_changed_at_random(vertical_crack, slanted_crack, seed):
-    """Thousands of runs of the scripts that draw nothing."""
-    ends, findings = result_files.try_files([vertical_crack, slanted_crack], 120, seed, QUICK)
-    assert not findings
-    assert ends[0] > 100 and ends[2] > 100
+SOME_AND_MANY = [(1, 5), pytest.param(2, 40, marks=pytest.mark.verify)]
 
 
-def test_pictures_of_files_that_are_changed_at_random(vertical_crack, slanted_crack):
-    ends, findings = result_files.try_files([vertical_crack, slanted_crack], 20, 3, list(result_files.SLOW))
+@pytest.mark.parametrize(("seed", "files"), SOME_AND_MANY)
+def test_files_that_are_changed_at_random(vertical_crack, slanted_crack, seed, files):
+    """By the scripts that draw nothing."""
+    ends, findings = result_files.try_files([vertical_crack, slanted_crack], 6 * files, seed, QUICK)
     assert not findings
-    assert ends[0] > 10 and ends[2] > 10
+    assert ends[0] > 5 * files and ends[2] > 5 * files
+
+
+@pytest.mark.parametrize(("seed", "files"), SOME_AND_MANY)
+def test_pictures_of_files_that_are_changed_at_random(vertical_crack, slanted_crack, seed, files):
+    ends, findings = result_files.try_files([vertical_crack, slanted_crack], files, seed, list(result_files.SLOW))
+    assert not findings
+    assert ends[0] > 1 and ends[2] > 1

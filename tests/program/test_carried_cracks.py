@@ -39,6 +39,7 @@ def run(hampm, tmp_path, text, code=0, name="carried"):
         return {column: values[:] for column, values in file["history"].items()}, result.stderr
 
 
+@pytest.mark.verify
 def test_a_block_with_a_crack_turns_as_one_without(hampm, tmp_path):
     """Three turns while it flies through the cells: its kinetic energy and the audit. What it loses without a crack, by particles that
     cross the edges of cells, is what there is."""

@@ -157,7 +157,10 @@ def files(folder):
     return sorted(path.name for path in folder.iterdir() if path.is_file())
 
 
-@pytest.mark.parametrize("name", SCENES)
+LONG = "carried crack refined", "domains carried crack"
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.verify) if name in LONG else name for name in SCENES])
 def test_a_resumed_run_has_the_bytes_of_an_unbroken_one(hampm, tmp_path, name):
     program = DEBUG_PROGRAM if name == "debug build" else PROGRAM
     if not program.exists():

@@ -221,7 +221,7 @@ EXTREMES = {"corners": [[(-5e-3, -5e-3), (5e-3, 5e-3)]], "edge": [[(-5e-3, 1e-3)
             "both edges": [[(-0.03, 0.5e-3), (-5e-3, 2e-3)], [(0.03, 0.5e-3), (5e-3, 2e-3)]]}
 
 
-@pytest.mark.parametrize("method", ["time = 'static'", ""])
+@pytest.mark.parametrize("method", ["time = 'static'", pytest.param("", marks=pytest.mark.verify)])
 @pytest.mark.parametrize("name", EXTREMES)
 def test_extremes(hampm, tmp_path, name, method):
     """Stable, and what lies a hair beside a grid line is as what lies on it."""
@@ -233,6 +233,7 @@ def test_extremes(hampm, tmp_path, name, method):
         assert row["G"][-1] == pytest.approx(run(hampm, tmp_path, text(EXTREMES["edge"]))["G"][-1], rel=1e-6)
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("indicator, method", [
     ("'zz'  max_level = 3  tolerance = 0.05", "time = 'static'"),
     ("'gradient'  field = 'stress_norm'  r_crit = 0.05  max_level = 2  interval = 20", "")])

@@ -32,6 +32,7 @@ def audit(row):
     return np.max(np.abs(left)) / np.max(energy(row))
 
 
+@pytest.mark.verify
 def test_ten_turns_of_a_free_square(hampm, tmp_path):
     """Nothing acts on it: angular momentum and energy stay. With bilinear functions at the places of particles a fifth is lost in two."""
     row = run(hampm, tmp_path, square(10, spin=math.pi))

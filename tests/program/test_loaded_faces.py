@@ -92,6 +92,7 @@ def test_tractions_that_close_a_crack_do_nothing(hampm, tmp_path):
     assert abs(closed["K_I"]) < 1e-3 * PRESSURE * math.sqrt(math.pi * LENGTH)
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize(("mode", "stress"), [("I", (0, PRESSURE)), ("II", (PRESSURE, 0))])
 @pytest.mark.parametrize(("change", "tolerances"), [
     (("&refine indicator = 'tip' max_level = 1 rings = 4 /\n",), (1e-5, 5e-4, 2e-4)),

@@ -162,6 +162,7 @@ def limit_load(run, cell, dilatation, *settings):
     return load
 
 
+@pytest.mark.verify
 def test_a_double_edge_notched_bar_has_the_limit_load_of_prandtl(run):
     """A quarter of it. Cells whose points have a dilatation each never reach a limit load."""
     shared = limit_load(run, 0.5e-3, "cell")

@@ -4,6 +4,7 @@
 
     [runs]      optional: name = [what --set overrides]; one run of the scene as it is where it is missing
     [let]       optional: names for numbers and expressions, in order
+    verify      optional: patterns of the names of runs that take long, which `make verify` makes
     warning     optional: a regular expression that the standard error must match; nothing may be there without it
     [[expect]]  what      the quantity, in words
                 measured  an expression
@@ -103,10 +104,16 @@ def run_of(run_hampm, tmp_path_factory):
     return functools.cache(lambda case, name: Run(run_hampm, tmp_path_factory.mktemp("run"), case, name, expected_of(case)))
 
 
+def marks_of(case, name):
+    """Tests of one run stay together; those of a long one are left to `make verify`."""
+    together = pytest.mark.xdist_group(f"{case.name} {name}")
+    takes_long = any(fnmatchcase(name, pattern) for pattern in expected_of(case).get("verify", []))
+    return [together, pytest.mark.verify] if takes_long else [together]
+
+
 def parameters(items):
-    """Test parameters from tuples that begin with case and run; the ids are made of their words. Tests of one run stay together."""
-    return [pytest.param(*item, id="-".join([item[0].name, *filter(None, [item[1]]), *words]),
-                         marks=pytest.mark.xdist_group(f"{item[0].name} {item[1]}"))
+    """Test parameters from tuples that begin with case and run; the ids are made of their words."""
+    return [pytest.param(*item, id="-".join([item[0].name, *filter(None, [item[1]]), *words]), marks=marks_of(*item[:2]))
             for *item, words in items]
 
 
@@ -121,11 +128,14 @@ def test_run_ends_well(run_of, case, name):
 @pytest.mark.parametrize(("case", "name", "expectation"), parameters(
     (case, name, expectation, [expectation["what"]]) for case in CASES for name in runs_of(case)
     for expectation in expected_of(case)["expect"] if fnmatchcase(name, expectation.get("runs", "*"))))
-def test_value(run_of, case, name, expectation):
+def test_value(run_of, case, name, expectation, record_property):
     run = run_of(case, name)
     measured, asked = run.value(expectation["measured"]), run.value(expectation["asked"])
     tolerance = run.value(expectation.get("atol", 0.0)) + run.value(expectation.get("rtol", 0.0)) * abs(asked)
     report = (f"{case.name} {name}: {expectation['what']}: asked {asked:.6g} +- {tolerance:.2g}, "
               f"measured {measured:.6g} ({expectation['source']})")
     print(f"\n{report}", end=" ")
+    for key, value in {"run": f"{case.name} {name}", "what": expectation["what"], "asked": f"{asked:.6g}",
+                       "tolerance": f"{tolerance:.2g}", "measured": f"{measured:.6g}"}.items():
+        record_property(key, value)
     assert abs(measured - asked) <= tolerance, report

@@ -8,9 +8,13 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = sorted(source.stem for source in Path(__file__).parent.glob("test_*.f90"))
 
+LONG = {("test_contact", "debug"), ("test_manufactured", "debug"), ("test_mass_positions", "release"), ("test_refine_cycles", "release"),
+        ("test_subcycled", "debug"), ("test_element_operators", "debug")}
 
-@pytest.mark.parametrize("build", ["release", "debug"])
-@pytest.mark.parametrize("program", PROGRAMS)
+
+@pytest.mark.parametrize(("program", "build"), [
+    pytest.param(program, build, id=f"{program}-{build}", marks=pytest.mark.verify if (program, build) in LONG else [])
+    for program in PROGRAMS for build in ("release", "debug")])
 def test_program(program, build):
     path = ROOT / "build" / build / program
     assert path.exists(), f"{path} is not built: run `make unit build={build}`"
