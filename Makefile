@@ -100,6 +100,7 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/meeting_scenes.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/sweep_files.py --program build/checked/hampm --cases 10000 --seed 100
 	build/checked/hampm input/edge_crack.nml --output results --force --quiet
 	$(PYTHON) tests/fuzz/result_files.py results/edge_crack.h5 --cases 10000 --seed 100
 

@@ -23,13 +23,24 @@ class Text(str):
 def read_yaml(path):
     """The file's content as dictionaries, lists and Text; ResultError where it is none, or a key stands twice."""
     try:
-        node = yaml.compose(Path(path).read_text(), Loader=yaml.SafeLoader)
+        node = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
     except (OSError, UnicodeDecodeError) as error:
         raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
     except yaml.YAMLError as error:
         line = error.problem_mark.line + 1 if getattr(error, "problem_mark", None) else 1
-        raise ResultError(f"{path}:{line}: no YAML: {getattr(error, 'problem', error)}") from error
-    return _plain(node, path) if node else {}
+        cause = getattr(error, "problem", None) or str(error).partition("\n")[0]
+        raise ResultError(f"{path}:{line}: no YAML: {printable(cause)}") from error
+    except RecursionError as error:
+        raise ResultError(f"{path}:1: lists and keys are nested too deeply") from error
+    try:
+        return _plain(node, path) if node else {}
+    except RecursionError as error:
+        raise ResultError(f"{path}:1: lists and keys are nested too deeply, or contain themselves") from error
+
+
+def printable(text):
+    """A text for a message of one line: what does not print, such as an end of a line, is a question mark."""
+    return "".join(letter if letter.isprintable() else "?" for letter in str(text))
 
 
 def _plain(node, path):
@@ -40,7 +51,7 @@ def _plain(node, path):
         for key, value in node.value:
             text = _text(key)
             if text in items:
-                raise ResultError(f"{path}:{text.line}: '{text}' stands twice")
+                raise ResultError(f"{path}:{text.line}: '{printable(text)}' stands twice")
             items[text] = _plain(value, path)
         return items
     return _text(node)

@@ -23,6 +23,8 @@ A sweep is a YAML file; docs/batches.md explains its keys:
 import argparse
 import hashlib
 import json
+import math
+import os
 import re
 import subprocess
 from dataclasses import dataclass
@@ -30,10 +32,11 @@ from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
 
-from declaration import ROOT, UNREADABLE, ResultError, read_yaml, run
+from declaration import ROOT, UNREADABLE, ResultError, printable, read_yaml, run
 
 PROGRAM = ROOT / "build/release/hampm"
 KEYS = ("namelist", "output", "product", "cases", "columns", "mean", "threads", "memory", "runtime", "checkpoint")
+MOST_CASES = 100_000
 OWN_KEY = "output.file"  # the runs of a sweep name their results themselves
 
 
@@ -132,14 +135,14 @@ class Reader:
             cases=self.cases(), columns=self.columns(), mean=self.number("mean", float, None),
             threads=self.number("threads", int, 1), memory=self.number("memory", int, None),
             runtime=self.number("runtime", int, 60), checkpoint=self.number("checkpoint", float, 600.0, least=0))
-        if "namelist" in self.items and not sweep.namelist.is_file():
+        if sweep.namelist != folder and not os.path.isfile(sweep.namelist):
             self.note(self.items["namelist"], f"namelist: there is no file {sweep.namelist}")
         if self.mistakes:
             raise ResultError("\n".join(self.mistakes))
         return sweep
 
     def note(self, text, mistake):
-        self.mistakes.append(f"{self.path}:{getattr(text, 'line', 1)}: {mistake}")
+        self.mistakes.append(f"{self.path}:{getattr(text, 'line', 1)}: {printable(mistake)}")
 
     def label(self, name):
         """A key of the sweep as it stands in the file, with its line."""
@@ -147,7 +150,7 @@ class Reader:
 
     def file(self, name):
         value = self.items.get(name)
-        if not isinstance(value, str) or not value:
+        if not isinstance(value, str) or not value or not value.isprintable():
             self.note(value, f"{name}: a path is needed, from the folder of this file: '{name}: FILE'")
             return ""
         return value
@@ -158,9 +161,9 @@ class Reader:
         text = self.items[name]
         try:
             value = kind(text)
-            if value > 0 if least is None else value >= least:
+            if math.isfinite(value) and (value > 0 if least is None else value >= least):
                 return value
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             pass
         self.note(self.label(name), f"{name}: {shown(text)}: one {'whole ' if kind is int else ''}number is needed, "
                                     f"{'above 0' if least is None else f'{least} or more'}")
@@ -195,6 +198,9 @@ class Reader:
         seen = [key for axis in axes if axis for key in axis[0]]
         for key in sorted({key for key in seen if seen.count(key) > 1}):
             self.note(self.label("product"), f"product: '{key}' stands in two of its keys")
+        if math.prod(map(len, axes)) > MOST_CASES:
+            self.note(self.label("product"), f"product: it makes {math.prod(map(len, axes))} cases; at most {MOST_CASES} can be run")
+            return []
         return [(self.label("product"), {key: value for part in parts for key, value in part.items()})
                 for parts in product(*axes)] if axes else []
 

@@ -1,7 +1,7 @@
-"""The scripts of batch/ as modules."""
+"""The scripts of batch/, and what tries them at random, as modules."""
 
 import sys
 
-from paths import BATCH
+from paths import BATCH, ROOT
 
-sys.path.insert(0, str(BATCH))
+sys.path[:0] = [str(BATCH), str(ROOT / "tests/fuzz")]
