@@ -42,13 +42,14 @@ def main(arguments=None):
     columns = list(dict.fromkeys(key for row in rows for key in row))
     write_csv(sweep.output / "table.csv", columns, rows)
     write_hdf5(sweep.output / "table.h5", columns, rows, OWN | about, sweep)
-    report(sweep, rows, about)
+    report(sweep, rows, about, options.brief)
 
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sweep", metavar="SWEEP.yaml", type=Path)
     parser.add_argument("--program", metavar="FILE", type=Path, default=PROGRAM, help="hampm, whose keys are allowed")
+    parser.add_argument("--brief", action="store_true", help="count those that have no result, and do not list them")
     return parser.parse_args(arguments)
 
 
@@ -112,17 +113,20 @@ def as_array(values):
         return np.array([str(value) for value in values], dtype=h5py.string_dtype())
 
 
-def report(sweep, rows, about):
-    """Print how many cases ended how, which have no result, and why, and which columns no result has."""
+def count_of(ends):
+    """How many cases ended how."""
+    return ", ".join(f"{ends[end]} {end}" for end in ("done", "refused", "failed", "not finished") if ends[end])
+
+
+def report(sweep, rows, about, brief):
+    """Print how many cases ended how, which columns no result has, and unless it is to be brief which have no result, and why."""
     for pattern in sweep.columns:
         if about and not any(fnmatchcase(name, pattern) for name in about):
             print(f"{sweep.path}: columns: no result has '{pattern}'; they have {', '.join(about)}")
     for row in rows:
-        if row["outcome"] != "done":
+        if row["outcome"] != "done" and not brief:
             print(f"{row['outcome']}: {row['case']}{row['message'] and ': '}{row['message']}")
-    count = Counter(row["outcome"] for row in rows)
-    ends = ", ".join(f"{count[end]} {end}" for end in ("done", "refused", "failed", "not finished") if count[end])
-    print(f"{len(rows)} cases: {ends}; {sweep.output / 'table.csv'}, table.h5")
+    print(f"{len(rows)} cases: {count_of(Counter(row['outcome'] for row in rows))}; {sweep.output / 'table.csv'}, table.h5")
 
 
 if __name__ == "__main__":

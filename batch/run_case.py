@@ -26,6 +26,8 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+from progress import count_end
+
 OUTCOMES = {0: "done", 2: "refused", 3: "failed"}  # by exit code of hampm
 SIGNALS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGUSR1, signal.SIGXCPU
 PASSED_ON = signal.SIGUSR2  # of another kind than any of them: a second one of a kind would end hampm without a checkpoint
@@ -62,7 +64,7 @@ def has_ended(what, options):
         print(f"not finished: {folder.name}: {ending(code)}{behind}", file=sys.stderr)
         return False
     write(folder / "outcome.json", {"case": what, "outcome": OUTCOMES[code], "message": message, "spent": spent})
-    print(f"{OUTCOMES[code]}: {folder.name}{behind}")
+    print(f"{count_end(folder)}{OUTCOMES[code]}: {folder.name}{behind}")
     return True
 
 

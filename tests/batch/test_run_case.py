@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 
 from history import History
 from paths import BATCH, PROGRAM
+from progress import begin_to_count, count_end, duration
 from scene import FLIGHT, SLOW, runs_of, wait_for
 
 CHECKPOINT = "result.h5.checkpoint"
@@ -113,3 +115,15 @@ def test_two_starts_at_a_time_run_a_case_once(case, folder):
     processes = [subprocess.Popen(case(SLOW), stdout=subprocess.DEVNULL) for _ in range(2)]
     assert [process.wait(timeout=60) for process in processes] == [0, 0]
     assert outcome(folder)["spent"]["starts"] == 1
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0, "0 s"), (89, "89 s"), (90, "1.5 min"), (601, "10 min"), (7200, "2.0 h"), (2e6, "23 d")])
+def test_times_that_are_left(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_cases_that_end_are_counted(tmp_path):
+    begin_to_count(tmp_path, 12, 9)
+    assert [re.sub(r"\d+ s", "T", count_end(tmp_path / "cases/any")) for _ in range(3)] == ["[10/12, T left] ", "[11/12, T left] ", "[12/12] "]
+    assert count_end(tmp_path / "no/sweep/here") == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["progress"]

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -51,9 +52,9 @@ def start(path, *options, cores=2, **environment):
 
 
 def finish(process):
-    """Exit code, the lines that tell how cases ended, and the messages."""
+    """Exit code, the lines that tell how cases ended, now and before, and the messages."""
     out, messages = process.communicate(timeout=300)
-    return process.returncode, [line for line in out.splitlines() if line.startswith("done: ")], messages
+    return process.returncode, [line for line in out.splitlines() if re.match(r"\[\d+/\d+|\w+ before: |These|\d+ cases: [^;]*$", line)], messages
 
 
 def run_cases(sweep):
@@ -104,11 +105,14 @@ def test_a_sweep_with_failures_and_kills(tmp_path):
 
     # Only that one is run again
     code, lines, messages = finish(start(path))
-    assert (code, lines) == (0, [f"done: {slow}"]), messages
+    assert code == 0, messages
+    assert len([line for line in lines if line.startswith(("refused before: ", "failed before: "))]) == 6
+    assert lines[-3:] == [f"These are not run again, unless they are forgotten: batch/forget.py {path}",
+                          "55 cases: 48 done, 3 refused, 3 failed, 1 to run", f"[55/55] done: {slow}"]
     assert times(sweep, before.cases) == second
     assert_table(path, sweep, slow)
     code, lines, messages = finish(start(path))
-    assert (code, lines) == (0, []) and "Nothing to be done" in messages
+    assert code == 0 and lines[-1] == "55 cases: 49 done, 3 refused, 3 failed" and "Nothing to be done" in messages
 
 
 def assert_table(path, sweep, slow):

@@ -9,8 +9,9 @@ def datasets(path):
     found = {}
     with h5py.File(path) as file:
         for group in ("history", "VTKHDF"):
-            file[group].visititems(lambda name, item, group=group: found.update(
-                {f"{group}/{name}": item[()]} if isinstance(item, h5py.Dataset) else {}))
+            if group in file:
+                file[group].visititems(lambda name, item, group=group: found.update(
+                    {f"{group}/{name}": item[()]} if isinstance(item, h5py.Dataset) else {}))
     return found
 
 
