@@ -21,7 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from history import ERROR, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
+from history import UNREADABLE, History, ResultError, add_strict, error_name, run, tell_of_motion
 from tabulate import fraction
 
 
@@ -38,7 +38,7 @@ def main(arguments=None):
                    + ["without coarsest [%]", "order"] * (len(histories) > 2) + ["their error [%]"] * bool(uncertain)))
     for name in names:
         values = [h.late_mean(name, options.part) for h in histories]
-        errors = [h.late_mean(name + ERROR, options.part) for h in histories] if name in uncertain else []
+        errors = [h.late_mean(error_name(name), options.part) for h in histories] if name in uncertain else []
         print(name, *summary(cells, values), *[left_error(cells, errors, values)] * bool(uncertain))
     return tell_of_motion(histories, options.strict)
 
@@ -103,7 +103,7 @@ def curves(histories, names, uncertain):
         return [np.interp(times, h.times, h.columns[name]) for h in histories]
 
     return times, ({name: extrapolate(cells, samples(name)) for name in names}
-                   | {name + ERROR: extrapolate_errors(cells, samples(name + ERROR)) for name in uncertain})
+                   | {error_name(name): extrapolate_errors(cells, samples(error_name(name))) for name in uncertain})
 
 
 def summary(cells, values):

@@ -28,8 +28,9 @@ FAR = 1e9       # cells from the grid at which nothing can be
 class Frames:
     """The snapshots of one result file.
 
-    times     of all snapshots [s], shape (n)
-    scene     the namelist
+    times             of all snapshots [s], shape (n)
+    scene             the namelist
+    has_crack_lines   whether the snapshots hold the cracks as they are then: those that run in any direction or grow
     """
 
     def __init__(self, path):
@@ -41,6 +42,7 @@ class Frames:
             if not all(stored.has(f"VTKHDF/{block}/Steps/Values") for block in ("mesh", "particles")):
                 raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
             self.times = stored.numbers("VTKHDF/mesh/Steps/Values", finite=True)
+            self.has_crack_lines = stored.has("VTKHDF/cracks/Points")
         if self.times.size == 0:
             raise ResultError(f"{path}: holds no snapshots yet")
         if np.any(np.diff(self.times) < 0):
@@ -70,11 +72,11 @@ class Frames:
         return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower", count=2)), self.scene.cell(), self.path)
 
     def cracks(self, number=0):
-        """The cracks of a snapshot; those along grid lines as the scene has them."""
+        """The cracks of a snapshot; those along grid lines that stay as they are as the scene has them."""
         scene = self.scene
         if not scene.count("crack"):
             return []
-        if not scene.has_paths():
+        if not (self.has_crack_lines or scene.has_paths()):
             tip, along = (np.array(scene.numbers("crack", key, count=2)) for key in ("tip", "direction"))
             if not np.hypot(*along) > 0:
                 raise ResultError(f"{self.path}: the crack of the stored namelist has no direction")
@@ -87,9 +89,9 @@ class Frames:
             raise ResultError(f"{self.path}: /VTKHDF/cracks/Points has points of one crack at one place")
         return [Crack(block.points[part], block.point_fields["tip"][part].astype(int)) for part in parts]
 
-    def crack_plane(self, tip=1):
-        """The plane of the crack at a tip, by its number; None where the scene has no tip."""
-        for crack in self.cracks():
+    def crack_plane(self, tip=1, number=0):
+        """The plane of the crack at a tip, by its number, in a snapshot; None where the scene has no tip."""
+        for crack in self.cracks(number):
             for place, before in ((0, 1), (-1, -2)):
                 if crack.tips[place] == tip:
                     return CrackPlane(crack.points[place], crack.points[place] - crack.points[before],
@@ -97,6 +99,11 @@ class Frames:
         if tip == 1:
             return None
         raise ResultError(f"{self.path}: the scene has no crack tip {tip}")
+
+    def tip_place(self, plane, tip, number):
+        """Where a tip is in a snapshot, in the coordinates of the plane of a crack [m]; where none is, the plane's own."""
+        there = self.crack_plane(tip, number) if self.has_crack_lines else None
+        return plane.tip if there is None else plane.local(there.in_scene().tip)
 
 
 class Fields(dict):
@@ -220,6 +227,10 @@ class Scene:
     def bodies(self):
         """Lower and upper corners of the boxes around the bodies [m], shape (n, 2)."""
         return tuple(np.array([self.box_of(n) for n in self.body_groups()]).reshape(-1, 2, 2).swapaxes(0, 1))
+
+    def is_static(self):
+        """Whether the run goes from equilibrium to equilibrium, in a time that only tells how large the loads are."""
+        return self.text("method", "time") == "static"
 
     def has_paths(self):
         """Whether its cracks run in any direction."""

@@ -6,6 +6,7 @@ frequency of an oscillation of which only a few periods are known.
 """
 
 import math
+import re
 import sys
 from collections import namedtuple
 from fnmatch import fnmatchcase
@@ -15,7 +16,9 @@ from stored import UNREADABLE, USAGE, ResultError, opened  # noqa: F401  (the sc
 
 import numpy as np
 
-ERROR = "_error"          # what the name of a column ends in that holds the estimated error of another one
+ERROR = "_error"          # what the name of a column ends in, but for its tip, that holds the estimated error of another one
+OF_TIP = re.compile(r"(_tip\d+)?$")
+STATIC = re.compile(r"^\s*time = 'static'", re.MULTILINE)
 REST = 0.01               # distance from rest above which last values are not taken for those at rest
 
 Mode = namedtuple("Mode", "frequency decay amplitude")
@@ -60,8 +63,24 @@ def tell_of_motion(histories, strict):
 
 def matches(name, pattern):
     """Whether a pattern (`*` and `?` as in a shell) means a column. Estimated errors are meant by `*` alone, and by patterns that
-    end in _error, so that G_* is all estimators."""
-    return fnmatchcase(name, pattern) and (pattern == "*" or pattern.endswith(ERROR) or not name.endswith(ERROR))
+    end in _error, or in _error and a tip, so that G_* is all estimators."""
+    return fnmatchcase(name, pattern) and (pattern == "*" or is_error(pattern) or not is_error(name))
+
+
+def error_name(name):
+    """The name that the column of the estimated error of a column has."""
+    tip = OF_TIP.search(name)[0]
+    return name.removesuffix(tip) + ERROR + tip
+
+
+def is_rate(name):
+    """Whether a column is an energy release rate, which G_ref scales."""
+    return name.split("_")[0] in ("G", "J")
+
+
+def is_error(name):
+    """Whether the name is that of a column that holds the estimated error of another one."""
+    return OF_TIP.sub("", name).endswith(ERROR)
 
 
 class History:
@@ -70,6 +89,7 @@ class History:
     columns     name -> samples, as stored
     units       name -> unit, '1' where none is given
     long_names  name -> description
+    is_static   whether its times only tell how large the loads are
     attributes  name -> value, of the group itself
     """
 
@@ -86,6 +106,7 @@ class History:
         if not stored.has("history/time"):
             raise ResultError(f"{self.path}: has no dataset /history/time", UNREADABLE)
         names = stored.names("history")
+        self.is_static = stored.has("input/namelist") and bool(STATIC.search(stored.text("input/namelist")))
         self.columns = {name: stored.numbers(f"history/{name}", finite=name == "time") for name in names}
         described = {name: stored.attributes(f"history/{name}", texts=("units", "long_name")) for name in names}
         self.units = {name: found.get("units", "1") for name, found in described.items()}
@@ -143,7 +164,7 @@ class History:
 
     def error_of(self, name):
         """Name of the column that holds the estimated error of another; None where there is none."""
-        return name + ERROR if name + ERROR in self.columns else None
+        return error_name(name) if error_name(name) in self.columns else None
 
     def distance_from_rest(self):
         """How far the last values are from those at rest, relative; None where it is not known or has no meaning."""

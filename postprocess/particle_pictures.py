@@ -24,14 +24,15 @@ SHARE = 0.12    # of the picture's width that the largest displacement takes whe
 DECADES = 4     # that a logarithmic scale of colours reaches down at most
 
 Survey = namedtuple("Survey", "moved values lower upper tip")
-Survey.__doc__ = "Largest displacement [mm] and values of the field that are shown, corners of the material and crack tip [mm]."
+Survey.__doc__ = ("Largest displacement [mm] and values of the field that are shown, corners of the material and the crack tip, where it is in "
+                  "the last snapshot [mm].")
 Colours = namedtuple("Colours", "norm map factor unit extend")
 Colours.__doc__ = "Scale of colours for a field times a factor, which has the unit, and on which side values lie beyond it."
 
 
-def add_field_options(parser):
-    """Options of every picture of particles."""
-    parser.add_argument("--field", default="energy_density", metavar="NAME",
+def add_field_options(parser, field="energy_density"):
+    """Options of every picture of particles, with the field that is drawn unless another is asked for."""
+    parser.add_argument("--field", default=field, metavar="NAME",
                         help="field that colours the particles: one of the file's, speed, displacement, level, mean_stress or "
                              "von_mises (default: %(default)s)")
     parser.add_argument("--log", action="store_true", help="logarithmic scale of colours, for fields without a sign")
@@ -56,6 +57,7 @@ def survey(result, field, numbers, options):
     plane, moved, values, corners = plane_of(result, options), 0.0, [], []
     tip = plane.tip * MM
     for number in numbers:
+        tip = result.tip_place(plane, options.tip, number) * MM
         particles = result.block("particles", number)
         places = plane.local(particles.points) * MM
         shown = np.abs(places - tip).max(axis=1) < (options.window or np.inf)
@@ -86,9 +88,9 @@ def is_in_scene(result, options):
     return options.axes == "scene" or options.axes is None and result.scene.has_paths()
 
 
-def axis_labels(plane):
-    """What the coordinates of a picture are."""
-    along_crack = "distance ahead of the crack tip [mm]", "height above the crack [mm]"
+def axis_labels(plane, grows=False):
+    """What the coordinates of a picture are; those along a crack that grows are from where its tip began."""
+    along_crack = f"distance ahead of {'where the tip began' if grows else 'the crack tip'} [mm]", "height above the crack [mm]"
     return ("$x$ [mm]", "$y$ [mm]") if plane.of_scene else along_crack
 
 
@@ -148,13 +150,14 @@ class Canvas:
 
     def __init__(self, axes, result, field, scale, shades, options):
         self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.size
+        self.axes, self.window, self.tip = axes, options.window, options.tip
         self.plane = plane_of(result, options)
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
         self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
         self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt"))
         self.tips, = axes.plot([], [], "o", color="black", markersize=3)
-        across, up = axis_labels(self.plane)
+        across, up = axis_labels(self.plane, result.scene.count("growth") > 0)
         axes.set(xlabel=across, ylabel=up)
         axes.set_aspect("equal")
         axes.grid(False)
@@ -167,9 +170,18 @@ class Canvas:
         self.mesh.set_verts(self._seen(squares(leaves.lower, leaves.width)))
         self._draw_particles(squares_of, values)
         self._draw_cracks(squares_of, cracks)
-        words = f"$t$ = {self.result.times[number] * 1e3:.3f} ms, {len(values)} particles"
+        self._follow(number)
+        time = self.result.times[number]
+        when = f"at rest, $t$ = {time:g} s" if self.result.scene.is_static() else f"$t$ = {time * 1e3:.3f} ms"
+        words = f"{when}, {len(values)} particles"
         factor = f"{self.scale:,g}".replace(",", " ")
         return words if self.scale == 1 else f"{words}, displacements × {factor}"
+
+    def _follow(self, number):
+        """Keep the window around the tip, which may have grown."""
+        if self.window:
+            x, y = self.result.tip_place(self.plane, self.tip, number) * MM
+            self.axes.set(xlim=(x - self.window, x + self.window), ylim=(y - self.window, y + self.window))
 
     def _seen(self, points):
         """Points of the scene in the coordinates of the picture, with their images [mm]."""

@@ -42,6 +42,14 @@ def add_time_unit(parser):
     parser.add_argument("--time-unit", choices=TIME_UNITS, default="ms", help="unit of the time axis (default: ms)")
 
 
+def time_axis(results, unit):
+    """By what times are multiplied and what their axis is called: at rest they only tell how large the loads are."""
+    if all(result.is_static for result in results):
+        return 1.0, "time of the loads, at rest [s]"
+    factor, unit = TIME_UNITS[unit]
+    return factor, f"time $t$ [{unit}]"
+
+
 def write(draw, options, suffix):
     """Draw a figure in the common style by draw() and save it as the options say; print where."""
     first = Path(options.files[0])

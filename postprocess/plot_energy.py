@@ -12,11 +12,12 @@ import argparse
 import numpy as np
 
 from history import History, run
-from pictures import COLOURS, DASHES, TIME_UNITS, add_picture_options, add_time_unit, legend_below, names, plt, prefixed, write
+from pictures import COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, names, plt, prefixed, time_axis, write
 
-PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss")
+PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy")
 WORDS = {"kinetic_energy": "kinetic energy", "strain_energy": "strain energy", "damping_loss": "taken by damping",
-         "numerical_loss": "lost by the method"}
+         "numerical_loss": "lost by the method", "fracture_energy": "taken by new faces"}
+SOME_LACK = ("numerical_loss", "fracture_energy")
 LEAST = 1e-3  # loss to which the lower axis reaches at least [%]: rounding is not shown as if it were one
 
 
@@ -46,11 +47,12 @@ class Balance:
     """
 
     def __init__(self, history):
-        self.stem, self.path, self.times = history.stem, history.path, history.times
-        booked = [name for name in PARTS if name != "numerical_loss" or name in history.columns]
+        self.stem, self.path, self.times, self.is_static = history.stem, history.path, history.times, history.is_static
+        booked = [name for name in PARTS if name not in SOME_LACK or name in history.columns]
         columns = {name: history.columns[name] for name in history.select([*booked, "external_work"])}
         stored = columns["kinetic_energy"] + columns["strain_energy"]
-        self.supplied = columns.pop("external_work") + stored[0]
+        work = columns.pop("external_work")
+        self.supplied = work - work[0] + stored[0]  # at rest the first row is loaded already
         self.parts = columns
         self.largest = max(np.abs(self.supplied).max(), stored.max(), np.finfo(float).tiny)
         rest = self.supplied - sum(columns.values())
@@ -65,13 +67,13 @@ def draw(balances, options):
     largest = max(balance.largest for balance in balances)
     factor, unit = prefixed(largest, "J")
     for balance, name, (upper, lower) in zip(balances, names(balances), axes.T):
-        scale, time_unit = TIME_UNITS[options.time_unit]
+        scale, label = time_axis([balance], options.time_unit)
         draw_parts(upper, balance, scale, 1 / balance.largest if options.relative else factor, options.stacked)
         upper.set_title(f"{name}\n{closure(balance)}")
         loss = 100 * balance.parts["numerical_loss"] / balance.largest
         lower.plot(balance.times * scale, loss, color=look("numerical_loss")["color"], linewidth=1.0)
         lower.set_xlim(0, balance.times[-1] * scale or None)
-        lower.set_xlabel(f"time $t$ [{time_unit}]")
+        lower.set_xlabel(label)
     axes[0, 0].set_ylabel("energy over the largest [–]" if options.relative else f"energy [{unit}]")
     low, high = axes[1, 0].get_ylim()
     axes[1, 0].set(ylabel="lost by the\nmethod [%]", ylim=(min(low, -LEAST), max(high, LEAST)))

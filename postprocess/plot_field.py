@@ -48,7 +48,8 @@ def draw(results, options):
     seen = joined(surveys)
     shades = colours(fields[results[0]], seen.values, options.log)
     of_scene = {is_in_scene(result, options) for result in results}
-    is_shared = len(of_scene) == 1 and not (options.window and True in of_scene)  # in the scene tips are at different places
+    apart = True in of_scene or any(result.has_crack_lines for result in results)  # tips may be at different places
+    is_shared = len(of_scene) == 1 and not (options.window and apart)
     lower, upper = extent(seen, options.window, options.scale)
     figure, axes = panels(len(views), upper - lower, is_shared)
     stems = dict(zip(results, names(results)))
@@ -56,8 +57,9 @@ def draw(results, options):
         canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
-        lower, upper = extent(seen if is_shared else own, options.window, options.scale)
-        panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
+        if not options.window:
+            lower, upper = extent(seen if is_shared else own, options.window, options.scale)
+            panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
         if is_shared:
             panel.label_outer()

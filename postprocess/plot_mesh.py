@@ -41,7 +41,7 @@ def draw(results, options):
     """The figure: a column for each result, R above the mesh where any has it."""
     views = [View(result, options) for result in results]
     has_parameter = any(view.has_parameter for view in views)
-    is_shared = not any(is_in_scene(result, options) for result in results)  # in the scene tips are at different places
+    is_shared = not any(is_in_scene(result, options) or result.has_crack_lines for result in results)  # else tips are at different places
     figure, axes = plt.subplots(1 + has_parameter, len(views), figsize=(0.8 + 3.6 * len(views), 4.2 + 2 * has_parameter),
                                 squeeze=False, sharex=is_shared, sharey="row" if is_shared else False,
                                 height_ratios=(0.6, 1)[-1 - has_parameter:], layout="compressed")
@@ -55,21 +55,23 @@ def draw(results, options):
         draw_mesh(panel, view, options.window)
         title.set_title(view.heading(options.window))
         if view is views[0] or view.plane.of_scene != views[0].plane.of_scene:
-            panel.set_ylabel(axis_labels(view.plane)[1])
+            panel.set_ylabel(axis_labels(view.plane, view.result.scene.count("growth") > 0)[1])
     if options.title:
         figure.suptitle(options.title)
     return figure
 
 
 class View:
-    """What is shown of a result: cells of a snapshot, their corners along the crack and in the coordinates of the picture [mm]."""
+    """What is shown of a result: cells of a snapshot, their corners along the crack and in the coordinates of the picture, and the
+    tip in these [mm]."""
 
     def __init__(self, result, options):
-        crack = result.crack_plane(options.tip)
+        number = result.number(options.snapshot, options.time)
+        crack = result.crack_plane(options.tip, number)
         if crack is None:
             raise ResultError(f"{result.path}: the scene has no crack tip to look at")
         self.result, self.plane = result, plane_of(result, options)
-        number = result.number(options.snapshot, options.time)
+        self.tip = result.tip_place(self.plane, options.tip, number) * MM
         self.time, self.leaves, self.cracks = result.times[number], result.leaves(number), result.cracks(number)
         self.holds_material = self.leaves.particles > 0
         corners = squares(self.leaves.lower, self.leaves.width)
@@ -90,13 +92,13 @@ class View:
     def heading(self, window):
         """Name or critical value, time, and how many cells of each level are shown."""
         name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else self.result.stem
-        shown = within(self.corners - self.plane.tip * MM, window) & self.holds_material
+        shown = within(self.corners - self.tip, window) & self.holds_material
         return f"{name}, $t$ = {self.time * 1e3:.4g} ms\n{levels(self.leaves.level[shown])}"
 
 
 def draw_mesh(axes, view, window):
     """Cells, the cracks as thick lines up to their tips, and the box."""
-    plane, tip = view.plane, view.plane.tip * MM
+    plane, tip = view.plane, view.tip
     cells = plane.whole(view.corners[view.holds_material], MM)
     axes.add_collection(PolyCollection(cells, facecolors="white", edgecolors="0.25", linewidths=0.5))
     for crack in view.cracks:
@@ -104,7 +106,7 @@ def draw_mesh(axes, view, window):
         axes.plot(*points.T, color=COLOURS[1], linewidth=1.8, solid_capstyle="butt")
         axes.plot(*points[np.asarray(crack.tips) > 0].T, "o", color=COLOURS[1], markersize=3.5)
     axes.set(xlim=(tip[0] - window, tip[0] + window), ylim=(tip[1] - window, tip[1] + window), box_aspect=1)
-    axes.set_xlabel(axis_labels(plane)[0])
+    axes.set_xlabel(axis_labels(plane, view.result.scene.count("growth") > 0)[0])
     axes.grid(False)
     draw_box(axes, view.result.scene, plane)
 

@@ -73,7 +73,7 @@ def profile(result, name, number, options):
     """The field of a snapshot along the line."""
     leaves = result.leaves(number)
     block = result.block("mesh" if options.nodes else "particles", number)
-    place, across = on_axes(result, block.points, options).T
+    place, across = on_axes(result, number, block.points, options).T
     values = node_values(result, block, options) if options.nodes else particle_values(result, block, leaves, options)
     near = (place >= options.first) & (place <= options.last)
     if options.nodes:
@@ -89,11 +89,11 @@ def profile(result, name, number, options):
     return Profile(name, result.times[number], *(item[near][order] for item in (place, values, side)))
 
 
-def on_axes(result, points, options):
+def on_axes(result, number, points, options):
     """Places along the line and across it [m]."""
     plane = CrackPlane(np.zeros(2), np.array([1.0, 0.0]))
     if options.from_tip:
-        plane = result.crack_plane()
+        plane = result.crack_plane(number=number)
         if plane is None:
             raise ResultError(f"{result.path}: --from-tip needs a crack, and the scene has none")
     return plane.local(points)[:, ::1 if options.along == "x" else -1]

@@ -2,8 +2,8 @@
 """Report of one or more hampm runs as one HTML file that needs no other: results, pictures and the scene as it was used.
 
 For each run: how far it came, the energy release rates at its end and their peaks beside references, with their estimated errors
-where the file holds them, energies and how their balance closes, the pictures of G(t), energy, mesh and energy density as far as
-the result file holds what they show, what a reader should know before trusting it, version and host, and the namelist. Several
+where the file holds them, how its cracks have grown, energies and how their balance closes, the pictures of G(t), growth, paths, energy,
+mesh and energy density as far as the result file holds what they show, what a reader should know before trusting it, version and host, and the namelist. Several
 runs are compared in a table and a picture at the top. A run with damping that is not at rest is named; --strict means all runs.
 """
 
@@ -20,8 +20,10 @@ import plot_energy
 import plot_field
 import plot_g
 import plot_mesh
+import plot_path
+from growth import growing_tips
 from frames import Frames, Scene
-from history import ERROR, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
+from history import OF_TIP, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
 from stored import opened
 from pictures import MM, STYLE, ending, names, plt, positive, save
 
@@ -86,6 +88,7 @@ class Run:
         self.title = self.scene.text("run", "title") or self.path.stem
         self.balance = plot_energy.Balance(self.history)
         self.frames = snapshots(path)
+        self.tips = growing_tips(self.history)
 
     def last(self, column):
         return self.history.columns[column][-1]
@@ -105,7 +108,7 @@ class Run:
 
     def rates(self):
         """Names of the columns that are energy release rates."""
-        return [name for name in self.history.columns if name.startswith("G_") and not name.endswith(ERROR)]
+        return [name for name in self.history.columns if plot_g.is_estimator(name)]
 
     def is_damped(self):
         """Whether the bodies are brought to rest, so that the last values are meant as those at rest."""
@@ -149,6 +152,8 @@ def section(item, name, dpi):
              *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)), table(extent(item))]
     if item.rates():
         lines += ["<h3>Energy release rate</h3>", table(release_rates(item)), *curves([item.history], dpi)]
+    if item.tips:
+        lines += ["<h3>Growth</h3>", table(growth(item)), table(price(item)), *growth_pictures(item, dpi)]
     lines += ["<h3>Energy</h3>", table(energies(item)),
               picture(lambda: plot_energy.draw([item.balance], plot_energy.parse([str(item.path)])), "energies over time", dpi)]
     if item.frames:
@@ -160,16 +165,18 @@ def section(item, name, dpi):
 def extent(item):
     """How far the run came, and how large it was."""
     history = item.history
+    if history.is_static:
+        yield "kind", "equilibrium at rest; times tell how large the loads are"
     yield "time reached", f"{history.times[-1]:.6g} s"
     end = item.scene.numbers("run", "end_time")
     yield "end_time of the scene", f"{end[0]:.6g} s" if end else "–"
-    if "dt" in history.columns:
+    if "dt" in history.columns and not history.is_static:
         steps = history.columns["dt"][history.columns["dt"] > 0]
         yield "time step, least and largest", f"{steps.min():.4g} s, {steps.max():.4g} s" if steps.size else "–"
     for column, words in [("step", "steps"), ("particles", "particles, first and last"), ("cells", "cells, first and last")]:
         if column in history.columns:
             first, last = history.columns[column][[0, -1]]
-            yield words, whole(last) if column == "step" else f"{whole(first)}, {whole(last)}"
+            yield "load steps" if column == "step" and history.is_static else words, whole(last) if column == "step" else f"{whole(first)}, {whole(last)}"
     if "finest_cell" in history.columns:
         yield "smallest occupied cell", f"{item.last('finest_cell'):.4g} m"
     if (distance := history.distance_from_rest()) is not None:
@@ -183,7 +190,8 @@ def release_rates(item):
     for name in [*item.rates(), *filter(OF_CRACK.match, history.columns)]:
         values, error, peak = history.columns[name], history.error_of(name), item.peak(name)
         errors = history.columns[error] if error else [None] * values.size
-        yield (f"{history.long_names[name]} [{history.units[name]}]", with_error(values[-1], errors[-1]),
+        tip = OF_TIP.search(name)[0].replace("_tip", ", tip ")
+        yield (f"{history.long_names[name]}{tip} [{history.units[name]}]", with_error(values[-1], errors[-1]),
                with_error(item.mean(name), item.mean(error) if error else None),
                value_of(item, name) if g_ref and not name.startswith("K") else "–",
                with_error(values[peak], errors[peak]), f"{history.times[peak]:.5g}")
@@ -191,6 +199,42 @@ def release_rates(item):
         yield "G_ref [J/m2]", f"{g_ref:.5g}", "–", "1", "–", "–"
     if g_ref and (beam := history.beam_ratio()) is not None:
         yield "beam on elastic foundation, (33) [J/m2]", f"{beam * g_ref:.5g}", "–", f"{beam:.5g}", "–", "–"
+
+
+def growth(item):
+    """How each tip has grown."""
+    yield "tip", "crack, first [m]", "crack, last [m]", "place at the end [m]", "starts after [s]", "largest speed [m/s]", "mean G/toughness in growth"
+    for tip in item.tips:
+        length, starts = tip.column("crack_length"), tip.starts()
+        yield (tip.number, f"{length[0]:.6g}", f"{length[-1]:.6g}", f"{tip.places[-1, 0]:.5g}, {tip.places[-1, 1]:.5g}",
+               "–" if starts is None else f"{starts:.5g}", f"{tip.column('tip_speed').max():.5g}" if tip.has("tip_speed") else "–",
+               drive(tip))
+
+
+def price(item):
+    """What growth took, and by what the loads are multiplied at the end."""
+    history = item.history
+    for name, words in [("load_factor", "factor of the loads"), ("fracture_energy", "energy taken by new faces"),
+                        ("integral_of_G", "integral of G over their area")]:
+        if name in history.columns:
+            yield words, f"{history.columns[name][-1]:.5g}" + (f" {history.units[name]}" if history.units[name] != "1" else "")
+
+
+def drive(tip):
+    """Mean of G over toughness, with the greatest distance from 1, over the samples in which a tip grows by its toughness."""
+    if not (tip.has("toughness") and tip.has("G")):
+        return "–"
+    grows = np.any(np.diff(tip.places, axis=0, append=tip.places[-1:]) != 0, axis=1) & (tip.column("toughness") > 0)
+    ratio = tip.column("G")[grows] / tip.column("toughness")[grows]
+    return f"{np.mean(ratio):.4g} (within {np.max(np.abs(ratio - 1)):.2g} of 1)" if ratio.size and np.all(np.isfinite(ratio)) else "–"
+
+
+def growth_pictures(item, dpi):
+    file = str(item.path)
+    yield picture(lambda: plot_g.draw([item.history], plot_g.parse([file, "--growth"])), "growth over time", dpi)
+    if item.frames:
+        options = plot_path.parse([file, "--no-mesh"])
+        yield picture(lambda: plot_path.draw(item.frames, [item.history], [], options), "paths of the cracks", dpi)
 
 
 def energies(item):

@@ -10,7 +10,7 @@ import argparse
 import csv
 import sys
 
-from history import ERROR, USAGE, History, ResultError, add_strict, matches, run, tell_of_motion
+from history import USAGE, History, ResultError, add_strict, error_name, is_rate, matches, run, tell_of_motion
 
 
 def main(arguments=None):
@@ -21,7 +21,7 @@ def main(arguments=None):
     if not names:
         raise ResultError(f"no column of {', '.join(map(str, options.files))} matches {', '.join(options.column)}", USAGE)
     uncertain = {name for name in names for history in histories
-                 if options.errors and history.error_of(name) and name + ERROR not in names}
+                 if options.errors and history.error_of(name) and error_name(name) not in names}
     rows = [["file", *(heading for name in names for heading in headings(name, name in uncertain, options))]]
     rows += [[history.stem, *(word for name in names for word in words(history, name, name in uncertain, options))]
              for history in histories]
@@ -56,18 +56,13 @@ def fraction(text):
     return value
 
 
-def is_rate(name):
-    """Whether a column is an energy release rate, which G_ref scales."""
-    return name.startswith("G_") or name == "J" or name.startswith("J_")
-
-
 def is_of_crack(name):
     """Whether a column has a static value of its own: a G, J or K."""
     return is_rate(name) or name.startswith("K_")
 
 
 def headings(name, is_uncertain, options):
-    return [name, *["[%]"] * bool(options.converged and is_rate(name)), *[name + ERROR] * is_uncertain]
+    return [name, *["[%]"] * bool(options.converged and is_rate(name)), *[error_name(name)] * is_uncertain]
 
 
 def words(history, name, is_uncertain, options):

@@ -157,6 +157,7 @@ draw_growth() {
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --dpi 60 --output $out/$scene.png
     done
+    "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
 
 # Specimens of the gallery, and one that yields

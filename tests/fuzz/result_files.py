@@ -27,8 +27,9 @@ from history import ResultError  # noqa: E402
 SCRIPTS = {  # with what is asked of them, quick first
     "tabulate": ["--column", "*"], "export": ["--normalised"], "compare": ["--interpolate"], "extrapolate": ["--column", "*"],
     "plot_profile": ["--field", "speed", "--csv"], "plot_g": ["--dpi", "20"], "plot_energy": ["--dpi", "20"], "plot_mesh": ["--dpi", "20"],
+    "plot_path": ["--dpi", "20"],
     "plot_field": ["--dpi", "20"], "animate": ["--dpi", "20"], "report": ["--dpi", "20"]}
-SLOW = ("animate", "report", "plot_field", "plot_mesh", "plot_energy", "plot_g")
+SLOW = ("animate", "report", "plot_path", "plot_field", "plot_mesh", "plot_energy", "plot_g")
 COMPOUND = np.dtype([("a", "f8"), ("b", "i4")])
 
 

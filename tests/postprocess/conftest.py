@@ -135,6 +135,95 @@ def slanted_crack(run_hampm, tmp_path_factory):
     return folder / "slanted.h5"
 
 
+GROWING = SLANTED[:SLANTED.index("&crack")].replace("end_time = 1.0", "end_time = 3.0").replace(
+    "time = 'static'", "time = 'static'\n   load_steps = 3") + """&crack
+   kind = 'path'
+   points = -12e-3, 0.4e-3, -3e-3, 2.4e-3
+/
+&growth
+   direction = 'hoop_stress'
+   toughness = 100.0
+   increment = 1.5e-3
+/
+&energy_release
+   estimators = 'domain_integral'
+/
+&output
+   snapshot_interval = 1.0
+/
+"""
+
+
+@pytest.fixture(scope="session")
+def grown_crack(run_hampm, tmp_path_factory):
+    """The result file of a plate under tension with a slanted crack from its left edge that grows at rest by three increments of 1.5 mm."""
+    folder = tmp_path_factory.mktemp("grown")
+    (folder / "grown.nml").write_text(GROWING)
+    result = run_hampm("grown.nml", cwd=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "grown.h5"
+
+
+RUNNING = """&run
+   plane = 'strain'
+   end_time = 8e-6
+/
+&grid
+   lower = -10e-3, 0.0
+   cell = 1e-3
+   cells = 30, 11
+/
+&material
+   name = 'a'
+   young = 200e9
+   poisson = 0.3
+   density = 5000
+/
+&body
+   material = 'a'
+   lower = -10e-3, 0.0
+   upper = 20e-3, 10e-3
+/
+&constraint
+   lower = 0.0, 0.0
+   upper = 20e-3, 0.0
+   fix = 'y'
+/
+&load
+   kind = 'traction'
+   lower = -10e-3, 10e-3
+   upper = 20e-3, 10e-3
+   force = 0.0, 1e4
+/
+&crack
+   kind = 'symmetry'
+   tip = 0.0, 0.0
+/
+&growth
+   law = 'prescribed'
+   speed = 1000
+   start = 3e-6
+   direction = 'straight'
+/
+&energy_release
+   estimators = 'domain_integral'
+/
+&output
+   snapshot_interval = 4e-6
+/
+"""
+
+
+@pytest.fixture(scope="session")
+def running_crack(run_hampm, tmp_path_factory):
+    """The result file of half a plate whose crack on the plane of symmetry runs at 1000 m/s from 3 us on."""
+    folder = tmp_path_factory.mktemp("running")
+    (folder / "running.nml").write_text(RUNNING)
+    result = run_hampm("running.nml", cwd=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "running.h5"
+
+
 @pytest.fixture
 def script(monkeypatch, capsys):
     """Call a script's main() as its process would: exit code, standard output, standard error."""

@@ -86,7 +86,7 @@ def test_peaks_have_values_and_times_and_estimated_errors(report, tmp_path):
     path = write_result(tmp_path / "a.h5", complete() | errors | {"G_nodal_force_I": g}, g_ref=None, beam=None)
     text, pictures = report(path)
     assert re.search(r"G nodal force I \[J/m2\]\s+1 ± 0.25\s+0.95\d* ± 0.25\s+–\s+-4 ± 0.25\s+0.00036\s", text)
-    assert "error" not in text and re.search(r"K I tip2 \[J/m2\]\s+3\s+3\s", text) and len(pictures) == 2
+    assert "error" not in text and re.search(r"K I tip2, tip 2 \[J/m2\]\s+3\s+3\s", text) and len(pictures) == 2
 
 
 @pytest.mark.parametrize("rate, arguments, code, told", [

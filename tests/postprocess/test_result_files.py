@@ -62,15 +62,23 @@ SOME_AND_MANY = [(1, 5), pytest.param(2, 40, marks=pytest.mark.verify)]
 
 
 @pytest.mark.parametrize(("seed", "files"), SOME_AND_MANY)
-def test_files_that_are_changed_at_random(vertical_crack, slanted_crack, seed, files):
+def test_files_that_are_changed_at_random(vertical_crack, slanted_crack, grown_crack, seed, files):
     """By the scripts that draw nothing."""
-    ends, findings = result_files.try_files([vertical_crack, slanted_crack], 6 * files, seed, QUICK)
+    ends, findings = result_files.try_files([vertical_crack, slanted_crack, grown_crack], 6 * files, seed, QUICK)
     assert not findings
-    assert ends[0] > 5 * files and ends[2] > 5 * files
+    assert ends[0] > 4 * files and ends[2] > 4 * files
 
 
 @pytest.mark.parametrize(("seed", "files"), SOME_AND_MANY)
 def test_pictures_of_files_that_are_changed_at_random(vertical_crack, slanted_crack, seed, files):
-    ends, findings = result_files.try_files([vertical_crack, slanted_crack], files, seed, list(result_files.SLOW))
+    drawn = [name for name in result_files.SLOW if name != "plot_path"]
+    ends, findings = result_files.try_files([vertical_crack, slanted_crack], files, seed, drawn)
     assert not findings
     assert ends[0] > 1 and ends[2] > 1
+
+
+@pytest.mark.parametrize(("seed", "files"), SOME_AND_MANY)
+def test_pictures_of_paths_in_files_that_are_changed_at_random(grown_crack, seed, files):
+    ends, findings = result_files.try_files([grown_crack], files, seed, ["plot_path"])
+    assert not findings
+    assert ends[0] > 0 and ends[2] > 0
