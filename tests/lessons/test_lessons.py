@@ -1,7 +1,7 @@
-"""The lessons of docs/lessons: every command runs as it stands and prints what the lesson shows, and every number marked in the
-text is the one measured, and is what theory asks.
+"""The lessons of docs/lessons: every command runs as it stands and prints what the lesson shows, and the numbers of the text are those
+measured, and are what theory asks.
 
-A number followed by the comment `<!-- name -->` is marked. `<lesson>.toml` says what it is:
+The lessons themselves have no marks. `<lesson>.toml` says what a number is and among which words it stands:
 
     [let]       optional: names for numbers and expressions, in order
     [name]      measured  an expression; optional where the lesson gives theory alone
@@ -9,8 +9,10 @@ A number followed by the comment `<!-- name -->` is marked. `<lesson>.toml` says
                 rtol      of `asked`, and/or; a number or an expression
                 atol      absolute
                 source    where `asked` and the tolerance come from
+                said      some words of the lesson, once there, with {} in the place of the number that gives `measured`; or a list of such
+                said_asked  the same of numbers that give `asked`
 
-With `<!-- name asked -->` the text gives `asked` in place of `measured`. Expressions know numpy as `np`, the attributes and the
+Expressions know numpy as `np`, the attributes and the
 last value of a column of results/lessons/<number>/RESULT.h5 as `last('RESULT', 'column')`, all values as `history(...)`, and the
 functions that `Lesson` lists.
 """
@@ -34,9 +36,8 @@ except ImportError:  # Python 3.10
     import tomli as tomllib
 
 FOLDER = ROOT / "docs/lessons"
-NAMES = [path.stem for path in sorted(FOLDER.glob("[0-9]*_*.md"))]
+NAMES = sorted((path.stem for path in FOLDER.glob("[0-9]*_*.md")), key=lambda name: int(name.partition("_")[0]))
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
-MARK = re.compile(rf"({NUMBER})<!-- ([\w.]+)( asked)? -->")
 LARGEST_PICTURE = 80_000  # bytes
 
 
@@ -44,9 +45,9 @@ class Lesson:
     """A lesson, its commands run in a folder that looks like the repository but for its results."""
 
     def __init__(self, name, folder):
-        self.name, self.folder = name, folder
+        self.name, self.folder, self.number = name, folder, number_of(name)
         self.text = (FOLDER / f"{name}.md").read_text()
-        self.checks = tomllib.loads((ROOT / "tests/lessons" / f"{name}.toml").read_text())
+        self.checks = checks_of(name)
         self.names = {"np": np, "last": self.last, "history": self.history, "profile": self.profile,
                       "wave_number": wave_number, "output": self.output}
         for item in ("docs", "postprocess", ".venv"):
@@ -68,7 +69,7 @@ class Lesson:
         return eval(expression, dict(self.names)) if isinstance(expression, str) else expression
 
     def path(self, result):
-        return self.folder / f"results/lessons/{self.name[0]}/{result}.h5"
+        return self.folder / f"results/lessons/{self.number}/{result}.h5"
 
     @functools.cache
     def columns(self, result):
@@ -128,9 +129,28 @@ def lesson_of(tmp_path_factory):
     return functools.cache(lambda name: Lesson(name, tmp_path_factory.mktemp("lesson")))
 
 
-def marks_of(name):
-    """Marked numbers of a lesson: number as text, name, whether it is what is asked."""
-    return [(number, key, bool(asked)) for number, key, asked in MARK.findall((FOLDER / f"{name}.md").read_text())]
+def number_of(name):
+    return name.partition("_")[0]
+
+
+def checks_of(name):
+    """What is known of the numbers of a lesson."""
+    return tomllib.loads((ROOT / "tests/lessons" / f"{name}.toml").read_text())
+
+
+def said(name):
+    """The numbers of a lesson: name, whether measured or asked, the words around it."""
+    for key, check in checks_of(name).items():
+        for kind, words in (("measured", check.get("said", [])), ("asked", check.get("said_asked", []))) if key != "let" else ():
+            yield from ((key, kind, place) for place in ([words] if isinstance(words, str) else words))
+
+
+def number_at(name, words):
+    """The number in the place of {} among some words, which stand once in the lesson."""
+    text = " ".join((FOLDER / f"{name}.md").read_text().split())
+    found = re.findall(re.escape(words).replace(r"\{\}", rf"({NUMBER})"), text)
+    assert len(found) == 1, f"{name}: '{words}' stands {len(found)} times in the lesson"
+    return found[0]
 
 
 def parameters(items):
@@ -142,18 +162,18 @@ each_lesson = pytest.mark.parametrize("name", parameters([name] for name in NAME
 
 
 def test_the_course_lists_the_lessons_in_order():
-    assert re.findall(r"^\| \[\d\]\((\w+)\.md\)", (FOLDER / "README.md").read_text(), flags=re.M) == NAMES
-    assert [name[0] for name in NAMES] == list("12345678")
+    assert re.findall(r"^\| \[\d+\]\((\w+)\.md\)", (FOLDER / "README.md").read_text(), flags=re.M) == NAMES
+    assert [number_of(name) for name in NAMES] == [str(k) for k in range(1, len(NAMES) + 1)]
 
 
 @each_lesson
 def test_a_lesson_has_its_parts(name):
     text = (FOLDER / f"{name}.md").read_text()
     assert re.findall(r"^## (.*)", text, flags=re.M) == ["Commands", "What to see", "Question"]
-    assert text.startswith(f"# Lesson {name[0]}: ") and f"({name}.nml)" in text and f"({name}.png)" in text
+    assert text.startswith(f"# Lesson {number_of(name)}: ") and f"({name}.nml)" in text and f"({name}.png)" in text
     question = text[text.index("## Question"):]
     assert "?" in question[:question.index("<details>")] and question.rstrip().endswith("</details>")
-    assert f"-o results/lessons/{name}.png" in text.replace("--output", "-o") and marks_of(name)
+    assert f"-o results/lessons/{name}.png" in text.replace("--output", "-o") and any(said(name)) and "<!--" not in text
     assert (FOLDER / f"{name}.png").stat().st_size < LARGEST_PICTURE
 
 
@@ -202,7 +222,7 @@ def unit_of(number):
 
 @pytest.mark.parametrize(("name", "key"), parameters(
     (name, key) for name in NAMES
-    for key, check in tomllib.loads((ROOT / "tests/lessons" / f"{name}.toml").read_text()).items() if "measured" in check))
+    for key, check in checks_of(name).items() if "measured" in check))
 def test_what_is_measured_is_what_theory_asks(lesson_of, name, key):
     lesson = lesson_of(name)
     check = lesson.checks[key]
@@ -213,9 +233,8 @@ def test_what_is_measured_is_what_theory_asks(lesson_of, name, key):
     assert abs(measured - asked) <= tolerance, report
 
 
-@pytest.mark.parametrize(("name", "key", "kind", "number"), parameters(
-    (name, key, "asked" if is_asked else "measured", number) for name in NAMES for number, key, is_asked in marks_of(name)))
-def test_the_text_gives_that_number(lesson_of, name, key, kind, number):
-    lesson = lesson_of(name)
+@pytest.mark.parametrize(("name", "key", "kind", "words"), parameters((name, *place) for name in NAMES for place in said(name)))
+def test_the_text_gives_that_number(lesson_of, name, key, kind, words):
+    lesson, number = lesson_of(name), number_at(name, words)
     value = lesson.value(lesson.checks[key][kind])
     assert abs(float(number) - value) <= 0.75 * unit_of(number), f"{name}: {key}: {kind} is {value:.6g}"
