@@ -50,7 +50,7 @@ class Lesson:
         self.checks = checks_of(name)
         self.names = {"np": np, "last": self.last, "history": self.history, "profile": self.profile,
                       "wave_number": wave_number, "output": self.output}
-        for item in ("docs", "postprocess", ".venv"):
+        for item in ("docs", "postprocess", "tests", ".venv"):
             (folder / item).symlink_to(ROOT / item)
         (folder / "build/release").mkdir(parents=True)
         (folder / "build/release/hampm").symlink_to(PROGRAM)
@@ -90,8 +90,8 @@ class Lesson:
         return plot_profile.profile(frames, result, frames.number(), plot_profile.parse([str(frames.path), *arguments]))
 
     def output(self, pattern):
-        """The number that a pattern finds in what the commands print."""
-        printed = "".join(result.stdout for block in self.blocks for _, result in block.results)
+        """The number that a pattern finds in what the commands print, messages too."""
+        printed = "".join(result.stdout + result.stderr for block in self.blocks for _, result in block.results)
         return float(re.search(pattern, printed)[1])
 
 
