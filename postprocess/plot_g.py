@@ -9,7 +9,7 @@ import argparse
 import re
 from pathlib import Path
 
-from growth import columns_over_time
+from growing_tips import columns_over_time
 from history import OF_TIP, History, ResultError, is_error, lowpass, read_curve, run
 from pictures import (COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, names, plt, positive, prefixed, time_axis, wrapped,
                       write)

@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 
 import plot_g
 from frames import Frames
-from growth import growing_tips
+from growing_tips import growing_tips
 from history import History, ResultError, is_rate, run
 from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, survey

@@ -21,7 +21,7 @@ import plot_field
 import plot_g
 import plot_mesh
 import plot_path
-from growth import growing_tips
+from growing_tips import growing_tips
 from frames import Frames, Scene
 from history import OF_TIP, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
 from stored import opened

@@ -244,3 +244,12 @@ def test_calls_of_a_binding_lead_to_all_that_override_it():
 
 def test_a_velocity_is_followed_to_whom_it_is_handed():
     assert followed(Calls(CALLS)) == {Path("b.f90"): "kick names a column of G", Path("main.f90"): "on the way there"}
+
+
+# --- Python -----------------------------------------------------------------------------------------------------------
+
+def test_no_two_python_modules_have_one_name():
+    """Tests import from several folders at once: of two modules of one name the first in the path would be taken for both."""
+    folders = "batch", "bench", "postprocess", "tools", "tests"
+    names = Counter(file.stem for folder in folders for file in (ROOT / folder).rglob("*.py") if file.stem != "conftest")
+    assert [name for name, number in names.items() if number > 1] == []

@@ -9,7 +9,7 @@ import plot_energy
 import plot_g
 import plot_path
 from frames import Frames
-from growth import growing_tips
+from growing_tips import growing_tips
 from history import History
 from points import read_points
 
