@@ -104,19 +104,26 @@ contains
          ' iterations a node is out of balance by '//three_digits(largest)//' N'//weak_piece(m, r))
    end subroutine balance
 
-   !> In words: where a crack may have cut off what is too little to carry its loads; '' where no cells are cut, or faces touch, which may be why.
+   !> In words: where a crack or an edge may have left too little of a cell to carry its loads; '' where no cells are cut, or faces touch,
+   !> which may be why.
    function weak_piece(m, r) result(text)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance [N], (ndim, n_points)
-      character(:), allocatable :: text
+      character(:), allocatable :: text, cause
       integer :: worst(2)
       text = ''
-      if (m%springs%n_contact > 0 .or. .not. m%grid%cut_cells%are_there()) return
+      if (m%springs%n_contact > 0) return
+      if (m%grid%cut_cells%are_there()) then
+         cause = 'a crack cuts off a piece of a cell with one or two particles there, which can move without strain, and loads '// &
+                 'push it; move the crack or the load, use smaller &grid cell, or &method time = ''explicit'''
+      else if (allocated(m%grid%bodies)) then
+         cause = 'a body is much thinner there than a cell, which keeps it from some motions by nothing; use smaller &grid cell'
+      else
+         return
+      end if
       worst = maxloc(abs(r(:, :m%grid%n_nodes)))
       associate (x => m%grid%node_position(:, worst(2)))
-         text = ' at ('//to_text(x(1))//', '//to_text(x(2))//') m. Likely cause: a crack cuts off a piece of a cell with one '// &
-                'or two particles there, which can move without strain, and loads push it; move the crack or the load, use '// &
-                'smaller &grid cell, or &method time = ''explicit'''
+         text = ' at ('//to_text(x(1))//', '//to_text(x(2))//') m. Likely cause: '//cause
       end associate
    end function weak_piece
 

@@ -24,7 +24,7 @@ contains
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: k, i, method, entry
+      integer :: k
       if (size(scene%growth) == 0) return
       if (.not. scene%energy_release%domain_integral) call settings%complain(mistakes, settings%find('energy_release', 1), &
          'estimators', 'must name ''domain_integral'' '//intro//', which goes by G, K_I and K_II')
