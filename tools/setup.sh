@@ -12,6 +12,7 @@ set -eu
 packages="gfortran make gnuplot-nox liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5-dev"
 root=$(cd "$(dirname "$0")/.." && pwd)
 requirements=$root/requirements.txt
+lock=$root/requirements.lock
 stamp=$root/.venv/requirements.cksum
 
 main() {
@@ -123,8 +124,10 @@ find_python() {
     done
 }
 
+requirements_sum() { cat "$requirements" "$lock" | cksum; }
+
 python_is_ready() {
-    [ -x "$root/.venv/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(cksum <"$requirements")" ]
+    [ -x "$root/.venv/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(requirements_sum)" ]
 }
 
 install_python() {
@@ -135,8 +138,12 @@ install_python() {
     [ -n "$python" ] || fail "no python3 >= 3.10 with the modules venv and ensurepip"
     echo "installing the Python packages of requirements.txt into .venv"
     "$python" -m venv --clear "$root/.venv"
-    "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$requirements"
-    cksum <"$requirements" >"$stamp"
+    set -- -r "$requirements"
+    if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
+        set -- "$@" -c "$lock"
+    fi
+    "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
+    requirements_sum >"$stamp"
 }
 
 # --- check ------------------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ class Machine:
         self.bin.mkdir()
         shutil.copy(SETUP, folder / "project" / "tools")
         self.require("numpy==2.2.6\n")
+        self.pin("")
         for name in ORDINARY:
             (self.bin / name).symlink_to(shutil.which(name))
         for name in ["gfortran", "make", "gnuplot"]:
@@ -34,6 +36,9 @@ class Machine:
 
     def require(self, text):
         (self.folder / "project" / "requirements.txt").write_text(text)
+
+    def pin(self, text):
+        (self.folder / "project" / "requirements.lock").write_text(text)
 
     def stub(self, name, body="", code=0):
         path = self.bin / name
@@ -77,6 +82,16 @@ def test_new_requirements_are_installed(machine):
     machine.run()
     machine.require("numpy==2.2.6\nh5py==3.14.0\n")
     assert machine.run().returncode == 0 and len(machine.calls("python")) == 2
+    machine.pin("tqdm==4.70.1\n")
+    assert machine.run().returncode == 0 and len(machine.calls("python")) == 3
+    assert machine.calls("python")[-1].endswith("requirements.lock")
+
+
+def test_every_package_is_pinned():
+    """By its version in the environment that runs this, where that is of the Python for which the lock file is."""
+    if sys.version_info < (3, 11):
+        pytest.skip("the lock file is for Python 3.11 or later")
+    subprocess.run([sys.executable, SETUP.parent / "lock.py", "--check"], check=True)
 
 
 def test_root_installs_only_what_is_missing(machine):
