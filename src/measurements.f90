@@ -101,19 +101,21 @@ contains
    pure real(dp) function energy_of_rounding(scene, loads) result(energy)
       type(scene_t), intent(in) :: scene
       type(load_t), intent(in) :: loads(:)
-      real(dp) :: force
+      integer, parameter :: wide = selected_real_kind(15, 1000)   !! products of numbers as large as a namelist may have
+      real(wide) :: force, stiffness
       integer :: k
+      stiffness = minval(scene%materials%least_young())*real(scene%run%thickness, wide)
       force = 0
       do k = 1, size(loads)
-         force = force + norm2(loads(k)%force)*abs(loads(k)%history%largest_factor())
+         force = force + norm2(real(loads(k)%force, wide))*abs(loads(k)%history%largest_factor())
       end do
       do k = 1, size(scene%constraints)
          associate (motion => scene%constraints(k)%motion)
-            force = force + abs(motion%history%largest_factor())*minval(scene%materials%least_young())*scene%run%thickness &
-                    *(norm2(motion%displacement) + norm2(motion%velocity)*scene%run%end_time)
+            force = force + abs(motion%history%largest_factor())*stiffness &
+                    *(norm2(motion%displacement) + norm2(motion%velocity)*real(scene%run%end_time, wide))
          end associate
       end do
-      energy = epsilon(energy)*force**2/(minval(scene%materials%least_young())*scene%run%thickness)
+      energy = real(min(epsilon(energy)*force**2/stiffness, real(huge(energy), wide)), dp)
    end function energy_of_rounding
 
    !> Estimate at the start how far off energy release rates will be. Fails where the nodal equations cannot be solved.
