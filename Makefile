@@ -66,7 +66,7 @@ sweep: setup  ## run the cases of a sweep on all cores and make its table: make 
 	.venv/bin/snakemake -s batch/Snakefile --cores all --config sweep=$(or $(file),input/dcb_sweep.yaml) program=$(O)/hampm
 
 docs: setup  ## write pages of every module, type and procedure of src/: build/api/index.html
-	$(PYTHON) -m ford --quiet docs/ford.md
+	$(PYTHON) tools/api_pages.py
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit

@@ -4,5 +4,5 @@ module hampm_version
    private
    public :: version
 
-   character(*), parameter :: version = '0.1.0'
+   character(*), parameter :: version = '1.0.0'
 end module hampm_version
