@@ -64,7 +64,7 @@ def audit(most, h):
     g = np.array([h["G" + end] for end in tips(h)]) if "G" in h else np.zeros(1)
     if not np.all(np.abs(g) <= most):
         return math.inf
-    losses = sum(h.get(name, 0.0) for name in ("damping_loss", "numerical_loss", "friction_loss"))
+    losses = sum(h.get(name, 0.0) for name in ("damping_loss", "numerical_loss", "friction_loss", "fracture_energy"))
     rest = stored(h) - stored(h)[0] + losses - h["external_work"]
     return np.abs(rest).max() / max(stored(h).max(), 1e-300)
 

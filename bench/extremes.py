@@ -15,6 +15,9 @@
     release    a loaded body that is let go
     rest       equilibrium: Poisson's ratio, strain, position, contrast, and what has none
     paths      cracks that ignore the grid: places, shapes, methods, materials, speeds, loads and friction
+    shapes     polygons at any angle and place, strips of a tenth of a cell, sharp wedges
+    meeting    bodies that fly into each other: contrast, speed, gap, contact
+    growing    cracks that grow: toughness, speed, increment
 
 A run that ends with exit code 0 has a number with a bound from theory. Where the number is beyond it and the program has not
 warned, the cell is a defect; so is any other end than exit code 0, 2 or 3 with a cause. With a defect the script ends with 1.
@@ -26,6 +29,7 @@ import csv
 import sys
 from collections import Counter
 
+import extreme_bodies
 import extreme_scenes
 from extreme_paths import paths
 from extreme_pictures import draw
@@ -33,7 +37,7 @@ from extreme_scenes import Cell, Runner
 from tables import ROOT, command_line, rewrite
 
 DOCUMENT = ROOT / "docs/stability.md"
-PARTS = extreme_scenes.PARTS | {"paths": paths}
+PARTS = extreme_scenes.PARTS | {"paths": paths} | extreme_bodies.PARTS
 HEAD = ("part", "case", "outcome", "what", "value", "bound", "message")
 OUTCOMES = ("stable", "warned", "refused", "stopped", "defect")
 
