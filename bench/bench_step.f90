@@ -35,7 +35,7 @@ program bench_step
    end type case_t
 
    integer, parameter :: updates = 5000000       !! of particles in one measurement, at least
-   integer, parameter :: least_steps = 25        !! in one measurement: particles are looked at once in each
+   integer, parameter :: least_steps = 50        !! in one measurement: particles are looked at once in each
 
    call act(command_arguments())
 
@@ -153,7 +153,7 @@ contains
             if (failure%failed()) error stop 'bench_step: the scene has failed'
          end if
       end do
-      call update_particles(c%motion)
+      call update_particles(c%motion, failure)
    end subroutine take_steps
 
    !> Bytes of particle data that the sweeps of a step read and write, 8 a real: what has to be moved where nothing of a tile

@@ -120,7 +120,7 @@ contains
          call take_step(m, dt, failure)
          return
       end if
-      call start_coarse_step(self, m)
+      call start_coarse_step(self, m, failure)
       do s = 0, 2**self%largest - 1
          turn = min(trailz(s), self%largest)
          ending = min(trailz(s + 1), self%largest)
@@ -139,11 +139,12 @@ contains
    end subroutine advance
 
    !> Map what stays for the whole coarse step, and clear what is summed in it.
-   subroutine start_coarse_step(c, m)
+   subroutine start_coarse_step(c, m, failure)
       type(subcycled_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
       integer :: k
-      call update_particles(m)
+      call update_particles(m, failure)
       if (.not. m%mapped) call map_to_grid(m)
       call rebuild_batches(c, m)
       if (.not. m%particles%total_frame) call map_matrices(c, m%particles, m%blocks)

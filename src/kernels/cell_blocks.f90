@@ -17,7 +17,7 @@ module hampm_cell_blocks
    implicit none
    private
    public :: cell_blocks_t, quadratic_cell_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
-             smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
+             smallest_occupied_cell, are_in_row, lanes, of_mass, of_momentum, of_force, n_sums
 
    integer, parameter :: lanes = 4               !! cells of a block
 
@@ -56,6 +56,7 @@ module hampm_cell_blocks
       integer, allocatable :: alike(:)                  !! how many blocks, from this one on, are even and have as many rows of the
                                                         !! same material: these can be done at once; (n)
       ! Where they are in the grid
+      integer :: n_points = 0                           !! points of that
       integer, allocatable :: nodes(:, :, :)            !! points at the corners of the cells, those of another cell where there is
                                                         !! none; (corners, lanes, n)
       logical, allocatable :: in_row(:)                 !! whether these points are two rows, lower and upper, each numbered on; (n)
@@ -299,6 +300,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: n, status
       status = 0
+      blocks%n_points = n_points
       if (allocated(blocks%slot)) then
          if (size(blocks%slot, 2) /= n_points) deallocate (blocks%slot)
       end if

@@ -13,6 +13,9 @@ module hampm_step
    use hampm_driven_nodes, only: impose, drive
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_interleaved, only: can_be_interleaved, interleave, give_interleaved
+   use hampm_interleaved_moves, only: move_leavers, moves_t
+   use hampm_interleaved_step, only: step_interleaved, map_interleaved
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on
@@ -28,6 +31,10 @@ module hampm_step
    private
    public :: advance, take_step, report_jump, end_step
 
+   !> Steps after a look at the particles, and before the first, that are done without interleaving: it takes about as long as it saves in so
+   !> many.
+   integer, parameter :: seen_steps = 4
+
 contains
 
    !> Advance by one step `dt`, with all particles. Fails where a particle leaves the grid or jumps.
@@ -36,7 +43,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       call take_step(m, dt, failure)
-      call update_particles(m)
+      if (.not. failure%failed()) call update_particles(m, failure)
    end subroutine advance
 
    !> As `advance`, but particles may stay behind until `update_particles`.
@@ -46,6 +53,11 @@ contains
       type(failure_t), intent(inout) :: failure
       type(pass_report_t) :: report
       logical :: new_masses
+      m%interleaved%steps_unseen = m%interleaved%steps_unseen + 1
+      if (is_interleaved(m)) then
+         call step_apart(m, dt, failure)
+         return
+      end if
       if (.not. m%mapped) call map_to_grid(m, failure)
       if (failure%failed()) return
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
@@ -63,6 +75,49 @@ contains
       if (m%springs%n > 0) call follow_springs(m, dt)
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
+
+   !> Whether the step is done with interleaved particles (`hampm_interleaved`): it is local, has nothing to do besides, and
+   !> particles have not been looked at for some steps.
+   logical function is_interleaved(m)
+      type(motion_t), intent(inout) :: m
+      is_interleaved = m%interleaved%is_active
+      if (is_interleaved .or. m%interleaved%steps_unseen <= seen_steps) return
+      if (.not. is_local(m) .or. size(m%loads) + m%springs%n > 0 .or. m%blocks%by_group) return
+      if (.not. can_be_interleaved(m%particles, m%materials, m%grid)) return
+      call interleave(m%particles, m%materials, m%grid, m%blocks, m%constraints, m%scheme, m%interleaved)
+      is_interleaved = m%interleaved%is_active
+      if (.not. is_interleaved) return
+      m%mapped = .false.
+      call map_interleaved(m%scheme, m%interleaved)
+   end function is_interleaved
+
+   !> Do a step with interleaved particles.
+   subroutine step_apart(m, dt, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      type(moves_t) :: moves
+      real(dp) :: loss
+      call step_interleaved(m%scheme, dt, m%damping_rate, m%interleaved, loss)
+      m%last_dt = dt
+      m%damping_loss = m%damping_loss + loss
+      call move_leavers(m%scheme%map_at_start, m%particles, m%grid, m%interleaved, moves)
+      if (moves%jumped .or. .not. moves%fit) call give_up_places(m)
+      if (moves%jumped) call report_jump(m, failure)
+      if (failure%failed()) return
+      m%time = m%time + dt
+      m%steps = m%steps + 1
+      m%sorted = .false.
+      if (.not. moves%fit) call sort_anew(m, failure)
+   end subroutine step_apart
+
+   !> Bring the particles up to date, and interleave them anew the next time, with a margin for those that move on.
+   subroutine give_up_places(m)
+      type(motion_t), intent(inout) :: m
+      call give_interleaved(m%interleaved, .true., m%last_dt, m%particles, m%fields)
+      m%interleaved%is_active = .false.
+      m%interleaved%has_margin = .true.
+   end subroutine give_up_places
 
    !> Find which bodies are near each other, and where.
    subroutine look_around(m)

@@ -1,0 +1,177 @@
+!> Steps with interleaved particles move them as steps over the particles where they stand do, whether or not they change their cells.
+program test_interleaved
+   use hampm_kinds, only: dp, ndim
+   use hampm_bodies, only: fill_rectangle
+   use hampm_constraints, only: constrain_box
+   use hampm_failure, only: failure_t
+   use hampm_forest, only: forest_t
+   use hampm_grid, only: build_grid
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_material, only: new_material
+   use hampm_motion, only: motion_t, update_particles
+   use hampm_particles, only: new_particles
+   use hampm_samples, only: schemes, start, thickness
+   use hampm_sorting, only: sort_into_cells
+   use hampm_step, only: take_step
+   use hampm_threads, only: use_threads
+   implicit none
+
+   real(dp), parameter :: cell = 0.1_dp, dt = 0.05_dp*cell/4
+   real(dp), parameter :: rounding = 1.0e-10_dp          !! over the largest value
+   integer :: k
+
+   call use_threads(1, 0)
+   call repeat_random_numbers()
+   do k = 1, size(schemes)
+      call as_where_they_stand(trim(schemes(k)), 0.0_dp, 300)
+      call as_where_they_stand(trim(schemes(k)), 1.0_dp, 300)
+      call same_bytes_with_two_threads(trim(schemes(k)))
+   end do
+   call looks_at_each_step_do_not_interleave()
+   call who_leaves_the_grid_is_named()
+   call who_jumps_is_named()
+   call finish()
+
+contains
+
+   !> Two bodies of different materials beside each other, neither of which fits to the cells, at small random velocities,
+   !> damped and held on one side; with a `speed` they are free, fly and turn.
+   subroutine place(scheme, speed, m, cells)
+      character(*), intent(in) :: scheme
+      real(dp), intent(in) :: speed
+      type(motion_t), intent(out) :: m
+      integer, intent(in), optional :: cells(ndim)
+      integer, parameter :: points(ndim) = [15, 13]
+      real(dp), parameter :: x(3) = [0.63_dp, 1.27_dp, 1.92_dp], y(2) = [0.86_dp, 1.43_dp]
+      type(forest_t) :: forest
+      type(failure_t) :: failure
+      integer :: k
+      forest = forest_t([0.0_dp, 0.0_dp], cell, [31, 26])
+      if (present(cells)) forest = forest_t([0.0_dp, 0.0_dp], cell, cells)
+      call build_grid(forest, m%grid, failure)
+      call new_particles(2*product(points), m%particles, failure)
+      m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
+                     new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp)]
+      do k = 1, 2
+         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], thickness, &
+                             m%materials(k)%density, [0.0_dp, 0.0_dp], k, k)
+      end do
+      associate (p => m%particles)
+         call random_number(p%velocity)
+         p%velocity = 0.01_dp*(p%velocity - 0.5_dp)
+         do k = 1, p%n
+            p%velocity(k, :) = p%velocity(k, :) + speed*([0.2_dp, 0.1_dp] + [y(1) - p%reference(k, 2), p%reference(k, 1) - x(2)])
+         end do
+         p%total_frame = .false.
+      end associate
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      if (.not. speed > 0) call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 2.0_dp], [.true., .false.])
+      m%damping_rate = 0.3_dp
+      call start(m, scheme)
+      call check(.not. failure%failed(), 'the bodies are in the grid')
+   end subroutine place
+
+   !> Do steps, looking at the particles at an interval.
+   subroutine run_and_look(m, steps, interval)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: steps, interval
+      type(failure_t) :: failure
+      integer :: k
+      do k = 1, steps
+         call take_step(m, dt, failure)
+         if (mod(k, interval) == 0) call update_particles(m, failure)
+      end do
+      call check(.not. failure%failed(), 'the steps are done: '//failure%message)
+   end subroutine run_and_look
+
+   !> With the audit all particles are passed where they stand.
+   subroutine as_where_they_stand(scheme, speed, steps)
+      character(*), intent(in) :: scheme
+      real(dp), intent(in) :: speed
+      integer, intent(in) :: steps
+      type(motion_t) :: m, other
+      real(dp) :: error(3)
+      integer, allocatable :: of_id(:)
+      integer :: changes, i
+      call place(scheme, speed, m)
+      other = m
+      other%audit = .true.
+      call run_and_look(m, steps - 7, steps - 7)
+      call run_and_look(m, 6, 7)
+      call check(m%interleaved%is_active, scheme//': particles are interleaved')
+      call run_and_look(m, 1, 1)
+      call check(.not. m%interleaved%is_active, scheme//': and given back')
+      call run_and_look(other, steps, 1)
+      call check(.not. other%interleaved%is_active, scheme//': those of the other are not')
+      allocate (of_id(other%particles%n))
+      of_id(other%particles%id) = [(i, i=1, other%particles%n)]
+      associate (a => m%particles, b => other%particles, j => of_id(m%particles%id))
+         error(1) = maxval(abs(a%velocity - b%velocity(j, :)))/maxval(abs(b%velocity))
+         error(2) = maxval(abs(a%displacement - b%displacement(j, :)))/maxval(abs(b%displacement))
+         error(3) = maxval(abs(a%gradient - b%gradient(j, :, :)))/maxval(abs(b%gradient))
+         changes = count(a%cell /= [(m%grid%element_at(a%reference(i, :)), i=1, a%n)])
+         call check(all(a%cell == b%cell(j)), scheme//': all are in the same cells')
+         call check(all(a%cell == [(m%grid%element_at(a%position(i)), i=1, a%n)]), scheme//': in which they stand')
+      end associate
+      write (*, '(2a,3es9.1,a,i0)') scheme, ': differences of v, u and H, over the largest', error, '; in other cells ', &
+         changes
+      call check((changes > m%particles%n/2) .eqv. speed > 0, scheme//': bodies that fly and turn change their cells')
+      call check_close(maxval(error), 0.0_dp, rounding, scheme//': interleaved particles move as the others do')
+      call check_close(m%damping_loss, other%damping_loss, rounding*abs(other%damping_loss), scheme//': loss by damping')
+      call check(abs(m%time - other%time) <= 0 .and. m%steps == other%steps, scheme//': and in the same steps')
+   end subroutine as_where_they_stand
+
+   !> The order of all sums is that of the blocks and the leavers.
+   subroutine same_bytes_with_two_threads(scheme)
+      character(*), intent(in) :: scheme
+      type(motion_t) :: one, two
+      call place(scheme, 1.0_dp, one)
+      two = one
+      call run_and_look(one, 150, 50)
+      call use_threads(2, 0)
+      call run_and_look(two, 150, 50)
+      call use_threads(1, 0)
+      call check(all(one%particles%id == two%particles%id) .and. all(abs(one%particles%velocity - two%particles%velocity) <= 0) &
+                 .and. all(abs(one%particles%gradient - two%particles%gradient) <= 0) &
+                 .and. abs(one%damping_loss - two%damping_loss) <= 0, scheme//': the same bytes on two threads')
+   end subroutine same_bytes_with_two_threads
+
+   !> Where particles are looked at often it would not pay.
+   subroutine looks_at_each_step_do_not_interleave()
+      type(motion_t) :: m
+      type(failure_t) :: failure
+      integer :: k
+      call place('musl', 0.0_dp, m)
+      do k = 1, 20
+         call take_step(m, dt, failure)
+         call check(.not. m%interleaved%is_active, 'not interleaved for a step')
+         call update_particles(m, failure)
+      end do
+   end subroutine looks_at_each_step_do_not_interleave
+
+   !> A body that flies out of its grid.
+   subroutine who_leaves_the_grid_is_named()
+      type(motion_t) :: m
+      type(failure_t) :: failure
+      integer :: k
+      call place('usf', 1.0_dp, m, [22, 18])
+      do k = 1, 3000
+         if (failure%failed()) exit
+         call take_step(m, dt, failure)
+      end do
+      call check(index(failure%message, 'left the grid') > 0, 'a particle has left the grid: '//failure%message)
+   end subroutine who_leaves_the_grid_is_named
+
+   !> A step that takes particles past the cell beside theirs.
+   subroutine who_jumps_is_named()
+      type(motion_t) :: m
+      type(failure_t) :: failure
+      integer :: k
+      call place('musl', 1.0_dp, m)
+      do k = 1, 20
+         call take_step(m, dt, failure)
+      end do
+      call take_step(m, 1000*dt, failure)
+      call check(index(failure%message, 'moved by more than a cell') > 0, 'a particle has jumped: '//failure%message)
+   end subroutine who_jumps_is_named
+end program test_interleaved
