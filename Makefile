@@ -48,7 +48,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep docs test verify coverage sanitize memcheck fuzz \
-         bench against minimal masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors domains contact
+         bench against minimal peers masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -76,7 +76,7 @@ docs: setup  ## write pages of every module, type and procedure of src/: build/a
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug build/debug/bench_step
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
@@ -129,6 +129,11 @@ against: setup  ## hold results, instructions and time to those of an earlier ve
 	@tools/setup.sh valgrind
 	@test -n "$(before)" || { echo "beside which version? make against before=REV"; exit 1; }
 	$(PYTHON) bench/against.py $(parts) --before $(before)
+
+peers: setup  ## measure a step beside those of others, in C and in Python with numba, which it installs
+	@$(MAKE) --no-print-directory $(O)/bench_step
+	@$(PYTHON) -c 'import numba' 2>/dev/null || $(PYTHON) -m pip install --quiet --disable-pip-version-check -r bench/peers/requirements.txt
+	$(PYTHON) bench/peers.py --output results/peers
 
 minimal: setup  ## measure the least that a plain step needs beside what the program takes
 	@$(MAKE) --no-print-directory $(O)/minimal_step

@@ -2,22 +2,26 @@
 !>
 !>     bench_step time REPETITIONS CASE...
 !>     bench_step steps STEPS CASE
+!>     bench_step turns CASE...
 !>
-!> `time` measures cases in turn, so that a change of the machine's speed meets all of them. A line for each case and repetition:
+!> `time` measures cases in turn, so that a change of the machine's speed meets all of them; `turns` measures the case whose number, from
+!> 1 on, it reads from its standard input, so that others can take turns with it. A line for each case and repetition:
 !> case, particles, bytes moved a particle and step; then per particle and step [ns] processor time, wall time, and the time to
-!> copy these bytes (processor time with one thread, else wall time). `steps` does steps and prints the number of particles and
-!> the peak of the memory [bytes].
+!> copy these bytes (processor time with one thread, else wall time). `steps` does steps and prints the number of particles,
+!> the peak of the memory [bytes], and the kinetic and the strain energy [J].
 !>
-!> A case is CODE:FRAME:SCHEME:CELLS:THREADS, such as program:updated:musl:50:1; CODE is program or minimal, CELLS those along an
-!> edge of the box. `speed.py` makes the table of it.
+!> A case is CODE:FRAME:SCHEME:CELLS:THREADS or CODE:FRAME:SCHEME:CELLS:THREADS:MOTION, such as program:updated:musl:50:1; CODE is
+!> program or minimal, CELLS those along an edge of the box, MOTION smooth or, of a softer body in a part of that box, resting or
+!> turning. `speed.py` and `peers.py` make tables of it.
 program bench_step
    use, intrinsic :: iso_fortran_env, only: output_unit
    use hampm_kinds, only: dp, ndim
    use hampm_command_line, only: command_arguments
+   use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
    use hampm_minimal_kernel, only: blocks_t, set_up, step
    use hampm_motion, only: motion_t, update_particles
-   use hampm_plain_scene, only: plain_scene, start, time_step
+   use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
    use hampm_scene, only: scene_t
    use hampm_step, only: take_step
    use hampm_text, only: string_t
@@ -27,7 +31,7 @@ program bench_step
 
    type :: case_t
       character(32) :: name = ''
-      character(8) :: code = '', frame = '', scheme = ''
+      character(8) :: code = '', frame = '', scheme = '', motion_kind = ''
       integer :: cells = 0, threads = 0
       type(motion_t) :: motion
       type(blocks_t) :: blocks                   !! of the minimal kernel
@@ -44,14 +48,16 @@ contains
    !> Do what the command line says.
    subroutine act(words)
       type(string_t), intent(in) :: words(:)
-      if (size(words) < 3) error stop 'usage: bench_step time REPETITIONS CASE... | bench_step steps STEPS CASE'
+      if (size(words) < 2) error stop 'usage: bench_step time REPETITIONS CASE... | steps STEPS CASE | turns CASE...'
       select case (words(1)%text)
       case ('time')
          call time_cases(number(words(2)%text), words(3:))
       case ('steps')
          call do_steps(number(words(2)%text), words(3)%text)
+      case ('turns')
+         call take_turns(words(2:))
       case default
-         error stop 'bench_step: time or steps?'
+         error stop 'bench_step: time, steps or turns?'
       end select
    end subroutine act
 
@@ -72,6 +78,23 @@ contains
          end do
       end do
    end subroutine time_cases
+
+   !> Measure the cases whose numbers are read.
+   subroutine take_turns(names)
+      type(string_t), intent(in) :: names(:)
+      type(case_t), allocatable :: cases(:)
+      integer :: k, status
+      allocate (cases(size(names)))
+      do k = 1, size(names)
+         call build(names(k)%text, cases(k))
+         call take_steps(1, cases(k))
+      end do
+      do
+         read (*, *, iostat=status) k
+         if (status /= 0 .or. k < 1 .or. k > size(cases)) exit
+         call measure(cases(k))
+      end do
+   end subroutine take_turns
 
    !> Measure one case once and print its line.
    subroutine measure(c)
@@ -103,7 +126,8 @@ contains
       type(case_t) :: c
       call build(name, c)
       call take_steps(steps, c)
-      print '(i0, 1x, i0)', c%motion%particles%n, peak_memory()
+      print '(i0, 1x, i0, 2(1x, es24.16))', c%motion%particles%n, peak_memory(), kinetic_energy(c%motion%particles), &
+         strain_energy(c%motion%particles, c%motion%materials)
    end subroutine do_steps
 
    !> Build the scene of a case and let its threads be used.
@@ -114,9 +138,11 @@ contains
       c%name = name
       call read_case(name, c)
       scene = plain_scene(c%cells)
+      if (c%motion_kind /= 'smooth') scene = soft_body(c%cells)
       scene%method%scheme = c%scheme
       scene%method%frame = c%frame
       call start(scene, c%motion)
+      if (c%motion_kind == 'turning') call turn(c%motion)
       c%dt = time_step(c%motion)
       if (c%code == 'minimal') call set_up(c%dt, c%motion, c%blocks)
       call use_threads(c%threads, c%motion%particles%n)
@@ -132,9 +158,12 @@ contains
       do k = 1, len(text)
          if (text(k:k) == ':') text(k:k) = ' '
       end do
+      c%motion_kind = 'smooth'
       read (text, *, iostat=status) c%code, c%frame, c%scheme, c%cells, c%threads
+      if (count([(name(k:k) == ':', k=1, len(name))]) == 5) &
+         read (text, *, iostat=status) c%code, c%frame, c%scheme, c%cells, c%threads, c%motion_kind
       if (status /= 0 .or. all(c%code /= ['program', 'minimal'])) &
-         error stop 'bench_step: a case is CODE:FRAME:SCHEME:CELLS:THREADS, CODE being program or minimal'
+         error stop 'bench_step: a case is CODE:FRAME:SCHEME:CELLS:THREADS[:MOTION], CODE being program or minimal'
       if (c%code == 'minimal' .and. (c%frame /= 'updated' .or. c%scheme /= 'musl' .or. c%threads /= 1)) &
          error stop 'bench_step: the minimal kernel knows minimal:updated:musl:CELLS:1 only'
    end subroutine read_case

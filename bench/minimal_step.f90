@@ -8,8 +8,7 @@ program minimal_step
    use hampm_failure, only: failure_t
    use hampm_minimal_kernel, only: blocks_t, set_up, step, place_of, energy, w, bytes
    use hampm_motion, only: motion_t
-   use hampm_plain_scene, only: plain_scene, start, time_step
-   use hampm_scene, only: scene_t
+   use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
    use hampm_step, only: advance
    use hampm_threads, only: use_threads
    use hampm_time_step, only: stable_time_step
@@ -29,26 +28,16 @@ program minimal_step
 
 contains
 
-   !> The plain scene; where `fast` a softer block within a larger grid, which also turns and flies.
+   !> The plain scene or, where `fast`, the soft body that turns and flies.
    subroutine build(cells, fast)
       integer, intent(in) :: cells
       logical, intent(in) :: fast
-      type(scene_t) :: scene
-      integer :: i
-      scene = plain_scene(cells)
       if (fast) then
-         scene%materials(1)%young = 70e6_dp
-         scene%bodies(1)%lower = cells/8*scene%grid%cell
-         scene%bodies(1)%upper = 3*cells/4*scene%grid%cell
+         call start(soft_body(cells), motion)
+         call turn(motion)
+      else
+         call start(plain_scene(cells), motion)
       end if
-      call start(scene, motion)
-      if (.not. fast) return
-      associate (p => motion%particles, centre => 0.4375_dp*cells*scene%grid%cell)
-         do i = 1, p%n
-            p%velocity(i, :) = p%velocity(i, :) + [3.0_dp, 2.0_dp] &
-                               + 300*[centre - p%reference(i, 2), p%reference(i, 1) - centre]
-         end do
-      end associate
    end subroutine build
 
    !> Compare with the library after some steps of a flying, turning, vibrating block.

@@ -1,6 +1,6 @@
 !> The plain scene that the benchmarks measure: a box filled with four particles a cell, plane stress, linear elastic, no loads.
 module hampm_plain_scene
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_assembly, only: assemble
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_cracks, only: cracks_t
@@ -11,7 +11,7 @@ module hampm_plain_scene
    use hampm_time_step, only: stable_time_step
    implicit none
    private
-   public :: plain_scene, start, time_step
+   public :: plain_scene, soft_body, start, turn, time_step
 
 contains
 
@@ -35,6 +35,28 @@ contains
       scene%bodies(1)%upper = cells*cell
       scene%bodies(1)%points_per_cell = 2
    end function plain_scene
+
+   !> A softer body, of 5/8 of the length of a grid of `cells` x `cells` cells, which has room to turn and fly.
+   pure function soft_body(cells) result(scene)
+      integer, intent(in) :: cells
+      type(scene_t) :: scene
+      scene = plain_scene(cells)
+      scene%materials(1)%young = 70e6_dp
+      scene%bodies(1)%lower = cells/8*scene%grid%cell
+      scene%bodies(1)%upper = 3*cells/4*scene%grid%cell
+   end function soft_body
+
+   !> Let a soft body turn and fly: 2.4 % of its particles change their cell in each step.
+   subroutine turn(motion)
+      type(motion_t), intent(inout) :: motion
+      integer :: i
+      associate (p => motion%particles, centre => 0.4375_dp*motion%grid%forest%cells(1)*motion%grid%forest%cell)
+         do i = 1, p%n
+            p%velocity(i, :) = p%velocity(i, :) + [3.0_dp, 2.0_dp] &
+                               + 300*[centre - p%reference(i, 2), p%reference(i, 1) - centre]
+         end do
+      end associate
+   end subroutine turn
 
    !> Build a scene and set it into a smooth small motion.
    subroutine start(scene, motion)

@@ -57,8 +57,8 @@ module hampm_interleaved
       logical, allocatable :: left(:)            !! whether a particle has left its cell in the last pass, (blocks)
       type(tiling_t) :: plan                     !! of the steps
       ! Nodes, of which there are `points`
-      integer :: nodes_of_row = 0                !! of the grid
       integer :: stride = 0                      !! from a node to the one above it
+      integer, allocatable :: node(:)            !! where each node of the grid is among them, (n_points)
       integer, allocatable :: fixed(:)           !! those with a fixed component, ascending
       logical, allocatable :: is_fixed(:, :)     !! which component, (ndim, as `fixed`)
       real(dp), allocatable :: mass(:)           !! sums for the coming nodal equations: of mass [kg], (points),
@@ -68,20 +68,9 @@ module hampm_interleaved
       real(dp), allocatable :: velocity(:, :)    !! v^n [m/s], (points, ndim)
       real(dp), allocatable :: acceleration(:, :) !! [m/s2], (points, ndim)
       real(dp), allocatable :: remapped(:, :)    !! v^(n+1) as it is mapped anew [m/s], (points, ndim); without where no scheme does
-   contains
-      procedure :: node
    end type interleaved_t
 
 contains
-
-   !> Where a node of the grid is among those here.
-   elemental integer function node(self, of_grid)
-      class(interleaved_t), intent(in) :: self
-      integer, intent(in) :: of_grid
-      associate (row => (of_grid - 1)/self%nodes_of_row)
-         node = of_grid + row*(self%stride - self%nodes_of_row)
-      end associate
-   end function node
 
    !> Whether particles can be interleaved: they are of the updated frame, have linear isotropic laws and nothing besides that other
    !> steps have to follow, and all cells are of one size.
@@ -112,7 +101,7 @@ contains
       call number_nodes(grid, constraints, self)
       call form_blocks(grid, blocks_to_hold(grid%forest%cells, occupied%occupied(:occupied%n_occupied), self%has_margin), self)
       call find_rows(occupied%count_in, self)
-      call make_room(self, scheme, self%n_rows + merge(self%n_rows/4 + 64, 0, self%has_margin), status)
+      call make_room(self, scheme, rows_with_spare(self), status)
       if (status /= 0) return
       !$omp parallel do schedule(static) private(l, k, e)
       do b = 1, self%blocks%n
@@ -137,15 +126,23 @@ contains
       type(grid_t), intent(in) :: grid
       type(constraints_t), intent(in) :: constraints
       type(interleaved_t), intent(inout) :: self
-      integer :: i
+      logical, allocatable :: is_fixed(:, :)
+      integer :: i, e
       self%inverse_size = 1/grid%element_size(1)
-      self%nodes_of_row = grid%forest%cells(1) + 1
       self%stride = lanes*((grid%forest%cells(1) - 1)/lanes + 1) + lanes
       self%blocks%n_points = self%stride*(grid%forest%cells(2) + 1)
-      associate (listed => pack([(i, i=1, grid%n_nodes)], any(constraints%fixed, dim=1)))
-         self%is_fixed = constraints%fixed(:, listed)
-         self%fixed = self%node(listed)
-      end associate
+      if (allocated(self%node)) deallocate (self%node)
+      allocate (self%node(grid%n_points))
+      do e = 1, grid%n_elements
+         i = (e - 1)/grid%forest%cells(1)*self%stride + mod(e - 1, grid%forest%cells(1)) + 1
+         self%node(grid%element_nodes(:, e)) = i + [0, 1, self%stride, self%stride + 1]
+      end do
+      allocate (is_fixed(ndim, self%blocks%n_points), source=.false.)
+      do i = 1, grid%n_nodes
+         is_fixed(:, self%node(i)) = constraints%fixed(:, i)
+      end do
+      self%fixed = pack([(i, i=1, self%blocks%n_points)], any(is_fixed, dim=1))
+      self%is_fixed = is_fixed(:, self%fixed)
    end subroutine number_nodes
 
    !> Which blocks there are, of all of a grid: those with particles and, with a margin, those around them. (blocks of a row, rows)
@@ -219,12 +216,18 @@ contains
          do b = 1, blocks%n
             blocks%first(b) = next
             blocks%rows(b) = maxval([(count_in(blocks%cells(l, b)), l=1, count(blocks%cells(:, b) > 0))])
-            self%room(b) = blocks%rows(b) + merge(1 + blocks%rows(b)/2, 0, self%has_margin)
+            self%room(b) = blocks%rows(b) + merge(1, 0, self%has_margin)
             next = next + self%room(b)
          end do
       end associate
       self%n_rows = next - 1
    end subroutine find_rows
+
+   !> The rows of the blocks and, with a margin, free ones for blocks that need more.
+   pure integer function rows_with_spare(self) result(rows)
+      type(interleaved_t), intent(in) :: self
+      rows = self%n_rows + merge(self%n_rows/2 + 64, 0, self%has_margin)
+   end function rows_with_spare
 
    !> Room for the blocks, for a number of rows, and for the nodes, whose sums are zero.
    subroutine make_room(self, scheme, rows, status)
@@ -435,7 +438,7 @@ contains
          blocks%cells = 0
          self%block_of = 0
       end associate
-      if (status == 0) call make_room(self, scheme, self%n_rows + merge(self%n_rows/4 + 64, 0, self%has_margin), status)
+      if (status == 0) call make_room(self, scheme, rows_with_spare(self), status)
       if (status /= 0) call archive%refuse('its interleaved particles need more memory than there is')
    end subroutine make_places
 

@@ -40,14 +40,23 @@ contains
       type(grid_t), intent(in) :: grid
       type(interleaved_t), intent(inout) :: self
       type(moves_t), intent(out) :: moves
+      integer, allocatable :: place(:, :)
       type(leaver_t), allocatable :: leavers(:)
-      integer :: k, n
+      integer :: k
       if (.not. any(self%left)) return
-      call look_at_leavers(p, grid, self, leavers, n, moves)
-      if (moves%jumped .or. .not. moves%fit) return
+      moves%fit = self%has_margin
+      call find_places_left(self, place)
+      allocate (leavers(size(place, 2)))
+      do k = 1, size(leavers)
+         call look_at_leaver(p, grid, self, place(:, k), leavers(k), moves)
+         if (moves%jumped) return
+      end do
+      if (.not. moves%fit) return
       self%have_moved = .true.
-      call take_out(self)
-      do k = 1, n
+      do k = 1, size(leavers)
+         call take_out(place(:, k), self)
+      end do
+      do k = 1, size(leavers)
          if (moves%fit) call put_in(leavers(k), self, moves%fit)
          if (moves%fit) then
             call map_place(map, leavers(k), self%node(grid%element_nodes(:, leavers(k)%cell)), self)
@@ -57,47 +66,73 @@ contains
       end do
    end subroutine move_leavers
 
-   !> List the particles outside their cells, in the order of the blocks. They do not fit where one has come to a cell without a block or out
-   !> of the grid.
-   subroutine look_at_leavers(p, grid, self, leavers, n, moves)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
+   !> The places of particles outside their cells: lane, block, and which particle of its cell, the last of a cell first. In the order of
+   !> the blocks.
+   subroutine find_places_left(self, place)
       type(interleaved_t), intent(in) :: self
-      type(leaver_t), allocatable, intent(out) :: leavers(:)
-      integer, intent(out) :: n
-      type(moves_t), intent(inout) :: moves
-      real(dp) :: place(n_columns), xi(ndim)
-      integer :: b, l, s
+      integer, allocatable, intent(out) :: place(:, :)  !! (3, number)
+      integer, allocatable :: found(:, :)
+      real(dp) :: over(lanes)
+      integer :: b, l, s, n
       n = 0
-      moves%fit = self%has_margin                ! else constants are not those of a row
       do b = 1, self%blocks%n
-         if (self%left(b)) n = n + sum(self%count_of(:, b))
+         if (self%left(b)) n = n + lanes*self%blocks%rows(b)
       end do
-      allocate (leavers(n))
+      allocate (found(3, n))
       n = 0
       do b = 1, self%blocks%n
          if (.not. self%left(b)) cycle
-         do l = 1, lanes
-            do s = self%count_of(l, b), 1, -1
-               place = self%row(l, :, self%blocks%first(b) + s - 1)
-               if (is_inside(place, self%inverse_size)) cycle
-               xi = coordinate(place, self%inverse_size)
-               moves%jumped = .not. all(xi >= -1 .and. xi < 2)
-               if (moves%jumped) return
+         do s = self%blocks%rows(b), 1, -1
+            call find_excess(self%inverse_size, self%row(1, 1, self%blocks%first(b) + s - 1), over)
+            if (all(over <= largest_rounding)) cycle
+            do l = 1, lanes
+               if (over(l) <= largest_rounding .or. s > self%count_of(l, b)) cycle
                n = n + 1
-               leavers(n)%particle = self%particle(l, self%blocks%first(b) + s - 1)
-               leavers(n)%columns = place
-               leavers(n)%constants = self%constant(l, :, self%blocks%first(b) + s - 1)
-               call find_cell(p, grid, leavers(n))
-               if (leavers(n)%cell == outside) then
-                  moves%fit = .false.
-                  return
-               end if
-               moves%fit = moves%fit .and. self%block_of(leavers(n)%cell) > 0
+               found(:, n) = [l, b, s]
             end do
          end do
       end do
-   end subroutine look_at_leavers
+      place = found(:, :n)
+   end subroutine find_places_left
+
+   !> By how much the places of a row are outside their cells [cells], as the pass sees it.
+   pure subroutine find_excess(inverse_size, row, over)
+      real(dp), intent(in) :: inverse_size, row(lanes, n_columns)
+      real(dp), intent(out) :: over(lanes)
+      real(dp) :: x, y
+      integer :: l
+      !$omp simd private(x, y)
+      do l = 1, lanes
+         x = (row(l, of_offset) + row(l, of_displacement))*inverse_size
+         y = (row(l, of_offset + 1) + row(l, of_displacement + 1))*inverse_size
+         over(l) = abs(x - min(max(x, edge_margin), 1 - edge_margin)) + abs(y - min(max(y, edge_margin), 1 - edge_margin))
+      end do
+   end subroutine find_excess
+
+   !> What is in a place, and the cell where it is now. It does not fit where that has no block or is out of the grid.
+   pure subroutine look_at_leaver(p, grid, self, place, leaver, moves)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(interleaved_t), intent(in) :: self
+      integer, intent(in) :: place(3)            !! as in `find_places_left`
+      type(leaver_t), intent(inout) :: leaver
+      type(moves_t), intent(inout) :: moves
+      real(dp) :: xi(ndim)
+      integer :: row
+      row = self%blocks%first(place(2)) + place(3) - 1
+      leaver%particle = self%particle(place(1), row)
+      leaver%columns = self%row(place(1), :, row)
+      leaver%constants = self%constant(place(1), :, row)
+      xi = coordinate(leaver%columns, self%inverse_size)
+      moves%jumped = .not. all(xi >= -1 .and. xi < 2)
+      if (moves%jumped) return
+      call find_cell(p, grid, leaver)
+      if (leaver%cell == outside) then
+         moves%fit = .false.
+      else
+         moves%fit = moves%fit .and. self%block_of(leaver%cell) > 0
+      end if
+   end subroutine look_at_leaver
 
    !> Find in which cell of the grid a particle is, and where in that.
    pure subroutine find_cell(p, grid, leaver)
@@ -117,35 +152,24 @@ contains
       xi = (place(of_offset:of_offset + ndim - 1) + place(of_displacement:of_displacement + ndim - 1))*inverse_size
    end function coordinate
 
-   !> Whether a place is in its cell, as the pass sees it.
-   pure logical function is_inside(place, inverse_size)
-      real(dp), intent(in) :: place(n_columns), inverse_size
-      real(dp) :: xi(ndim)
-      xi = coordinate(place, inverse_size)
-      is_inside = sum(abs(xi - min(max(xi, edge_margin), 1 - edge_margin))) <= largest_rounding
-   end function is_inside
-
-   !> Empty the places of the particles outside their cells. The last particle of a cell fills the place of one that goes.
-   pure subroutine take_out(self)
+   !> Empty a place. The last particle of the cell fills it.
+   pure subroutine take_out(place, self)
+      integer, intent(in) :: place(3)            !! as in `find_places_left`
       type(interleaved_t), intent(inout) :: self
-      integer :: b, l, s, row, last
-      do b = 1, self%blocks%n
-         if (.not. self%left(b)) cycle
-         do l = 1, lanes
-            do s = self%count_of(l, b), 1, -1
-               row = self%blocks%first(b) + s - 1
-               if (is_inside(self%row(l, :, row), self%inverse_size)) cycle
-               last = self%blocks%first(b) + self%count_of(l, b) - 1
-               self%row(l, :, row) = self%row(l, :, last)
-               self%particle(l, row) = self%particle(l, last)
-               self%constant(l, :, row) = self%constant(l, :, last)
-               call clear_place(l, last, self)
-               self%constant(l, :, last) = 0
-               self%count_of(l, b) = self%count_of(l, b) - 1
-            end do
-         end do
+      integer :: row, last
+      associate (l => place(1), b => place(2))
+         row = self%blocks%first(b) + place(3) - 1
+         last = self%blocks%first(b) + self%count_of(l, b) - 1
+         if (last > row) then
+            self%row(l, :, row) = self%row(l, :, last)
+            self%constant(l, :, row) = self%constant(l, :, last)
+            self%particle(l, row) = self%particle(l, last)
+         end if
+         call clear_place(l, last, self)
+         self%constant(l, :, last) = 0
+         self%count_of(l, b) = self%count_of(l, b) - 1
          self%blocks%rows(b) = maxval(self%count_of(:, b))
-      end do
+      end associate
    end subroutine take_out
 
    !> Put a particle into the next place of its cell, which has a block. `fits` is false where there is no room.

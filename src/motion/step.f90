@@ -81,7 +81,7 @@ contains
    logical function is_interleaved(m)
       type(motion_t), intent(inout) :: m
       is_interleaved = m%interleaved%is_active
-      if (is_interleaved .or. m%interleaved%steps_unseen <= seen_steps) return
+      if (is_interleaved .or. m%particles%total_frame .or. m%interleaved%steps_unseen <= seen_steps) return
       if (.not. is_local(m) .or. size(m%loads) + m%springs%n > 0 .or. m%blocks%by_group) return
       if (.not. can_be_interleaved(m%particles, m%materials, m%grid)) return
       call interleave(m%particles, m%materials, m%grid, m%blocks, m%constraints, m%scheme, m%interleaved)

@@ -16,17 +16,20 @@ program test_interleaved
    use hampm_threads, only: use_threads
    implicit none
 
-   real(dp), parameter :: cell = 0.1_dp, dt = 0.05_dp*cell/4
+   real(dp), parameter :: coarse = 0.1_dp                !! cell size [m]
    real(dp), parameter :: rounding = 1.0e-10_dp          !! over the largest value
    integer :: k
 
    call use_threads(1, 0)
    call repeat_random_numbers()
    do k = 1, size(schemes)
-      call as_where_they_stand(trim(schemes(k)), 0.0_dp, 300)
-      call as_where_they_stand(trim(schemes(k)), 1.0_dp, 300)
-      call same_bytes_with_two_threads(trim(schemes(k)))
+      call as_where_they_stand(trim(schemes(k)), 0.0_dp, 1, 300)
+      call as_where_they_stand(trim(schemes(k)), 1.0_dp, 1, 300)
    end do
+   call as_where_they_stand('musl', 0.0_dp, 5, 30)
+   call as_where_they_stand('usf', 20.0_dp, 5, 60)
+   call same_bytes_with_two_threads('musl', 1)
+   call same_bytes_with_two_threads('usf', 5)
    call looks_at_each_step_do_not_interleave()
    call who_leaves_the_grid_is_named()
    call who_jumps_is_named()
@@ -35,19 +38,23 @@ program test_interleaved
 contains
 
    !> Two bodies of different materials beside each other, neither of which fits to the cells, at small random velocities,
-   !> damped and held on one side; with a `speed` they are free, fly and turn.
-   subroutine place(scheme, speed, m, cells)
+   !> damped and held on one side; with a `speed` they are free, fly and turn. With 5 times as fine cells and particles there are several
+   !> regions.
+   subroutine place(scheme, speed, finer, m, cells)
       character(*), intent(in) :: scheme
       real(dp), intent(in) :: speed
+      integer, intent(in) :: finer
       type(motion_t), intent(out) :: m
       integer, intent(in), optional :: cells(ndim)
-      integer, parameter :: points(ndim) = [15, 13]
+      integer :: points(ndim)
       real(dp), parameter :: x(3) = [0.63_dp, 1.27_dp, 1.92_dp], y(2) = [0.86_dp, 1.43_dp]
       type(forest_t) :: forest
       type(failure_t) :: failure
       integer :: k
-      forest = forest_t([0.0_dp, 0.0_dp], cell, [31, 26])
-      if (present(cells)) forest = forest_t([0.0_dp, 0.0_dp], cell, cells)
+      points = finer*[15, 13]
+      forest = forest_t([0.0_dp, 0.0_dp], coarse/finer, finer*[31, 26])
+      if (.not. speed > 0) forest = forest_t([0.6_dp, 0.8_dp], coarse/finer, finer*[14, 7]) ! to the edges of the grid
+      if (present(cells)) forest = forest_t([0.0_dp, 0.0_dp], coarse/finer, cells)
       call build_grid(forest, m%grid, failure)
       call new_particles(2*product(points), m%particles, failure)
       m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
@@ -78,27 +85,34 @@ contains
       type(failure_t) :: failure
       integer :: k
       do k = 1, steps
-         call take_step(m, dt, failure)
+         call take_step(m, time_step(m), failure)
          if (mod(k, interval) == 0) call update_particles(m, failure)
       end do
       call check(.not. failure%failed(), 'the steps are done: '//failure%message)
    end subroutine run_and_look
 
+   !> A length of steps that is stable [s].
+   pure real(dp) function time_step(m)
+      type(motion_t), intent(in) :: m
+      time_step = 0.05_dp*m%grid%element_size(1)/4
+   end function time_step
+
    !> With the audit all particles are passed where they stand.
-   subroutine as_where_they_stand(scheme, speed, steps)
+   subroutine as_where_they_stand(scheme, speed, finer, steps)
       character(*), intent(in) :: scheme
       real(dp), intent(in) :: speed
-      integer, intent(in) :: steps
+      integer, intent(in) :: finer, steps
       type(motion_t) :: m, other
       real(dp) :: error(3)
       integer, allocatable :: of_id(:)
       integer :: changes, i
-      call place(scheme, speed, m)
+      call place(scheme, speed, finer, m)
       other = m
       other%audit = .true.
       call run_and_look(m, steps - 7, steps - 7)
       call run_and_look(m, 6, 7)
       call check(m%interleaved%is_active, scheme//': particles are interleaved')
+      call check((m%interleaved%plan%n_regions > 1) .eqv. finer > 1, scheme//': in as many regions as there should be')
       call run_and_look(m, 1, 1)
       call check(.not. m%interleaved%is_active, scheme//': and given back')
       call run_and_look(other, steps, 1)
@@ -122,14 +136,15 @@ contains
    end subroutine as_where_they_stand
 
    !> The order of all sums is that of the blocks and the leavers.
-   subroutine same_bytes_with_two_threads(scheme)
+   subroutine same_bytes_with_two_threads(scheme, finer)
       character(*), intent(in) :: scheme
+      integer, intent(in) :: finer
       type(motion_t) :: one, two
-      call place(scheme, 1.0_dp, one)
+      call place(scheme, 1.0_dp*finer, finer, one)
       two = one
-      call run_and_look(one, 150, 50)
+      call run_and_look(one, 150/finer, 50)
       call use_threads(2, 0)
-      call run_and_look(two, 150, 50)
+      call run_and_look(two, 150/finer, 50)
       call use_threads(1, 0)
       call check(all(one%particles%id == two%particles%id) .and. all(abs(one%particles%velocity - two%particles%velocity) <= 0) &
                  .and. all(abs(one%particles%gradient - two%particles%gradient) <= 0) &
@@ -141,9 +156,9 @@ contains
       type(motion_t) :: m
       type(failure_t) :: failure
       integer :: k
-      call place('musl', 0.0_dp, m)
+      call place('musl', 0.0_dp, 1, m)
       do k = 1, 20
-         call take_step(m, dt, failure)
+         call take_step(m, time_step(m), failure)
          call check(.not. m%interleaved%is_active, 'not interleaved for a step')
          call update_particles(m, failure)
       end do
@@ -154,10 +169,10 @@ contains
       type(motion_t) :: m
       type(failure_t) :: failure
       integer :: k
-      call place('usf', 1.0_dp, m, [22, 18])
+      call place('usf', 1.0_dp, 1, m, [22, 18])
       do k = 1, 3000
          if (failure%failed()) exit
-         call take_step(m, dt, failure)
+         call take_step(m, time_step(m), failure)
       end do
       call check(index(failure%message, 'left the grid') > 0, 'a particle has left the grid: '//failure%message)
    end subroutine who_leaves_the_grid_is_named
@@ -167,11 +182,11 @@ contains
       type(motion_t) :: m
       type(failure_t) :: failure
       integer :: k
-      call place('musl', 1.0_dp, m)
+      call place('musl', 1.0_dp, 1, m)
       do k = 1, 20
-         call take_step(m, dt, failure)
+         call take_step(m, time_step(m), failure)
       end do
-      call take_step(m, 1000*dt, failure)
+      call take_step(m, 1000*time_step(m), failure)
       call check(index(failure%message, 'moved by more than a cell') > 0, 'a particle has jumped: '//failure%message)
    end subroutine who_jumps_is_named
 end program test_interleaved

@@ -1,0 +1,40 @@
+"""Those that the speed of a step is compared with (bench/peers/) compute the same motion as the program."""
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from paths import BENCH, DEBUG_BENCH
+
+sys.path.insert(0, str(BENCH / "peers"))
+
+from scenes import Body, InC, InNumba, library_in_c  # noqa: E402
+
+STEPS, CELLS = 60, 32
+
+
+def energies_of_program(motion):
+    """Kinetic and strain energy [J] after the steps."""
+    line = subprocess.run([DEBUG_BENCH, "steps", str(STEPS), f"program:updated:usf:{CELLS}:1:{motion}"], capture_output=True,
+                          text=True, check=True).stdout
+    return [float(word) for word in line.split()[2:]]
+
+
+@pytest.mark.skipif(not DEBUG_BENCH.exists(), reason="no debug build")
+@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
+@pytest.mark.parametrize("motion", ["smooth", "turning"])
+def test_c_computes_the_same_motion(motion, tmp_path):
+    peer = InC(Body(CELLS, motion), library_in_c(tmp_path))
+    peer.steps(STEPS)
+    assert peer.energies() == pytest.approx(energies_of_program(motion), rel=1e-10)
+
+
+@pytest.mark.skipif(not DEBUG_BENCH.exists(), reason="no debug build")
+@pytest.mark.parametrize("motion", ["smooth", "turning"])
+def test_numba_computes_the_same_motion(motion):
+    pytest.importorskip("numba", reason="numba is not installed: make peers does that")
+    peer = InNumba(Body(CELLS, motion))
+    peer.steps(STEPS)
+    assert peer.energies() == pytest.approx(energies_of_program(motion), rel=1e-10)
