@@ -48,6 +48,7 @@ module hampm_interleaved
       integer, allocatable :: count_of(:, :)     !! particles of each cell, (lanes, blocks)
       integer, allocatable :: block_of(:)        !! in which block an element is, 0 for none, (n_elements)
       integer :: n_rows = 0                      !! rows that belong to blocks
+      integer :: most_rows = 0                   !! and may do so; there may be room for more from before
       real(dp), allocatable :: row(:, :, :)      !! (lanes, n_columns, rows)
       integer, allocatable :: particle(:, :)     !! which particle is there, 0 for none, (lanes, rows)
       integer, allocatable :: first_constant(:)  !! the first row of a block in the next, (blocks)
@@ -101,7 +102,8 @@ contains
       call number_nodes(grid, constraints, self)
       call form_blocks(grid, blocks_to_hold(grid%forest%cells, occupied%occupied(:occupied%n_occupied), self%has_margin), self)
       call find_rows(occupied%count_in, self)
-      call make_room(self, scheme, rows_with_spare(self), status)
+      self%most_rows = self%n_rows + merge(self%n_rows/2 + 64, 0, self%has_margin)
+      call make_room(self, scheme, status)
       if (status /= 0) return
       !$omp parallel do schedule(static) private(l, k, e)
       do b = 1, self%blocks%n
@@ -223,17 +225,10 @@ contains
       self%n_rows = next - 1
    end subroutine find_rows
 
-   !> The rows of the blocks and, with a margin, free ones for blocks that need more.
-   pure integer function rows_with_spare(self) result(rows)
-      type(interleaved_t), intent(in) :: self
-      rows = self%n_rows + merge(self%n_rows/2 + 64, 0, self%has_margin)
-   end function rows_with_spare
-
-   !> Room for the blocks, for a number of rows, and for the nodes, whose sums are zero.
-   subroutine make_room(self, scheme, rows, status)
+   !> Room for the blocks, for their rows, and for the nodes, whose sums are zero.
+   subroutine make_room(self, scheme, status)
       type(interleaved_t), intent(inout) :: self
       type(scheme_t), intent(in) :: scheme
-      integer, intent(in) :: rows
       integer, intent(out) :: status
       status = 0
       if (allocated(self%left)) deallocate (self%left, self%count_of, self%first_constant, self%rows_of_constants)
@@ -244,11 +239,13 @@ contains
       self%left = .false.
       self%count_of = 0
       if (allocated(self%row)) then
-         if (size(self%row, 3) < rows) deallocate (self%row, self%particle, self%constant)
+         if (size(self%row, 3) < self%most_rows) deallocate (self%row, self%particle, self%constant)
       end if
       if (.not. allocated(self%row)) then
-         allocate (self%row(lanes, n_columns, rows), self%particle(lanes, rows), self%constant(lanes, n_constants, rows), &
-                   stat=status)
+         associate (rows => self%most_rows)
+            allocate (self%row(lanes, n_columns, rows), self%particle(lanes, rows), self%constant(lanes, n_constants, rows), &
+                      stat=status)
+         end associate
          if (status /= 0) return
          call prefer_large_pages(size(self%row), self%row)
       end if
@@ -311,6 +308,7 @@ contains
       n = 0
       do b = 1, self%blocks%n
          constant = constants_of_block(b)
+         if (self%has_margin) n = self%blocks%first(b) - 1      ! each row has its own, where the row is
          self%first_constant(b) = n + 1
          self%rows_of_constants(b) = self%room(b)
          if (.not. self%has_margin .and. self%room(b) > 0) then
@@ -344,13 +342,15 @@ contains
       real(dp), intent(in) :: dt                 !! of the last step [s]
       type(particles_t), intent(inout) :: p
       type(nodal_fields_t), intent(inout) :: f
+      real(dp) :: columns(n_columns)
       integer :: b, row, l, k
-      !$omp parallel do schedule(static) private(row, l)
+      !$omp parallel do schedule(static) private(row, l, columns)
       do b = 1, self%blocks%n
          do row = self%blocks%first(b), self%blocks%first(b) + self%blocks%rows(b) - 1
             do l = 1, lanes
                if (self%particle(l, row) == 0) cycle
-               call give_place(self%row(l, :, row), self%inverse_size, self%particle(l, row), p)
+               columns = self%row(l, :, row)
+               call give_place(columns, self%inverse_size, self%particle(l, row), p)
                if (also_cells) p%cell(self%particle(l, row)) = self%blocks%cells(l, b)
             end do
          end do
@@ -361,6 +361,9 @@ contains
             f%velocity(:, k, v_next) = self%velocity(i, :) + dt*self%acceleration(i, :)
             if (size(self%remapped) > 0) f%velocity(:, k, v_mapped) = self%remapped(i, :)
             f%acceleration(:, k) = self%acceleration(i, :)
+            f%mass_matrix%lumped(k) = 0
+            if (self%inverse_mass(i) > 0) f%mass_matrix%lumped(k) = 1/self%inverse_mass(i)
+            f%mass_matrix%inverse_lumped(k) = self%inverse_mass(i)
          end associate
       end do
    end subroutine give_interleaved
@@ -401,6 +404,7 @@ contains
       call archive%keep('have_moved', self%have_moved)
       call archive%keep('blocks', self%blocks%n)
       call archive%keep('rows', self%n_rows)
+      call archive%keep('most_rows', self%most_rows)
       if (archive%failure%failed()) return
       if (archive%is_read) then
          call number_nodes(grid, constraints, self)
@@ -429,7 +433,7 @@ contains
       integer, intent(out) :: status
       status = 1
       associate (blocks => self%blocks, n => self%blocks%n)
-         if (n < 1 .or. n > grid%n_elements .or. self%n_rows < n) then
+         if (n < 1 .or. n > grid%n_elements .or. self%n_rows < n .or. self%most_rows < self%n_rows) then
             call archive%refuse('its interleaved particles are not in the cells of the grid')
             return
          end if
@@ -438,7 +442,7 @@ contains
          blocks%cells = 0
          self%block_of = 0
       end associate
-      if (status == 0) call make_room(self, scheme, rows_with_spare(self), status)
+      if (status == 0) call make_room(self, scheme, status)
       if (status /= 0) call archive%refuse('its interleaved particles need more memory than there is')
    end subroutine make_places
 

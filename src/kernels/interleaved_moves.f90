@@ -199,7 +199,7 @@ contains
       logical, intent(out) :: fits
       integer :: room, row, l
       room = self%room(b) + self%room(b)/2 + 1
-      fits = self%n_rows + room <= size(self%row, 3)
+      fits = self%n_rows + room <= self%most_rows
       if (.not. fits) return
       associate (from => self%blocks%first(b), to => self%n_rows + 1, old => self%room(b))
          self%row(:, :, to:to + old - 1) = self%row(:, :, from:from + old - 1)

@@ -99,6 +99,8 @@ MANY_CELLS = """\
 &load kind = 'traction' lower = 2e-3, 2e-3 upper = 2e-3, 47e-3 force = 1e5, 0 /
 &output history_interval = 1e-7 snapshot_interval = 1e-6 /
 """
+# The same without a load, which turns too: its particles are interleaved between the samples, and change their cells
+INTERLEAVED = "\n".join(line for line in MANY_CELLS.splitlines() if "&load" not in line).replace("velocity =", "spin = 1e4 velocity =")
 SCENES = {
     "lumped musl": (FLIGHT, "method.scheme=musl"),
     "total frame": (FLIGHT, "method.scheme=usavg", *TOTAL),
@@ -123,6 +125,9 @@ SCENES = {
                               "constraint.velocity=1,0", "constraint.history=ramp", "constraint.rise_time=1e-5"),
     "tiles": (MANY_CELLS,),
     "tiles without particles": (MANY_CELLS, "method.frame=total", "body(1).velocity=0,0", "output.history_interval=5e-7"),
+    "interleaved": (INTERLEAVED, "method.scheme=musl", "output.history_interval=5e-7"),
+    "interleaved usl": (INTERLEAVED, "method.scheme=usl", "output.history_interval=1e-6"),
+    "interleaved usavg": (INTERLEAVED, "method.scheme=usavg", "output.history_interval=5e-7", "body(1).velocity=3,2"),
     "refined without particles": (CLOSED, "method.frame=total", "refine.indicator=tip", "refine.max_level=2",
                                   "energy_release.estimators='nodal_force'"),
     "static": (CLOSED, "method.time=static", "method.load_steps=40", "load.history=sine", "load.frequency=1.1e5"),

@@ -67,6 +67,20 @@ def test_memory_and_size_of_results_are_as_foretold(hampm, tmp_path, text):
     assert said(check.stdout, "results") == pytest.approx(size, rel=0.3, abs=1e5)
 
 
+@pytest.mark.parametrize("velocity", ["0.0, 0.0", "500.0, 300.0"], ids=["resting", "moving"])
+def test_memory_of_interleaved_particles_is_as_foretold(hampm, tmp_path, velocity):
+    text = SCENE.format(171, 171, 150, 2).replace("end_time = 1e-7", "end_time = 1e-5")
+    text = re.sub("&load.*\n", "", text).replace("points_per_cell", f"velocity = {velocity} points_per_cell")
+    (tmp_path / "case.nml").write_text(text.replace(PLAIN_METHOD, "&method courant = 0.1 frame = 'updated' /\n"))
+    check = hampm("case.nml", "--check", "--set", "output.history_interval=1e-5")
+    assert check.returncode == 0, check.stderr
+    peak = 1024 * int(subprocess.run([sys.executable, "-c", MEASURE, PROGRAM, "case.nml", "--quiet", "--threads", "1", "--set",
+                                      "output.history_interval=1e-5"], cwd=tmp_path, capture_output=True, text=True,
+                                     check=True).stdout.split()[-1])
+    print(f"memory: {peak / 1e6:.1f} MB, foretold {said(check.stdout, 'memory') / 1e6:.1f}")
+    assert said(check.stdout, "memory") == pytest.approx(peak, rel=0.3)
+
+
 def test_check_tells_rows_snapshots_and_what_refinement_may_come_to(hampm, tmp_path):
     refine = "&refine indicator = 'gradient' max_level = 3 /\n&output snapshot_interval = 1e-8 /\n"
     (tmp_path / "case.nml").write_text(SCENE.format(41, 41, 40, 2) + refine)
