@@ -18,6 +18,10 @@ module hampm_interleaved_kernels
    !> A place is outside its cell where its local coordinate is outside [0, 1] by more than this, which is rounding.
    real(dp), parameter :: largest_rounding = 4*edge_margin
 
+   !> Makes 1 of min(1, large x) for all masses and differences of local coordinates x above 0: a comparison would part the lanes, and
+   !> not every processor has vectors for that
+   real(dp), parameter :: large = 1.0e60_dp
+
    ! Columns of a row
    integer, parameter :: of_offset = 1           !! X - lower corner of the cell [m], the first component
    integer, parameter :: of_displacement = 3     !! u [m], the first component
@@ -158,9 +162,9 @@ contains
                   y = (p(l, of_offset + 1, s, b) + y)*inverse_size
                   xi = min(max(x, edge_margin), 1 - edge_margin)
                   eta = min(max(y, edge_margin), 1 - edge_margin)
-                  over = merge(abs(x - xi) + abs(y - eta), 0.0_dp, mass > 0)
+                  over = min(1.0_dp, large*mass)*(abs(x - xi) + abs(y - eta))
                   outside(l) = outside(l) + over
-                  here = merge(1.0_dp, 0.0_dp, over <= largest_rounding) ! who leaves is mapped where it comes to
+                  here = max(0.0_dp, min(1.0_dp, 1 + large*(largest_rounding - over)))  ! who leaves is mapped where it comes to
                   mass = here*mass
                end if
                if (map_mass .or. map_momentum) then
