@@ -213,10 +213,21 @@ contains
       resumes = allocated(s%lengths)
       call s%interruption%start(s%motion%steps)
       call open_results(s, folder, failure)
-      if (failure%failed()) then
-         call s%results%close(failure)
-         return
+      if (.not. failure%failed()) call run_to_end(s, quiet, resumes, failure)
+      call s%results%close(failure)
+      call s%integrator%finish()
+      if (.not. failure%failed()) then
+         call remove_file(checkpoint_name(s%results%path))
+         call remove_file(partial_name(checkpoint_name(s%results%path)))
       end if
+      call s%results%release()
+   end subroutine run
+
+   !> Advance to the end time, from the start or from where a checkpoint was written, and tell how that has ended.
+   subroutine run_to_end(s, quiet, resumes, failure)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: quiet, resumes
+      type(failure_t), intent(inout) :: failure
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
       if (.not. resumes) call settle_at_start(s, failure)
@@ -235,12 +246,7 @@ contains
       if (size(s%cracks%crack) > 0 .and. failure%code /= exit_stopped) &
          call look_at_faces(s%measurements, s%cracks%crack(1), is_at_rest(s), s%warning)
       call tell_end(s, failure)
-      call s%results%close(failure)
-      call s%integrator%finish()
-      if (failure%failed()) return
-      call remove_file(checkpoint_name(s%results%path))
-      call remove_file(partial_name(checkpoint_name(s%results%path)))
-   end subroutine run
+   end subroutine run_to_end
 
    !> Time of the next sample, snapshot or of the end [s].
    pure real(dp) function next_output(s) result(time)
