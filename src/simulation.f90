@@ -269,15 +269,11 @@ contains
          if (s%growing%are_there()) call prepare_growth(s, failure)
          if (failure%failed()) return
          call s%integrator%advance(s%motion, s%dt, failure)
+         if (s%integrator%is_static .and. s%refinement%is_active() .and. .not. failure%failed()) call adapt_at_rest(s, failure)
          if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)
          if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
-         if (.not. failure%failed() .and. (s%refinement%is_active() .or. s%motion%has_domains())) then
-            if (s%integrator%is_static) then
-               call adapt_at_rest(s, failure)
-            else
-               call adapt(s, before, failure)
-            end if
-         end if
+         if (.not. (failure%failed() .or. s%integrator%is_static) .and. (s%refinement%is_active() .or. s%motion%has_domains())) &
+            call adapt(s, before, failure)
          if (failure%failed()) return
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1

@@ -145,6 +145,17 @@ def test_work_goes_into_new_faces(hampm, tmp_path):
     assert rest[1] < rest[0] / 2.5
 
 
+@pytest.mark.parametrize("indicator", ["tip", "zz"])
+def test_loads_are_those_of_the_toughness_on_the_mesh_of_their_row(hampm, tmp_path, indicator):
+    """Also where the mesh refines by the error once the tip has moved."""
+    text = plate(4, cell=2e-3, increment=3e-3).replace("indicator = 'tip'", f"indicator = '{indicator}'  tolerance = 0.08")
+    assert f"'{indicator}'" in text
+    row, _ = run(hampm, tmp_path, text)
+    assert np.all(np.diff(row["crack_length"]) > 0)
+    assert indicator != "zz" or row["cells"][-1] > row["cells"][0]
+    assert np.maximum(row["G"], row["G_tip2"]) == pytest.approx(100.0, rel=1e-9)
+
+
 def test_a_crack_stops(hampm, tmp_path):
     """At its largest length, and before a surface."""
     row, said = run(hampm, tmp_path, plate(3, levels=0, increment=2e-3, more="max_length = 0.0205"))
