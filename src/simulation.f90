@@ -14,7 +14,8 @@ module hampm_simulation
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: growing_t, new_growing, keep_growing
-   use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, scale_loads
+   use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, note_grown, note_drive, &
+                                    correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes, look_at_normals
@@ -269,6 +270,7 @@ contains
          if (s%growing%are_there()) call prepare_growth(s, failure)
          if (failure%failed()) return
          call s%integrator%advance(s%motion, s%dt, failure)
+         if (s%growing%at_rest) call note_drive(s%growing, s%motion)
          if (s%integrator%is_static .and. s%refinement%is_active() .and. .not. failure%failed()) call adapt_at_rest(s, failure)
          if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)
          if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
@@ -301,6 +303,7 @@ contains
       logical :: have_planned
       if (s%growing%at_rest) then
          call grow(s, failure)
+         call note_grown(s%growing, s%motion)
          return
       end if
       if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) then
