@@ -47,7 +47,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run figures sweep docs test verify coverage sanitize memcheck fuzz \
+TASKS := help setup clean run figures sweep slurm docs test verify coverage sanitize memcheck fuzz \
          bench against minimal peers masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
@@ -70,6 +70,11 @@ sweep: setup  ## run the cases of a sweep on all cores and make its table: make 
 	@$(MAKE) --no-print-directory program
 	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
 	.venv/bin/snakemake -s batch/Snakefile --cores all --config sweep=$(or $(file),input/dcb_sweep.yaml) program=$(O)/hampm
+
+slurm: setup  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
+	@$(MAKE) --no-print-directory program
+	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
+	$(PYTHON) tools/slurm.py $(parts)
 
 docs: setup  ## write pages of every module, type and procedure of src/: build/api/index.html
 	$(PYTHON) tools/api_pages.py
@@ -99,14 +104,16 @@ memcheck:  ## run unit tests and short cases under valgrind
 	@$(MAKE) -j$(JOBS) --no-print-directory build=memcheck program unit
 	$(PYTHON) tools/checked_runs.py memcheck
 
-fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; try 1000 runs that go wrong, 30 000 scenes at random, and 10 000 spoilt results
+fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; try 1000 runs that go wrong, 40 000 scenes at random, and 10 000 spoilt results and checkpoints each
 	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
 	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/rest_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/meeting_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/sweep_files.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/checkpoint_files.py --program build/checked/hampm --cases 10000 --seed 100
 	build/checked/hampm input/edge_crack.nml --output results --force --quiet
 	$(PYTHON) tests/fuzz/result_files.py results/edge_crack.h5 --cases 10000 --seed 100
 

@@ -49,7 +49,7 @@ class Runner(Program):
         path, result = self.folder / f"{name}.nml", self.folder / f"{name}.h5"
         path.write_text(text)
         result.unlink(missing_ok=True)
-        command = [self.path, str(path), "--output", str(self.folder), "--quiet", "--threads", "1"]
+        command = [self.path, str(path), "--output", str(self.folder), "--force", "--quiet", "--threads", "1"]  # whatever a killed run has left
         command += [word for setting in settings for word in ("--set", setting)]
         process = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=600, check=False)
         columns, names = {}, {}

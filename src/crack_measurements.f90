@@ -67,6 +67,7 @@ contains
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: first_g
       type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release, tip => cracks%tips(number))
          if (chosen%stress_closure) call refresh_grid(motion)
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
@@ -78,8 +79,8 @@ contains
             values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
             values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
          else
-            values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, grid, p, motion%blocks)
-            values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), grid, p, motion%blocks)
+            values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, -tip%direction, grid, p, motion%blocks)
+            values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, grid, p, motion%blocks)
          end if
          call follow_values(scene, tip, values)
       end associate

@@ -23,6 +23,8 @@ module hampm_growing
       real(dp) :: load_factor = 1                !! by which all loads and prescribed motions are scaled
       real(dp) :: work = 0                       !! of the loads and stored energy at the end of the step before [J]
       real(dp) :: stored = 0
+      real(dp) :: stored_grown = 0               !! of this step, after the tips have advanced and before the loads change [J]
+      real(dp) :: drive = 1                      !! by which the loads change then, without the scaling that follows
       ! In motion
       integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
       real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of bonds go on fading [m]

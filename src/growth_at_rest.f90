@@ -14,7 +14,7 @@ module hampm_growth_at_rest
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, scale_loads
+   public :: advance_tips, turn_tips, book_fracture, factor_to_toughness, note_grown, note_drive, correct_work, scale_loads
 
    real(dp), parameter :: straight = 1e-3_dp     !! K_II over K_I below which a tip that has advanced needs no other direction
    real(dp), parameter :: steepness = 0.6_dp     !! change of K_II over K_I with the angle of the last increment [1/rad]
@@ -46,7 +46,9 @@ contains
             if (law%only_largest) then
                if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) cycle
             end if
-            if (values(k)%intensity(1) <= 0 .and. law%direction /= 'straight') then
+            if (law%direction == 'straight') then
+               if (.not. rates(k) > 0) cycle     ! there is no load yet
+            else if (values(k)%intensity(1) <= 0) then
                call growing%note_waiting(k, said)
                cycle
             end if
@@ -124,15 +126,31 @@ contains
       if (largest > 0) factor = 1/sqrt(largest)
    end function factor_to_toughness
 
+   !> Note the energy of tips that have advanced at constant drive.
+   subroutine note_grown(growing, m)
+      type(growing_t), intent(inout) :: growing
+      type(motion_t), intent(in) :: m
+      growing%stored_grown = stored_energy(m)
+   end subroutine note_grown
+
+   !> Note by what the loads have changed since then by their own history: where all change alike, by the root of what is stored.
+   subroutine note_drive(growing, m)
+      type(growing_t), intent(inout) :: growing
+      type(motion_t), intent(in) :: m
+      growing%drive = 0                          ! where there was no load before, tips that advanced have freed nothing
+      if (growing%stored_grown > 0) growing%drive = sqrt(stored_energy(m)/growing%stored_grown)
+   end subroutine note_drive
+
    !> Before all that drives the material is multiplied by a factor: correct the work that it does in a load step. Tips have advanced at
-   !> constant drive, and the loads follow; what they do on the way is that of the mean of the forces at both ends of the step, as if
-   !> both had gone on together. In a linear body the difference is the energy that the advance has freed, times the factor less 1.
+   !> constant drive, and the loads follow, by their history and by the factor; what they do on the way is that of the mean of the
+   !> forces at both ends of the step, as if all had gone on together. In a linear body the difference is the energy that the advance has
+   !> freed, times by what the drive changes less 1.
    subroutine correct_work(growing, factor, m)
       type(growing_t), intent(in) :: growing
       real(dp), intent(in) :: factor
       type(motion_t), intent(inout) :: m
       m%external_work = m%external_work &
-                        + (factor - 1)*((m%external_work - growing%work) - (stored_energy(m) - growing%stored))
+                        + (growing%drive*factor - 1)*((m%external_work - growing%work) - (stored_energy(m) - growing%stored))
    end subroutine correct_work
 
    !> Scale all loads and prescribed motions.

@@ -11,7 +11,7 @@ module hampm_guards
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
-   use hampm_measurements, only: measurements_t
+   use hampm_measurements, only: measurements_t, energy_residual
    use hampm_motion, only: motion_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
@@ -32,6 +32,7 @@ module hampm_guards
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
    real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be told [-]
+   real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
@@ -39,6 +40,7 @@ module hampm_guards
                               mixed = 'those of a linear material, and lose their meaning', &
                               overlapped = 'the faces of the crack have gone through each other, ', &
                               travelled = 'strained material has travelled through the cells', &
+                              unbalanced = 'the energy balance does not account for ', &
                               crossed = 'stretched material has passed from cell to cell'
 
 contains
@@ -83,6 +85,7 @@ contains
                              other_scheme(motion))
       else
          call look_for_gain(motion, measurements, now, gain, warning)
+         call look_at_balance(motion, measurements, now, warning)
          call look_at_strain(motion, now, warning)
          call look_at_stretch(motion, measurements, now, warning)
          call look_at_travel(motion, measurements, now, warning)
@@ -116,6 +119,21 @@ contains
                 'stores. Likely cause: the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion), &
                 gained, warning)
    end subroutine look_for_gain
+
+   !> Warn, once, where the audit does not account for a notable part of the energy: the work on a particle in a step is that of the mean of
+   !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
+   subroutine look_at_balance(motion, measurements, now, warning)
+      type(motion_t), intent(in) :: motion
+      type(measurements_t), intent(in) :: measurements
+      character(*), intent(in) :: now
+      character(:), allocatable, intent(inout) :: warning
+      real(dp) :: residual
+      if (.not. motion%audit) return
+      residual = abs(energy_residual(motion, measurements))
+      if (residual <= noticed_residual) return
+      call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step has '// &
+                'strained some material by much; reduce &method courant'//other_scheme(motion), unbalanced, warning)
+   end subroutine look_at_balance
 
    !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
    subroutine look_at_domains(motion, now, failure)

@@ -16,7 +16,7 @@ module hampm_program
    use hampm_simulation, only: simulation_t, build, rebuild, run, warnings, result_path
    use hampm_summary, only: summary, solver_report, rest_report, rest_proposal
    use hampm_text, only: to_text
-   use hampm_threads, only: check_threads
+   use hampm_threads, only: check_threads, surplus_threads
    use hampm_version, only: version
    implicit none
    private
@@ -90,6 +90,8 @@ contains
       call check_room(failure)
       call check_threads(options%threads, failure)
       if (failure%failed()) return
+      report = surplus_threads(options%threads)
+      if (report /= '') call print_message(report, kind='warning: ')
       if (options%resume /= '') then
          call resume(options, scene, needs, simulation, failure)
       else

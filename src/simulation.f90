@@ -14,7 +14,8 @@ module hampm_simulation
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: growing_t, new_growing, keep_growing
-   use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, correct_work, scale_loads
+   use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, note_grown, note_drive, &
+                                    correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes, look_at_normals
@@ -213,10 +214,21 @@ contains
       resumes = allocated(s%lengths)
       call s%interruption%start(s%motion%steps)
       call open_results(s, folder, failure)
-      if (failure%failed()) then
-         call s%results%close(failure)
-         return
+      if (.not. failure%failed()) call run_to_end(s, quiet, resumes, failure)
+      call s%results%close(failure)
+      call s%integrator%finish()
+      if (.not. failure%failed()) then
+         call remove_file(checkpoint_name(s%results%path))
+         call remove_file(partial_name(checkpoint_name(s%results%path)))
       end if
+      call s%results%release()
+   end subroutine run
+
+   !> Advance to the end time, from the start or from where a checkpoint was written, and tell how that has ended.
+   subroutine run_to_end(s, quiet, resumes, failure)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: quiet, resumes
+      type(failure_t), intent(inout) :: failure
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
       if (.not. resumes) call settle_at_start(s, failure)
@@ -235,12 +247,7 @@ contains
       if (size(s%cracks%crack) > 0 .and. failure%code /= exit_stopped) &
          call look_at_faces(s%measurements, s%cracks%crack(1), is_at_rest(s), s%warning)
       call tell_end(s, failure)
-      call s%results%close(failure)
-      call s%integrator%finish()
-      if (failure%failed()) return
-      call remove_file(checkpoint_name(s%results%path))
-      call remove_file(partial_name(checkpoint_name(s%results%path)))
-   end subroutine run
+   end subroutine run_to_end
 
    !> Time of the next sample, snapshot or of the end [s].
    pure real(dp) function next_output(s) result(time)
@@ -263,15 +270,12 @@ contains
          if (s%growing%are_there()) call prepare_growth(s, failure)
          if (failure%failed()) return
          call s%integrator%advance(s%motion, s%dt, failure)
+         if (s%growing%at_rest) call note_drive(s%growing, s%motion)
+         if (s%integrator%is_static .and. s%refinement%is_active() .and. .not. failure%failed()) call adapt_at_rest(s, failure)
          if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)
          if (.not. failure%failed() .and. s%carried%are_there()) call carry_cracks(s, failure)
-         if (.not. failure%failed() .and. (s%refinement%is_active() .or. s%motion%has_domains())) then
-            if (s%integrator%is_static) then
-               call adapt_at_rest(s, failure)
-            else
-               call adapt(s, before, failure)
-            end if
-         end if
+         if (.not. (failure%failed() .or. s%integrator%is_static) .and. (s%refinement%is_active() .or. s%motion%has_domains())) &
+            call adapt(s, before, failure)
          if (failure%failed()) return
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1
@@ -299,6 +303,7 @@ contains
       logical :: have_planned
       if (s%growing%at_rest) then
          call grow(s, failure)
+         call note_grown(s%growing, s%motion)
          return
       end if
       if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) then

@@ -1,5 +1,6 @@
 !> Signals with which a user or a batch system asks the program to stop. The first one is remembered, to be looked at where the run
-!> can be stopped well; a second one of the same kind ends the program at once.
+!> can be stopped well. A second SIGINT, by which an impatient user means it, ends the program at once. Others may come again, as
+!> Slurm and srun each send a SIGTERM at the limit of time: the run still has the time to write a checkpoint.
 module hampm_signals
    use, intrinsic :: iso_c_binding, only: c_funptr, c_funloc, c_int, c_intptr_t
    implicit none
@@ -15,6 +16,7 @@ module hampm_signals
    ! The numbers are those of Linux on x86 and ARM
    type(signal_t), parameter :: watched(*) = [signal_t(1, 'SIGHUP'), signal_t(2, 'SIGINT'), signal_t(10, 'SIGUSR1'), &
                                               signal_t(12, 'SIGUSR2'), signal_t(15, 'SIGTERM'), signal_t(24, 'SIGXCPU')]
+   integer(c_int), parameter :: by_keyboard = 2        !! SIGINT
    integer(c_int), parameter :: file_too_large = 25    !! SIGXFSZ: a write beyond the limit of the size of files
    integer(c_intptr_t), parameter :: by_default = 0, ignored = 1    !! what C calls SIG_DFL and SIG_IGN
 
@@ -57,6 +59,6 @@ contains
       integer(c_int), value :: number
       type(c_funptr) :: before
       caught = number
-      before = c_signal(number, transfer(by_default, before))
+      if (number == by_keyboard) before = c_signal(number, transfer(by_default, before))
    end subroutine remember
 end module hampm_signals

@@ -7,7 +7,7 @@ module hampm_threads
    use hampm_thread_probe, only: threads_that_start
    implicit none
    private
-   public :: check_threads, use_threads, thread_count, processor_count, host_name
+   public :: check_threads, surplus_threads, use_threads, thread_count, processor_count, host_name
 
    integer, parameter :: particles_per_thread = 50000   !! with fewer, a further thread costs more than it gives
 
@@ -32,6 +32,16 @@ contains
       call failure%report(exit_input, to_text(max(wanted, thread_count()))//' threads cannot be started, but '//to_text(n)// &
                           ': use fewer (--threads, OMP_NUM_THREADS), or allow more processes or memory (ulimit -u, ulimit -v)')
    end subroutine check_threads
+
+   !> What the user should know where more threads are wanted than there are processors: each step all wait for the one that has none.
+   function surplus_threads(wanted) result(warning)
+      integer, intent(in) :: wanted
+      character(:), allocatable :: warning
+      warning = ''
+      if (wanted > processor_count()) &
+         warning = to_text(wanted)//' threads share '//to_text(processor_count())//' processors, and wait for each other in '// &
+                   'every step: --threads '//to_text(processor_count())//' is faster'
+   end function surplus_threads
 
    !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of processors.
    subroutine use_threads(wanted, particles)

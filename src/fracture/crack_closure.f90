@@ -41,21 +41,32 @@ contains
    end function crack_opening
 
    !> How far the faces of a path have parted at the point of it next to a place; 0 where there is no material on both sides [m].
-   pure function path_opening(tip, x, grid, p, blocks) result(opening)
+   !> Where cells meet there, those on one side of it tell, or the mean of both: so mirror images of a crack open alike.
+   pure function path_opening(tip, x, toward, grid, p, blocks) result(opening)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
+      real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to the side whose cells tell, 0: both
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       real(dp) :: opening(modes)
-      real(dp) :: point(ndim), normal(ndim), axis(ndim, ndim)
-      integer :: elements(faces)
+      real(dp), parameter :: beside = 1e-4_dp    ! cells
+      real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim)
+      integer :: elements(faces), side, n
       opening = 0
       call grid%cut_cells%find_nearest(x, point, normal)
-      elements = faces_at(grid, blocks, point, normal, tip%only_face())
-      if (all(elements == 0)) return
+      along = [normal(2), -normal(1)]
+      if (dot_product(along, toward) < 0) along = -along
       axis = frame_along(tip%direction)
-      opening = matmul(jump_between(grid, p, blocks, elements, point), axis(:, [2, 1]))
+      n = 0
+      do side = 1, -1, -2
+         elements = faces_at(grid, blocks, point + side*beside*tip%nodes%spacing*along, normal, tip%only_face())
+         if (all(elements == 0)) cycle
+         opening = opening + matmul(jump_between(grid, p, blocks, elements, point), axis(:, [2, 1]))
+         n = n + 1
+         if (norm2(toward) > 0) exit
+      end do
+      if (n > 1) opening = opening/n
       if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
       if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
    end function path_opening

@@ -41,7 +41,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: thickness          !! [m]
-      real(dp) :: xi(ndim), volume
+      real(dp) :: x(ndim), xi(ndim), volume
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
       do leaf = 1, grid%forest%leaf_count()
@@ -51,7 +51,8 @@ contains
             w = weights_along(n)
             do e = first, first + corners - 1
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  xi = grid%in_leaf(e, grid%local_coordinate(e, p%reference(i, :)))
+                  x = p%reference(i, :)
+                  xi = grid%in_leaf(e, grid%local_coordinate(e, x))
                   volume = grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n)))
                   p%mass(i) = p%mass(i)/p%volume(i)*volume
                   p%volume(i) = volume

@@ -55,6 +55,7 @@ module hampm_results
       procedure :: write_snapshot
       procedure :: flush => flush_results
       procedure :: close => close_results
+      procedure :: release => release_results
       procedure, private :: add_attribute_text, add_attribute_real, add_attribute_integer
    end type results_t
 
@@ -310,7 +311,7 @@ contains
    end subroutine find_series
 
    !> Write out all samples and close the file. Nothing happens where the file could not be made; where it could not be written to
-   !> its end, the last one stays in its place.
+   !> its end, the last one stays in its place. No other run may write it before it is released.
    subroutine close_results(self, failure)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: failure
@@ -321,8 +322,13 @@ contains
          call self%file%close(fault)
          call remove_file(partial_name(self%path))
       end if
-      call self%lock%release()
    end subroutine close_results
+
+   !> Let other runs write this result, and the checkpoint beside it.
+   subroutine release_results(self)
+      class(results_t), intent(inout) :: self
+      call self%lock%release()
+   end subroutine release_results
 
    !> Add the waiting samples to the columns.
    subroutine write_samples(self, fault)

@@ -27,6 +27,9 @@ module hampm_largest_step
    real(dp), parameter :: of_anisotropy = 0.95_dp
    !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
+   !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
+   !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/growth.md)
+   real(dp), parameter :: of_growth = 0.5_dp
    !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
    real(dp), parameter :: of_local_steps = 0.54_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
@@ -63,6 +66,7 @@ contains
          if (any(scene%materials%law == 'orthotropic')) limit = limit*of_anisotropy
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
+         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(scene%growth) > 0) limit = limit*of_growth
          if (method%time_steps == 'local') limit = limit*of_local_steps
          if (size(scene%paths) > 0 .or. size(scene%growth) > 0) limit = limit*shorter_step
       end associate

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 
 import pytest
 
@@ -78,12 +79,13 @@ def test_what_may_end_otherwise_next_time_is_no_outcome(case, folder):
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL], ids=lambda number: number.name)
 def test_a_stopped_case_goes_on_from_its_checkpoint(case, folder, number):
-    """SIGTERM is for all processes, as of Slurm, SIGINT for the group, as of a keyboard, and SIGKILL for the script alone."""
+    """SIGTERM is for all processes, and twice, as of Slurm and its srun, SIGINT for the group, as of a keyboard, and SIGKILL for the script alone."""
     process = subprocess.Popen(case(SLOW, "--checkpoint", "0.1"), stderr=subprocess.PIPE, text=True, start_new_session=True)
     wait_for((folder / CHECKPOINT).exists)
     if number == signal.SIGTERM:
-        for each in (process.pid, *runs_of(folder, PROGRAM)):
-            os.kill(each, signal.SIGTERM)
+        for each in 2 * (process.pid, *runs_of(folder, PROGRAM)):
+            with suppress(ProcessLookupError):
+                os.kill(each, signal.SIGTERM)
     elif number == signal.SIGINT:
         os.killpg(process.pid, signal.SIGINT)
     else:

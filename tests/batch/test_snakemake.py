@@ -138,14 +138,14 @@ def assert_table(path, sweep, slow):
 def test_cases_in_groups_as_on_a_cluster(tmp_path):
     """By an executor that takes the place of Slurm's; the rest is what the profile for Slurm says."""
     path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0], [20, 0], [30, 0]], method.mass: [lumped, ful]}\n"
-                       "memory: 100\nruntime: 7")
+                       "memory: 100\nruntime: 7\nthreads: 2")
     process = start(path, "--profile", BATCH / "profiles/slurm", "--executor", "standin",
                     "--seconds-between-status-checks", "1", cores=4, PYTHONPATH=str(BATCH.parent / "tests/batch/plugins"))
     code, _, messages = finish(process)
     assert code == 0, messages
     assert Counter(row["outcome"] for row in table(path)) == {"done": 3, "refused": 3}
-    # Four of the six at a time, then the other two
-    assert (tmp_path / "submitted.txt").read_text().split() == ["6", "4", "400", "14"]
+    # The six after one another: cores and memory of one, time of all
+    assert (tmp_path / "submitted.txt").read_text().split() == ["6", "2", "100", "42"]
 
 
 def test_a_mistake_ends_before_any_case_is_run(tmp_path):

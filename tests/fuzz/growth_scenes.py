@@ -45,9 +45,11 @@ def growth(chance, number, end):
 
 def scene(chance):
     """A plate of 20 by 20 mm, pulled, sheared or hit."""
-    cell = chance.choice([0.5, 0.7, 1.0])
+    indicator, level = chance.choice(["none", "none", "tip", "gradient"]), chance.choice([1, 2])
+    refines = indicator != "none"
+    cell = chance.choice([0.7, 1.0, 1.0] if refines else [0.5, 0.7, 1.0])   # the time of a scene goes with the third power of its cells
     n = round(20 / cell)
-    side, end = n * cell / 2, chance.choice([4e-6, 8e-6])
+    side, end = n * cell / 2, 4e-6 if refines and level == 2 else chance.choice([4e-6, 8e-6])
     number = chance.choice([1, 1, 1, 2, 3])
     places = {1: [(0, 0)], 2: [(-4.5, -1), (4.5, 1)], 3: [(-5, -3), (5, -3), (0, 5)]}[number]
     mass = chance.choice(["lumped", "blend", "full"])
@@ -57,7 +59,7 @@ def scene(chance):
 &body material = 'a'  lower = {-side}e-3, {-side}e-3  upper = {side}e-3, {side}e-3 /
 &method scheme = '{chance.choice(["musl", "musl", "usf", "usl", "usavg"])}'  mass = '{mass}' /
 &damping rate = {chance.choice([0, 0, 1e5])} /
-&refine indicator = '{chance.choice(["none", "none", "tip", "gradient"])}'  max_level = {chance.choice([1, 2])}  rings = 4
+&refine indicator = '{indicator}'  max_level = {level}  rings = 4
    max_particles = 20000 /
 &energy_release estimators = 'domain_integral', 'energy_balance' /
 &output file = 'case.h5'  history_interval = {end / 20} /

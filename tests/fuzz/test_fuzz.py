@@ -4,11 +4,13 @@ import random
 import subprocess
 import sys
 
+import checkpoint_files
 import growth_scenes
 import h5py
 import meeting_scenes
 import mutations
 import pytest
+import rest_scenes
 import shape_scenes
 from fuzz import SCENES, answers, fuzz, table
 from runs import try_runs
@@ -71,12 +73,17 @@ def test_cracks_that_grow_at_random(program, cases):
 
 @pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 15), pytest.param(DEBUG_PROGRAM, 20, marks=pytest.mark.verify)],
                          ids=["release", "debug"])
-@pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes], ids=["shapes", "meeting"])
+@pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes], ids=["shapes", "meeting", "rest"])
 def test_bodies_at_random(program, cases, scenes):
-    """Shapes have their areas, bodies that meet keep their momentum, and energy balances close."""
+    """Shapes have their areas, bodies that meet keep their momentum, energy balances close, and cracks at rest grow at their toughness."""
     ends, findings = try_scenes(program, cases, 1, scenes.scene, scenes.look)
     assert not findings
     assert ends[0] >= cases // 4
+
+
+def test_checkpoints_that_are_changed_are_refused():
+    refused, findings = checkpoint_files.try_checkpoints(PROGRAM, 30, 1)
+    assert not findings and refused >= 25
 
 
 HUGE = {

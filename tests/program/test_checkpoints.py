@@ -241,9 +241,10 @@ def test_a_time_limit_stops_the_run(dcb, tmp_path):
     assert "stopped by --time-limit 0.3. To go on: " in result.stderr
 
 
-def start(folder, **options):
+def start(folder, *settings, **options):
     """A long run of the coarse beam, once it has put its result in place for the first time."""
-    process = subprocess.Popen([PROGRAM, *COARSE_DCB, "--set", "run.end_time=1.0", "--set", "output.checkpoint_interval=0.5"],
+    words = [word for setting in settings for word in ("--set", setting)]
+    process = subprocess.Popen([PROGRAM, *COARSE_DCB, "--set", "run.end_time=1.0", "--set", "output.checkpoint_interval=0.5", *words],
                                cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **options)
     deadline = time.time() + 60
     while not (folder / CHECKPOINT).exists() and process.poll() is None and time.time() < deadline:
@@ -261,6 +262,29 @@ def test_signals_stop_the_run(tmp_path, name):
     assert f"stopped by {name}. To go on: hampm --resume ./{CHECKPOINT}" in message
     assert files(tmp_path) == ["dcb.h5", CHECKPOINT]
     assert read_whole(tmp_path / "dcb.h5") and read_whole(tmp_path / CHECKPOINT)
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGUSR1"])
+def test_a_signal_that_comes_again_takes_no_checkpoint_away(tmp_path, name):
+    """As of batch systems, of which each part sends one."""
+    process = start(tmp_path)
+    while process.poll() is None:
+        process.send_signal(getattr(signal, name))
+    assert process.wait() == 5 and read_whole(tmp_path / CHECKPOINT)
+
+
+def test_a_result_is_locked_until_its_last_checkpoint_is_written(tmp_path):
+    """By cells so many that writing it takes a while."""
+    process = start(tmp_path, "grid.cell=0.3125e-3", "grid.cells=320,33")
+    process.send_signal(signal.SIGTERM)
+    lock, part = tmp_path / "dcb.h5.lock", tmp_path / (CHECKPOINT + ".part")
+    was_written = False
+    while process.poll() is None:
+        is_free = not lock.exists()
+        if part.exists():
+            was_written = True
+            assert not is_free
+    assert process.wait() == 5 and was_written
 
 
 def test_a_run_that_goes_on_is_not_resumed_beside_it(tmp_path, hampm):

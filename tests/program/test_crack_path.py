@@ -59,6 +59,17 @@ def test_a_path_along_a_grid_line_is_a_line(hampm, tmp_path):
     assert path["J_tip2"][-1] == pytest.approx(path["J"][-1], rel=0.02)
 
 
+@pytest.mark.parametrize("y", [0.0, 0.2e-3], ids=["between cells", "within cells"])
+@pytest.mark.parametrize("end", [1e-3, 0.0, -0.4e-3])
+def test_cracks_that_are_mirror_images_open_alike(hampm, tmp_path, y, end):
+    """Also where the point a cell behind the tip is where cells meet."""
+    row = [run(hampm, tmp_path, plate([[(-13e-3 * sign, y), (end * sign, y)]])) for sign in (1, -1)]
+    for name in ("crack_opening", "mouth_opening", "K_I", "J"):
+        assert row[1][name][-1] == pytest.approx(row[0][name][-1], rel=1e-10), name
+    beside = run(hampm, tmp_path, plate([[(-13e-3, y), (end + 0.02e-3, y)]]))
+    assert row[0]["crack_opening"][-1] == pytest.approx(beside["crack_opening"][-1], rel=0.05)
+
+
 def test_a_crack_that_is_turned_with_its_grid(hampm, tmp_path):
     """By a quarter, with the loads; and in the opposite direction, which changes the numbers of the tips."""
     points = np.array([[-4.1e-3, -1.3e-3], [3.7e-3, 2.2e-3]])

@@ -19,6 +19,13 @@ def runner(tmp_path):
     return scenes.Runner(PROGRAM, tmp_path)
 
 
+def test_what_a_killed_run_has_left_is_no_defect(runner, tmp_path):
+    text = scenes.bar(4, scenes.method_of(courant=0.25), 100.0)
+    for name in ("case.h5", "case.h5.checkpoint", "case.h5.part", "case.h5.lock"):
+        (tmp_path / name).write_text("half of it")
+    assert runner.judge("", text, "", 0.1, scenes.growth).outcome == "stable"
+
+
 @pytest.mark.parametrize(("poisson", "wave", "mass", "outcome"), [
     (0.4999, "shear", "lumped", "stable"), (0.4999, "dilatational", "lumped", "stable"), (0.48, "shear", "full", "stable"),
     (0.49, "shear", "fmpm 4", "stable")])

@@ -1,5 +1,6 @@
 """A run that goes wrong says so: exit code, step, time, place, likely cause; what it recorded stays readable."""
 
+import os
 import re
 import resource
 import shutil
@@ -161,6 +162,13 @@ def test_little_room_in_memory(hampm, arguments, megabytes):
                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (megabytes * 10**6,) * 2))
     assert result.returncode in (0, 2, 3), result.stderr
     assert result.returncode == 0 or len([line for line in result.stderr.splitlines() if "warning" not in line]) == 1, result.stderr
+
+
+def test_more_threads_than_processors_are_warned_of(dcb):
+    n = len(os.sched_getaffinity(0))
+    result = dcb("--quiet", "--threads", str(n + 1), "--steps", "2", "--force")
+    assert f"hampm: warning: {n + 1} threads share {n} processors" in result.stderr and f"--threads {n} is faster" in result.stderr
+    assert "share" not in dcb("--quiet", "--threads", str(n), "--steps", "2", "--force").stderr
 
 
 def test_threads_that_cannot_be_started(dcb):

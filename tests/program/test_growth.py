@@ -145,6 +145,30 @@ def test_work_goes_into_new_faces(hampm, tmp_path):
     assert rest[1] < rest[0] / 2.5
 
 
+@pytest.mark.parametrize("indicator", ["tip", "zz"])
+def test_loads_are_those_of_the_toughness_on_the_mesh_of_their_row(hampm, tmp_path, indicator):
+    """Also where the mesh refines by the error once the tip has moved."""
+    text = plate(4, cell=2e-3, increment=3e-3).replace("indicator = 'tip'", f"indicator = '{indicator}'  tolerance = 0.08")
+    assert f"'{indicator}'" in text
+    row, _ = run(hampm, tmp_path, text)
+    assert np.all(np.diff(row["crack_length"]) > 0)
+    assert indicator != "zz" or row["cells"][-1] > row["cells"][0]
+    assert np.maximum(row["G"], row["G_tip2"]) == pytest.approx(100.0, rel=1e-9)
+
+
+def test_loads_that_rise_by_themselves_change_no_work(hampm, tmp_path):
+    """All loads are scaled to the toughness: what their own history does does not matter, but that there is no growth without a load."""
+    text = straight(4, 0, 2e-3).replace("estimators = 'domain_integral'", "estimators = 'domain_integral', 'energy_balance'")
+    assert "'energy_balance'" in text
+    step, _ = run(hampm, tmp_path, text)
+    ramp, _ = run(hampm, tmp_path, text.replace("force =", "history = 'ramp'  rise_time = 1.0  force =")
+                  .replace("load_steps = 4", "load_steps = 5"))
+    for name in ("load_factor", "crack_length", "G", "external_work", "strain_energy", "fracture_energy", "numerical_loss"):
+        scale = ramp["time"][1:] if name == "load_factor" else 1
+        assert scale * ramp[name][1:] == pytest.approx(step[name], rel=1e-9, abs=1e-12 * np.max(np.abs(step["strain_energy"]))), name
+    assert abs(ramp["numerical_loss"][-1]) < 0.03 * ramp["fracture_energy"][-1]
+
+
 def test_a_crack_stops(hampm, tmp_path):
     """At its largest length, and before a surface."""
     row, said = run(hampm, tmp_path, plate(3, levels=0, increment=2e-3, more="max_length = 0.0205"))
