@@ -38,11 +38,7 @@ contains
       method = settings%find('method', 1)
       call settings%demand(mistakes, method, 'frame', 'total', intro//': particles stay where their weights are right')
       if (settings%good(method, 'time') .and. scene%method%time /= 'static') then
-         call settings%demand(mistakes, method, 'mass', 'lumped', intro//': these cells have no other matrix')
          call settings%demand(mistakes, method, 'time_steps', 'global', intro)
-         if (scene%method%time == 'explicit' .and. scene%energy_release%energy_balance) call settings%complain(mistakes, &
-            settings%find('energy_release', 1), 'estimators', 'must be others than ''energy_balance'' '//intro// &
-            ' in explicit steps')
       end if
       if (scene%method%time == 'implicit' .and. settings%good(method, 'courant') .and. scene%method%courant > 0) &
          call settings%complain(mistakes, method, 'courant', 'must be 0 '//intro//' in implicit steps. Give a time_step')

@@ -98,16 +98,18 @@ MOVING = ("grid.order=2", "method.time=implicit", "method.courant=0", "method.ti
           "output.snapshot_interval=0", *TIP, "refine.max_level=2")
 
 
-def test_motion_keeps_its_energy(hampm, tmp_path):
+@pytest.mark.parametrize("mass", ["lumped", "blend", "full"])
+def test_motion_keeps_its_energy(hampm, tmp_path, mass):
     """What the load does is kinetic or strain energy, to rounding: the step of Newmark with alpha = 0 takes none."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0")
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0", f"method.mass={mass}")
     error = h["kinetic_energy"] + h["strain_energy"] - h["external_work"]
     assert np.max(np.abs(error)) < 1e-11 * np.max(h["external_work"])
 
 
-def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path):
+@pytest.mark.parametrize("mass", ["lumped", "blend", "full"])
+def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path, mass):
     """G(t) below 50 kHz, rms over the peak, with four cells over the depth and steps of a 400th of the first period."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3")
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3", f"method.mass={mass}")
     times, exact = read_curve(REFERENCE / "dcb_dynamic_undamped.csv", 1)
     t, g = h["time"], h["G_nodal_force_I"] / h["G_ref"]
     converged = np.interp(t, times, exact)
@@ -115,11 +117,24 @@ def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path):
     assert np.sqrt(np.mean(difference**2)) / np.max(np.abs(converged)) < 0.01
 
 
+@pytest.mark.parametrize("scheme", ["musl", "usl", "usf", "usavg"])
+@pytest.mark.parametrize("mass", ["lumped", "blend", "full", "fmpm"])
+def test_the_audit_of_the_energy_closes_in_explicit_steps(hampm, tmp_path, mass, scheme):
+    """With loss of the scheme, which the audit books particle by particle, on cells of three sizes."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=4e-6",
+            "energy_release.estimators=nodal_force,energy_balance", "damping.rate=1e4", f"method.mass={mass}", f"method.scheme={scheme}")
+    error = h["kinetic_energy"] + h["strain_energy"] + h["damping_loss"] + h["numerical_loss"] - h["external_work"]
+    assert np.max(np.abs(h["numerical_loss"])) > 1e-5 * np.max(h["external_work"])
+    assert np.max(np.abs(error)) < 1e-13 * np.max(h["external_work"])
+
+
 RESUMED = {
     "static": (*QUADRATIC, *BEAM, "method.load_steps=4", "load.history=ramp", "load.rise_time=1.5e-3", "output.snapshot_interval=5e-4"),
     "implicit": (*MOVING, *BEAM[:2], "run.end_time=1e-5", "output.snapshot_interval=5e-6"),
     "explicit": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-6", "output.snapshot_interval=5e-7",
                  "output.history_interval=1e-7"),
+    "full": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "method.mass=full", "run.end_time=1e-6",
+             "output.snapshot_interval=5e-7", "output.history_interval=1e-7"),
 }
 
 
@@ -152,8 +167,9 @@ def test_snapshots_have_biquadratic_cells(hampm, tmp_path):
     assert np.sum(areas) == pytest.approx(0.1 * 0.0125, rel=1e-9)
 
 
-def test_threads_do_not_change_a_byte(hampm, tmp_path):
-    words = [word for setting in (*QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
+@pytest.mark.parametrize("settings", [QUADRATIC, (*RESUMED["full"], "run.end_time=2e-7", "output.snapshot_interval=0")], ids=["rest", "motion"])
+def test_threads_do_not_change_a_byte(hampm, tmp_path, settings):
+    words = [word for setting in (*settings, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
     for threads in (1, 3):
         result = hampm(INPUT / "dcb.nml", "--quiet", "--threads", threads, "--set", f"output.file={threads}.h5", *words)
         assert result.returncode == 0, result.stderr
