@@ -18,6 +18,7 @@ module hampm_matching
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
    use hampm_outline, only: outline_t
+   use hampm_quadratic_children, only: values_of_children, give_to_children
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
@@ -143,15 +144,17 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
-      real(dp), allocatable :: gradients(:, :, :), twist(:, :)
+      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
-      if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! domains have fields of their own
+      if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
          gradients = velocity_gradients(m, marked)
          twist = twists(m, marked)
       end if
+      if (m%grid%is_quadratic()) values = values_of_children(m, marked)
       call split(m%particles, marked, gradients, twist, first_child, failure)
       if (failure%failed()) return
+      if (m%grid%is_quadratic()) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked

@@ -46,8 +46,6 @@ contains
       if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'gradient') &
          call settings%complain(mistakes, refine, 'indicator', 'must not be ''gradient'' '//intro//', which takes strain for '// &
                                 'constant in a cell. Use ''zz''')
-      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'zz') call settings%demand(mistakes, method, 'time', &
-         'static', intro//' and &refine indicator = ''zz'': a mesh that follows a motion is for bilinear cells')
    end subroutine check_method
 
    !> Laws are linear, without a share of the dilatation.

@@ -364,15 +364,6 @@ def test_what_quadratic_cells_do_not_go_with(hampm, tmp_path, old, new, phrase):
     assert_refused(hampm("case.nml"), 2, phrase)
 
 
-@pytest.mark.parametrize(("edits", "phrase"), [
-    ([("'stress_closure'", "'domain_integral'"), ("&damping", "&refine indicator = 'zz' /\n&damping")],
-     "&method time = 'explicit' (default): must be 'static' with &grid order = 2 and &refine indicator = 'zz'"),
-])
-def test_what_quadratic_cells_in_motion_do_not_go_with(hampm, tmp_path, edits, phrase):
-    (tmp_path / "case.nml").write_text(changed(*QUADRATIC[:2], ("frame = 'updated'", "frame = 'total'"), *edits))
-    assert_refused(hampm("case.nml"), 2, phrase)
-
-
 MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) + "&contact bodies = 'frictionless' /\n"
 
 
