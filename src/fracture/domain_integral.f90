@@ -28,7 +28,6 @@ module hampm_domain_integral
    !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
    !> measurements, `bench/effective_tip.py` makes them.
    real(dp), parameter :: setback(modes) = [0.20_dp, 0.31_dp]
-   real(dp), parameter :: setback_of_quadratic(modes) = [0.056_dp, 0.08_dp] !! the same of quadratic cells
 
    !> The tip of a straight crack, and the discs around it.
    type :: tip_domain_t
@@ -43,7 +42,7 @@ module hampm_domain_integral
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, in small strain [Pa]
-      logical :: quadratic = .false.             !! whether these are quadratic
+      real(dp) :: setback(modes) = 0             !! of quadratic cells, else 0 [cells]
    contains
       procedure :: in_axes
       procedure :: lag
@@ -182,7 +181,7 @@ contains
    pure real(dp) function lag(self, mode)
       class(tip_domain_t), intent(in) :: self
       integer, intent(in) :: mode
-      lag = merge(setback_of_quadratic(mode), setback(mode), self%quadratic)*self%cell
+      lag = merge(self%setback(mode), setback(mode), self%setback(mode) > 0)*self%cell
    end function lag
 
    !> A vector in the present configuration, in the axes of the crack.
