@@ -16,7 +16,7 @@ module hampm_quadratic_pass
    use hampm_pass, only: pass_t
    implicit none
    private
-   public :: pass_over_quadratic
+   public :: pass_over_quadratic, pass_between_quadratic
 
    integer, parameter :: n_points = points_of_quadratic
 
@@ -41,34 +41,51 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: audit(2)
-      type(sums_t) :: sums
       real(dp) :: of_cell(2, size(blocks%quadratic))
-      integer :: k, e, i
-      !$omp parallel do schedule(static) private(sums, e, i)
-      do k = 1, size(blocks%quadratic)
-         associate (cell => blocks%quadratic(k))
-            sums = sums_t()
-            do e = cell%first, cell%first + corners - 1
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  call pass_particle(pass, dt, materials(p%material(i)), cell, f, p, i, sums)
-               end do
-            end do
-            call store(pass, cell, sums, f)
-            of_cell(:, k) = [sums%kick_energy, sums%stress_work]
-            if (pass%map_matrix) call find_matrix(p, blocks, cell, f%mass_matrix)
-         end associate
-      end do
+      integer :: k
+      call pass_between_quadratic(pass, dt, materials, p, blocks, f, [(k, k=1, size(blocks%quadratic))], f%acceleration, &
+                                  f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by), of_cell)
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
       audit = sum(of_cell, dim=2)
    end subroutine pass_over_quadratic
 
+   !> Do a pass over some of them by given fields at the points.
+   subroutine pass_between_quadratic(pass, dt, materials, p, blocks, f, listed, acceleration, new_velocity, strain_velocity, audit)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                 !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: listed(:)           !! numbers of cells
+      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
+      real(dp), intent(out) :: audit(:, :)       !! as above, by cell, (2, listed)
+      type(sums_t) :: sums
+      integer :: k, e, i
+      !$omp parallel do schedule(static) private(sums, e, i)
+      do k = 1, size(listed)
+         associate (cell => blocks%quadratic(listed(k)))
+            sums = sums_t()
+            do e = cell%first, cell%first + corners - 1
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  call pass_particle(pass, dt, materials(p%material(i)), cell, acceleration, new_velocity, &
+                                     strain_velocity, p, i, sums)
+               end do
+            end do
+            call store(pass, cell, sums, f)
+            audit(:, k) = [sums%kick_energy, sums%stress_work]
+            if (pass%map_matrix) call find_matrix(p, blocks, cell, f%mass_matrix)
+         end associate
+      end do
+   end subroutine pass_between_quadratic
+
    !> Do the pass with one particle.
-   pure subroutine pass_particle(pass, dt, material, cell, f, p, i, sums)
+   pure subroutine pass_particle(pass, dt, material, cell, acceleration, new_velocity, strain_velocity, p, i, sums)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! [s]
       type(material_t), intent(in) :: material
       type(quadratic_cell_t), intent(in) :: cell
-      type(nodal_fields_t), intent(in) :: f
+      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i
       type(sums_t), intent(inout) :: sums
@@ -77,17 +94,17 @@ contains
       n = quadratic_functions(xi)
       gradient = quadratic_gradients(xi, cell%inverse_size)
       if (pass%kick) then
-         dv = dt*matmul(f%acceleration(:, cell%points), n)
+         dv = dt*matmul(acceleration(:, cell%points), n)
          if (pass%audit) sums%kick_energy = sums%kick_energy + 0.5_dp*p%mass(i)*sum(dv**2)
          p%velocity(i, :) = p%velocity(i, :) + dv
       end if
       if (pass%strain_fraction > 0) then
-         change = pass%strain_fraction*dt*matmul(f%velocity(:, cell%points, pass%strain_by), gradient)
+         change = pass%strain_fraction*dt*matmul(strain_velocity(:, cell%points), gradient)
          if (pass%audit) sums%stress_work = sums%stress_work + p%volume(i)*work_of_change(material, p%gradient_of(i), change, &
                                                                                           pass%strain_fraction*dt, p, i)
          p%gradient(i, :, :) = p%gradient(i, :, :) + change
       end if
-      if (pass%move) p%displacement(i, :) = p%displacement(i, :) + dt*matmul(f%velocity(:, cell%points, v_next), n)
+      if (pass%move) p%displacement(i, :) = p%displacement(i, :) + dt*matmul(new_velocity(:, cell%points), n)
       if (pass%map_mass) sums%mass = sums%mass + p%mass(i)*n
       if (pass%map_momentum) sums%momentum = sums%momentum + p%mass(i)*spread(p%velocity(i, :), 2, n_points)*spread(n, 1, ndim)
       if (pass%map_force) then
