@@ -1,6 +1,7 @@
 !> Whether the keys of a scene agree with quadratic cells, `&grid order = 2`: what these do not go with is refused.
 module hampm_quadratic_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_history_consistency, only: has_history
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: on_node
    use hampm_quadratic_points, only: fewest_points
@@ -48,15 +49,15 @@ contains
                                 'constant in a cell. Use ''zz''')
    end subroutine check_method
 
-   !> Laws are linear, without a share of the dilatation.
+   !> Laws have no history and no share of the dilatation: what particles remember would have to follow each pass.
    pure subroutine check_materials(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k
       do k = 1, size(scene%materials)
-         if (scene%materials(k)%law /= 'orthotropic') call settings%demand(mistakes, settings%find('material', k), 'law', &
-            'linear_elastic', intro//': orthotropic is the only other law that these cells have')
+         if (has_history(scene%materials(k)%law)) call settings%complain(mistakes, settings%find('material', k), 'law', &
+            'must be ''linear_elastic'', ''orthotropic'' or ''neo_hookean'' '//intro//': particles of these cells remember nothing')
          call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': they do not lock')
       end do
    end subroutine check_materials

@@ -347,7 +347,7 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("time = 'static'", "time_steps = 'local'", "&method time_steps = 'local': must be 'global' with &grid order = 2"),
     ("time = 'static'", "time = 'implicit' courant = 4", "&method courant = 4: must be 0 with &grid order = 2 in implicit steps"),
     ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2: must be at least 3 with &grid order = 2: with fewer some"),
-    ("'linear_elastic'", "'neo_hookean'", "&material law = 'neo_hookean': must be 'linear_elastic' with &grid order = 2"),
+    ("'linear_elastic'", "'j2_plastic' yield_stress = 1e8", "&material law = 'j2_plastic': must be 'linear_elastic', 'orthotropic' or 'neo_hookean' with &grid order = 2"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
     ("fix = 'y'", "fix = 'y' push_only = .true.", "&constraint push_only = .true.: must be .false. with &grid order = 2"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless'", "&crack contact = 'frictionless': must be 'none' with &grid"),

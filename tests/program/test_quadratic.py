@@ -110,6 +110,47 @@ def test_a_bar_under_its_weight_is_exact_on_cells_of_three_sizes(hampm, tmp_path
     assert h["strain_energy"][-1] == pytest.approx((2700 * 9.81) ** 2 * 0.06**3 / (6 * 70e9) * 0.02 * 0.01, rel=1e-12)
 
 
+RUBBER = """\
+&run thickness = 0.01 end_time = 0.3 /
+&grid cell = 0.02 cells = 15, 3 order = 2 /
+&material name = 'rubber' law = 'neo_hookean' young = 1e6 poisson = 0.3 density = 1000 /
+&body material = 'rubber' lower = 0.0, 0.0 upper = 0.2, 0.04 points_per_cell = 3 /
+&constraint lower = 0.0, 0.0 upper = 0.0, 0.04 fix = 'x{held}' /
+{symmetry}
+&load kind = 'traction' lower = 0.2, 0.0 upper = 0.2, 0.04 force = {force} history = 'ramp' rise_time = 0.1 /
+&method frame = 'total' {time} /
+&damping rate = {rate} /
+&output file = 'out.h5' snapshot_interval = 0.3 history_interval = 0.01 /
+"""
+AXIS = "&constraint lower = 0.0, 0.0 upper = 0.2, 0.0 fix = 'y' /"
+
+
+@pytest.mark.parametrize(("time", "tolerance"), [("time = 'static' load_steps = 10", 1e-12), ("scheme = 'usf'", 1e-6)])
+def test_rubber_has_the_large_stretch_of_its_closed_form(hampm, tmp_path, time, tolerance):
+    """As tests/regression/neo_hookean_bar: a stretch of 1.40 at a lateral one of 0.9, at rest and after a damped motion."""
+    (tmp_path / "rubber.nml").write_text(RUBBER.format(held="", symmetry=AXIS, force="126.6523417818091, 0.0", time=time,
+                                                       rate=0 if "static" in time else 500))
+    run(hampm, tmp_path, "rubber.nml")
+    with h5py.File(tmp_path / "out.h5") as file:
+        particles = file["VTKHDF/particles"]
+        places, moved = (np.split(particles[name][:], 2) for name in ("Points", "PointData/displacement"))
+    q = 0.9
+    stretch = np.exp(-(q**2 - 1) * 1.3 * 0.4 / 2.6 / 0.3) / q**2
+    start = places[1] - moved[1]
+    np.testing.assert_allclose(places[1][:, 0], stretch * start[:, 0], rtol=0, atol=tolerance * 0.2)
+    np.testing.assert_allclose(places[1][:, 1], q * start[:, 1], rtol=0, atol=tolerance * 0.2)
+
+
+def test_bent_rubber_has_the_energy_that_bilinear_cells_tend_to(hampm, tmp_path):
+    """A cantilever that is bent by about its depth: two cells over the depth against eight and sixteen, extrapolated."""
+    def energy(*settings):
+        return run(hampm, tmp_path, "rubber.nml", *settings)["strain_energy"][-1]
+    (tmp_path / "rubber.nml").write_text(RUBBER.format(held="y", symmetry="", force="0.0, 4.0", rate=0, time="time = 'static' load_steps = 5"))
+    coarse, fine = (energy("grid.order=1", "body.points_per_cell=2", f"grid.cell={cell}", f"grid.cells={round(0.3 / cell)},{round(0.06 / cell)}")
+                    for cell in (0.005, 0.0025))
+    assert energy() == pytest.approx(fine + (fine - coarse) / 3, rel=1e-3)
+
+
 MOVING = ("grid.order=2", "method.time=implicit", "method.courant=0", "method.time_step=1e-6", "method.frame=total",
           "body.points_per_cell=3", "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "damping.rate=0",
           "output.snapshot_interval=0", *TIP, "refine.max_level=2")
