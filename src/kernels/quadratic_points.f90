@@ -9,7 +9,7 @@
 !> 3/8, 1/4, 3/8 of three, 13/48, 11/48, 11/48, 13/48 of four. All are positive. With two no weights are exact, and a cell of 2 x 2
 !> has three motions that strain no particle.
 module hampm_quadratic_points
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
@@ -45,11 +45,11 @@ contains
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
       do leaf = 1, grid%forest%leaf_count()
-         associate (first => grid%leaf_element(leaf))
-            n = nint(sqrt(real(sum(blocks%count_in(first:first + corners - 1)), dp)))
-            if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:first + corners - 1))) cycle
+         associate (first => grid%leaf_element(leaf), last => grid%leaf_element(leaf + 1) - 1)
+            n = nint(sqrt(real(sum(blocks%count_in(first:last)), dp)))
+            if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:last))) cycle
             w = weights_along(n)
-            do e = first, first + corners - 1
+            do e = first, last
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   xi = grid%in_leaf(e, grid%local_coordinate(e, p%reference(i, :)))
                   volume = grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n)))

@@ -303,7 +303,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       type(layer_t), intent(in) :: layer
-      real(dp) :: x(ndim), normal(ndim), weight(corners, most_nodes_of_leaf)
+      real(dp) :: x(ndim), normal(ndim), weight(grid%n_functions, most_nodes_of_leaf)
       integer :: i, side, e(faces), own, master(most_nodes_of_leaf), n, j
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
@@ -339,10 +339,11 @@ contains
                do side = 1, faces
                   if (e(side) == 0) cycle
                   associate (element => nearest_carrier(grid, blocks, e(side), x))
-                     call grid%dofs%masters_of(grid%element_nodes(:, element), j, master, weight)
+                     call grid%dofs%masters_of(grid%support_of(element), j, master, weight)
                      springs%node(n + 1:n + j, s) = master(:j)
                      springs%share(n + 1:n + j, s) = (3 - 2*side) &
-                                                     *matmul(shape_functions(grid%local_coordinate(element, x)), weight(:, :j))
+                                                     *matmul(grid%functions_in(element, grid%local_coordinate(element, x)), &
+                                                             weight(:, :j))
                      n = n + j
                      if (side == 1) springs%n_left(s) = n
                   end associate

@@ -107,16 +107,12 @@ contains
       end do
    end subroutine check_loads
 
-   !> Cracks run along grid lines, stay, and do not press on themselves.
+   !> Cracks stay, and do not press on themselves.
    pure subroutine check_cracks(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k
-      do k = 1, size(scene%paths)
-         call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', &
-                                'must be ''symmetry'' or ''line'' '//intro//': a path cuts cells')
-      end do
       if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', &
                                                              'must be 1 where a crack grows')
       if (scene%crack%contact) call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '//intro)

@@ -189,25 +189,30 @@ contains
    subroutine number_inner_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
-      integer :: leaf, side, coarser, number
+      integer :: leaf, piece, side, coarser, of_coarser, number
       do leaf = 1, grid%forest%leaf_count()
-         do side = 1, sides
-            call find_coarser(grid, leaf, side, coarser)
-            if (coarser == outside) call points%enter(middle_of_side(grid, leaf, 1, side), number)
+         do piece = 1, grid%all_pieces(leaf)
+            do side = 1, sides
+               call find_coarser(grid, leaf, piece, side, coarser, of_coarser)
+               if (coarser == outside) call points%enter(middle_of_side(grid, leaf, piece, side), number)
+            end do
+            call points%enter(seen_from(grid, leaf, piece, grid%forest%place_of(leaf) &
+                                                           + level_width(grid%forest%level_of(leaf))/2), number)
          end do
-         call points%enter(grid%forest%place_of(leaf) + level_width(grid%forest%level_of(leaf))/2, number)
       end do
    end subroutine number_inner_nodes
 
-   !> The coarser leaf with material beside a side of a quadratic one; `outside` where there is none, or a cut between them.
-   pure subroutine find_coarser(grid, leaf, side, coarser)
+   !> The coarser leaf with material beside a side of a piece of a quadratic one, and the piece of it that is connected there; `outside`
+   !> where there is none, or a cut between them.
+   pure subroutine find_coarser(grid, leaf, piece, side, coarser, of_coarser)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: leaf, side
-      integer, intent(out) :: coarser
+      integer, intent(in) :: leaf, piece, side
+      integer, intent(out) :: coarser, of_coarser
       integer(long) :: place(ndim), middle(ndim)
-      integer :: normal
+      integer :: normal, other
       normal = (side + 1)/2
       coarser = outside
+      of_coarser = 0
       associate (forest => grid%forest, width => level_width(grid%forest%level_of(leaf)))
          middle = forest%place_of(leaf) + width/2
          middle(normal) = middle(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
@@ -217,8 +222,12 @@ contains
          associate (next => forest%leaf_of(place))
             if (forest%level_of(next) >= forest%level_of(leaf)) return
             if (.not. is_solid(grid, next)) return
-            if (any(seen_from(grid, leaf, 1, middle) /= seen_from(grid, next, 1, middle))) return
-            coarser = next
+            do other = 1, grid%all_pieces(next)
+               if (any(seen_from(grid, leaf, piece, middle) /= seen_from(grid, next, other, middle))) cycle
+               coarser = next
+               of_coarser = other
+               return
+            end do
          end associate
       end associate
    end subroutine find_coarser
@@ -275,9 +284,16 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, piece, corner
       integer(long) :: place(ndim)
-      place = seen_from(grid, leaf, piece, grid%forest%place_of(leaf) &
-                                           + corner_offset(corner)*level_width(grid%forest%level_of(leaf)))
+      place = seen_from(grid, leaf, piece, place_of_corner(grid, leaf, corner))
    end function corner_of_leaf
+
+   !> Place of a corner of a leaf.
+   pure function place_of_corner(grid, leaf, corner) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, corner
+      integer(long) :: place(ndim)
+      place = grid%forest%place_of(leaf) + corner_offset(corner)*level_width(grid%forest%level_of(leaf))
+   end function place_of_corner
 
    !> Place of the middle of a side of a leaf, as a piece of it sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
    pure function middle_of_side(grid, leaf, piece, side) result(place)
@@ -368,10 +384,12 @@ contains
          count_of = 0
          if (grid%is_quadratic()) then
             do leaf = 1, grid%forest%leaf_count()
-               do side = 1, sides
-                  middle = points%number_of(middle_of_side(grid, leaf, 1, side)) - n_nodes
-                  if (middle > 0) call find_masters_of_side(grid, points, leaf, side, count_of(middle), node(:, middle), &
-                                                            weight(:, middle))
+               do piece = 1, grid%all_pieces(leaf)
+                  do side = 1, sides
+                     middle = points%number_of(middle_of_side(grid, leaf, piece, side)) - n_nodes
+                     if (middle > 0) call find_masters_of_side(grid, points, leaf, piece, side, count_of(middle), &
+                                                               node(:, middle), weight(:, middle))
+                  end do
                end do
             end do
             call grid%dofs%set_masters(n_nodes, count_of, node, weight)
@@ -440,25 +458,28 @@ contains
       end subroutine add_master
    end subroutine find_masters
 
-   !> The masters of the node in the middle of a side of a quadratic leaf beside a coarser one: the nodes of the side of that, from the
-   !> end that it has in common with the leaf on.
-   pure subroutine find_masters_of_side(grid, points, leaf, side, n, master, weight)
+   !> The masters of the node in the middle of a side of a piece of a quadratic leaf beside a coarser one: the nodes of the side of that,
+   !> from the end that it has in common with the leaf on.
+   pure subroutine find_masters_of_side(grid, points, leaf, piece, side, n, master, weight)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in) :: points
-      integer, intent(in) :: leaf, side
+      integer, intent(in) :: leaf, piece, side
       integer, intent(out) :: n
       integer, intent(inout) :: master(:)
       real(dp), intent(inout) :: weight(:)
-      integer :: coarser, opposite, k
-      integer :: own(corners)
-      call find_coarser(grid, leaf, side, coarser)
+      integer(long) :: shared(ndim), own(ndim, corners)
+      integer :: coarser, of_coarser, opposite, k
+      call find_coarser(grid, leaf, piece, side, coarser, of_coarser)
       opposite = side + 2*mod(side, 2) - 1
       n = 3
       weight(:n) = [0.375_dp, 0.75_dp, -0.125_dp]
-      master(1:3:2) = [(points%number_of(corner_of_leaf(grid, coarser, 1, side_corner(opposite, k))), k=1, 2)]
-      master(2) = points%number_of(middle_of_side(grid, coarser, 1, opposite))
-      own = [(points%number_of(corner_of_leaf(grid, leaf, 1, k)), k=1, corners)]
-      if (all(own /= master(1))) master(:n) = master(n:1:-1)
+      master(1:3:2) = [(points%number_of(corner_of_leaf(grid, coarser, of_coarser, side_corner(opposite, k))), k=1, 2)]
+      master(2) = points%number_of(middle_of_side(grid, coarser, of_coarser, opposite))
+      do k = 1, corners
+         own(:, k) = place_of_corner(grid, leaf, k)
+      end do
+      shared = place_of_corner(grid, coarser, side_corner(opposite, 1))
+      if (.not. any([(all(own(:, k) == shared), k=1, corners)])) master(:n) = master(n:1:-1)
    end subroutine find_masters_of_side
 
    !> The corner at one end, 1 or 2, of a side of a leaf.
