@@ -89,13 +89,13 @@ contains
       real(dp) :: energy
       integer :: families
       call start_families(m%particles)
-      marked = coarser_than(m, m%grid%forest)
+      marked = coarser_than_cell(m)
       if (.not. any(marked) .and. .not. any(finer_than_cell(m))) return
       energy = total_energy(m)
       do while (any(marked))
          call split_marked(m, marked, failure)
          if (failure%failed()) return
-         marked = coarser_than(m, m%grid%forest)
+         marked = coarser_than_cell(m)
       end do
       do
          call recombine_marked(m, finer_than_cell(m), families, failure)
@@ -119,6 +119,26 @@ contains
       end do
    end function coarser_than
 
+   !> Which particles are coarser than they have to be in the leaf in which they stand.
+   pure function coarser_than_cell(m) result(coarser)
+      type(motion_t), intent(in) :: m
+      logical, allocatable :: coarser(:)
+      integer :: i
+      coarser = coarser_than(m, m%grid%forest)
+      if (.not. (m%grid%is_quadratic() .and. m%grid%cut_cells%are_there())) return
+      do i = 1, m%particles%n
+         if (m%particles%level(i) < level_in(m, m%grid%element_leaf(m%particles%cell(i)))) coarser(i) = .true.
+      end do
+   end function coarser_than_cell
+
+   !> How often particles in a leaf are to be split: once for each of its levels, and once more where it is a quadratic one that is cut.
+   pure integer function level_in(m, leaf) result(level)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: leaf
+      level = m%grid%forest%level_of(leaf)
+      if (m%grid%is_quadratic() .and. m%grid%cut_cells%pieces_of(leaf) > 1) level = level + 1
+   end function level_in
+
    !> Which particles are finer than their cell, and not parted by a crack from the middle of what they came from: siblings on both sides of
    !> a crack stay apart.
    pure function finer_than_cell(m) result(finer)
@@ -129,7 +149,7 @@ contains
       allocate (finer(m%particles%n))
       associate (grid => m%grid, p => m%particles)
          do i = 1, p%n
-            finer(i) = p%level(i) > grid%forest%level_of(grid%element_leaf(p%cell(i)))
+            finer(i) = p%level(i) > level_in(m, grid%element_leaf(p%cell(i)))
             if (finer(i) .and. m%has_domains()) finer(i) = 2*longest_edge(p, i) < shortest*grid%leaf_size(p%cell(i))
             if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
             x = p%reference(i, :)

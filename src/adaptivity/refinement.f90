@@ -69,13 +69,15 @@ contains
       is_due = self%follows_motion() .and. time >= self%start .and. steps/self%interval > before/self%interval
    end function is_due
 
-   !> Refine before the first step as far as that does not depend on the motion.
+   !> Refine before the first step as far as that does not depend on the motion. Quadratic cells that are cut have more particles from the
+   !> start.
    subroutine refine_at_start(r, m, tips, failure)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
+      if (m%grid%is_quadratic() .and. m%grid%cut_cells%are_there()) call match_particles(m, failure)
       adapted = r%is_active() .and. r%indicator == 'tip'
       do while (adapted .and. .not. failure%failed())
          call refine(r, m, tips, adapted, failure)

@@ -9,10 +9,12 @@
 !> 3/8, 1/4, 3/8 of three, 13/48, 11/48, 11/48, 13/48 of four. All are positive. With two no weights are exact, and a cell of 2 x 2
 !> has three motions that strain no particle.
 module hampm_quadratic_points
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
+   use hampm_moment_fitting, only: fitted_weights
    use hampm_particles, only: particles_t
+   use hampm_piece_moments, only: moments_of_pieces, polynomials_at, n_polynomials
    implicit none
    private
    public :: weights_along, weigh_points, fewest_points
@@ -41,23 +43,64 @@ contains
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: thickness          !! [m]
-      real(dp) :: xi(ndim), volume
+      real(dp) :: xi(ndim)
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
       do leaf = 1, grid%forest%leaf_count()
          associate (first => grid%leaf_element(leaf), last => grid%leaf_element(leaf + 1) - 1)
+            if (grid%cut_cells%pieces_of(leaf) > 1) then
+               call weigh_pieces(p, grid, blocks, thickness, leaf)
+               cycle
+            end if
             n = nint(sqrt(real(sum(blocks%count_in(first:last)), dp)))
             if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:last))) cycle
             w = weights_along(n)
             do e = first, last
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   xi = grid%in_leaf(e, grid%local_coordinate(e, p%reference(i, :)))
-                  volume = grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n)))
-                  p%mass(i) = p%mass(i)/p%volume(i)*volume
-                  p%volume(i) = volume
+                  call give_volume(p, i, grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n))))
                end do
             end do
          end associate
       end do
    end subroutine weigh_points
+
+   !> The same in the pieces of a leaf that is cut.
+   subroutine weigh_pieces(p, grid, blocks, thickness, leaf)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, intent(in) :: leaf
+      real(dp) :: moments(n_polynomials, grid%cut_cells%pieces_of(leaf))
+      real(dp), allocatable :: at_points(:, :), w(:)
+      integer, allocatable :: number(:)
+      integer :: piece, e, i, k
+      moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf)
+      do piece = 1, size(moments, 2)
+         associate (first => grid%leaf_element(leaf) + corners*(piece - 1))
+            number = [((i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)), e=first, first + corners - 1)]
+            if (size(number) == 0) cycle
+            allocate (at_points(n_polynomials, size(number)))
+            do k = 1, size(number)
+               at_points(:, k) = polynomials_at((p%reference(number(k), :) - grid%element_lower(:, first)) &
+                                                /grid%forest%size_of(leaf))
+            end do
+            w = fitted_weights(at_points, moments(:, piece))
+            do k = 1, size(number)
+               call give_volume(p, number(k), w(k)*grid%forest%size_of(leaf)**ndim*thickness)
+            end do
+            deallocate (at_points)
+         end associate
+      end do
+   end subroutine weigh_pieces
+
+   !> Give a particle a volume [m3], and the mass that goes with it.
+   subroutine give_volume(p, i, volume)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: i
+      real(dp), intent(in) :: volume
+      p%mass(i) = p%mass(i)/p%volume(i)*volume
+      p%volume(i) = volume
+   end subroutine give_volume
 end module hampm_quadratic_points
