@@ -15,6 +15,7 @@ module hampm_spring_placement
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_small_pieces, only: tie_small_pieces
    implicit none
    private
    public :: rebuild_springs, look_at_openings, shorter_step, release_length
@@ -88,6 +89,7 @@ contains
       do k = 1, size(grid%cut_cells%lines)
          if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
+      if (grid%is_quadratic()) call tie_small_pieces(springs, grid, p, blocks, materials)
       if (springs%n > 0 .and. springs%are_bounded) call soften(springs, grid, p, blocks, materials)
    end subroutine rebuild_springs
 
