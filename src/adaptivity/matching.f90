@@ -101,6 +101,7 @@ contains
          call recombine_marked(m, finer_than_cell(m), families, failure)
          if (failure%failed() .or. families == 0) exit
       end do
+      if (has_fuller_cells(m) .and. .not. failure%failed()) call rebuild_on_grid(m, failure) ! whose springs follow the particles
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
@@ -125,11 +126,17 @@ contains
       logical, allocatable :: coarser(:)
       integer :: i
       coarser = coarser_than(m, m%grid%forest)
-      if (.not. (m%grid%is_quadratic() .and. m%grid%cut_cells%are_there())) return
+      if (.not. has_fuller_cells(m)) return
       do i = 1, m%particles%n
          if (m%particles%level(i) < level_in(m, m%grid%element_leaf(m%particles%cell(i)))) coarser(i) = .true.
       end do
    end function coarser_than_cell
+
+   !> Whether cells that are cut are to have more particles than others: quadratic ones.
+   pure logical function has_fuller_cells(m)
+      type(motion_t), intent(in) :: m
+      has_fuller_cells = m%grid%is_quadratic() .and. m%grid%cut_cells%are_there()
+   end function has_fuller_cells
 
    !> How often particles in a leaf are to be split: once for each of its levels, and once more where it is a quadratic one that is cut.
    pure integer function level_in(m, leaf) result(level)

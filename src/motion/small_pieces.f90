@@ -17,7 +17,7 @@ module hampm_small_pieces
    public :: tie_small_pieces
 
    real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs nothing
-   real(dp), parameter :: firmness = 0.1_dp      !! stiffness of a spring, over E' and the thickness
+   real(dp), parameter :: firmness = 1.0_dp      !! stiffness of a spring, over E' and the thickness
 
 contains
 
