@@ -26,7 +26,7 @@ module hampm_spring_placement
    real(dp), parameter :: of_outer = 0.3478548451374538_dp/2, of_inner = 0.6521451548625461_dp/2
    real(dp), parameter :: part(points) = [of_outer, of_inner, of_inner, of_outer] !! of the layer that each stands for
 
-   !> Stiffness of a layer for each area, in E'/h. As bonds, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
+   !> Stiffness of a layer for each area, in E'/h with h the distance of the nodes along the edges of cells. As bonds, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
    !> places of the tip (docs/cracks.md).
    real(dp), parameter :: firmness = 3
 
@@ -353,7 +353,7 @@ contains
                springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
                springs%pressed(s) = max(0.0_dp, -dot_product(normal, springs%opening(:, s)))
                associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, own, x)))))
-                  springs%stiffness(s) = firmness*material%plane_modulus()/grid%leaf_size(own) &
+                  springs%stiffness(s) = firmness*material%plane_modulus()*merge(2, 1, grid%is_quadratic())/grid%leaf_size(own) &
                                          *springs%thickness*part(i)*norm2(to - from)
                   if (layer%face /= both_faces) springs%stiffness(s) = 2*springs%stiffness(s)
                end associate
