@@ -107,7 +107,7 @@ contains
       end do
    end subroutine check_loads
 
-   !> Cracks stay, and do not press on themselves.
+   !> Cracks stay.
    pure subroutine check_cracks(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
@@ -115,7 +115,9 @@ contains
       integer :: k
       if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', &
                                                              'must be 1 where a crack grows')
-      if (scene%crack%contact) call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '//intro)
+      if (scene%crack%contact .and. scene%refine%indicator == 'zz') call settings%complain(mistakes, settings%find('crack', 1), &
+         'contact', 'must be ''none'' '//intro//' and &refine indicator = ''zz'': nodes of both faces are to be at the same '// &
+         'places. Use a &crack of kind = ''path'', or indicator = ''tip''')
       if (scene%energy_release%stress_closure) call settings%complain(mistakes, settings%find('energy_release', 1), 'estimators', &
          'must be others than ''stress_closure'' '//intro//': the paper has it for bilinear cells')
       if (scene%contact%is_wanted()) call settings%complain(mistakes, settings%find('contact', 1), 'bodies', &
