@@ -22,7 +22,7 @@ module hampm_matching
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
-   public :: match_particles, adopt_forest, adopt_lines
+   public :: match_particles, has_fuller_cells, adopt_forest, adopt_lines
 
    !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
    !> its children recombine
@@ -135,7 +135,7 @@ contains
    !> Whether cells that are cut are to have more particles than others: quadratic ones.
    pure logical function has_fuller_cells(m)
       type(motion_t), intent(in) :: m
-      has_fuller_cells = m%grid%is_quadratic() .and. m%grid%cut_cells%are_there()
+      has_fuller_cells = m%grid%is_quadratic() .and. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))
    end function has_fuller_cells
 
    !> How often particles in a leaf are to be split: once for each of its levels, and once more where it is a quadratic one that is cut.
@@ -143,7 +143,7 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: leaf
       level = m%grid%forest%level_of(leaf)
-      if (m%grid%is_quadratic() .and. m%grid%cut_cells%pieces_of(leaf) > 1) level = level + 1
+      if (m%grid%is_quadratic() .and. m%grid%is_cut(leaf)) level = level + 1
    end function level_in
 
    !> Which particles are finer than their cell, and not parted by a crack from the middle of what they came from: siblings on both sides of

@@ -8,7 +8,7 @@ module hampm_refinement
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
-   use hampm_matching, only: adopt_forest, match_particles
+   use hampm_matching, only: adopt_forest, match_particles, has_fuller_cells
    use hampm_motion, only: motion_t
    use hampm_text, only: to_text
    implicit none
@@ -77,7 +77,7 @@ contains
       real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
-      if (m%grid%is_quadratic() .and. m%grid%cut_cells%are_there()) call match_particles(m, failure)
+      if (has_fuller_cells(m)) call match_particles(m, failure)
       adapted = r%is_active() .and. r%indicator == 'tip'
       do while (adapted .and. .not. failure%failed())
          call refine(r, m, tips, adapted, failure)

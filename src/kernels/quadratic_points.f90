@@ -36,8 +36,9 @@ contains
       w = (1 + (1/12.0_dp - mean)*n/sum((q - mean)*q)*(q - mean))/n
    end function weights_along
 
-   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them. Cells that are not
-   !> full, as particles on their way to finer ones may leave them for a while, stay as they are.
+   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them; in cells that are cut those
+   !> that fit their moments. Other cells that are not full, as particles on their way to finer ones may leave them for a while, stay as they
+   !> are.
    subroutine weigh_points(p, grid, blocks, thickness)
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
@@ -48,7 +49,7 @@ contains
       integer :: leaf, e, i, n
       do leaf = 1, grid%forest%leaf_count()
          associate (first => grid%leaf_element(leaf), last => grid%leaf_element(leaf + 1) - 1)
-            if (grid%cut_cells%pieces_of(leaf) > 1) then
+            if (grid%is_cut(leaf)) then
                call weigh_pieces(p, grid, blocks, thickness, leaf)
                cycle
             end if
@@ -65,7 +66,7 @@ contains
       end do
    end subroutine weigh_points
 
-   !> The same in the pieces of a leaf that is cut.
+   !> The same in the pieces of a leaf that is cut by a crack or the edge of a body.
    subroutine weigh_pieces(p, grid, blocks, thickness, leaf)
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
@@ -73,14 +74,36 @@ contains
       real(dp), intent(in) :: thickness          !! [m]
       integer, intent(in) :: leaf
       real(dp) :: moments(n_polynomials, grid%cut_cells%pieces_of(leaf))
+      integer :: body
+      if (.not. allocated(grid%bodies)) then
+         moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf)
+         call fit_pieces(p, grid, blocks, thickness, leaf, moments)
+         return
+      end if
+      do body = 1, size(grid%bodies)
+         if (.not. any(p%body(particles_in(blocks, grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1)) == body)) cycle
+         moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf, grid%bodies(body))
+         call fit_pieces(p, grid, blocks, thickness, leaf, moments, body)
+      end do
+   end subroutine weigh_pieces
+
+   !> Fit the volumes of particles, all or those of a body, to the moments of the pieces of a leaf.
+   subroutine fit_pieces(p, grid, blocks, thickness, leaf, moments, body)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
+      integer, intent(in), optional :: body
       real(dp), allocatable :: at_points(:, :), w(:)
       integer, allocatable :: number(:)
-      integer :: piece, e, i, k
-      moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf)
+      integer :: piece, k
       do piece = 1, size(moments, 2)
          associate (first => grid%leaf_element(leaf) + corners*(piece - 1))
-            number = [((i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)), e=first, first + corners - 1)]
-            if (size(number) == 0) cycle
+            number = particles_in(blocks, first, first + corners - 1)
+            if (present(body)) number = pack(number, p%body(number) == body)
+            if (size(number) == 0 .or. .not. moments(1, piece) > 0) cycle
             allocate (at_points(n_polynomials, size(number)))
             do k = 1, size(number)
                at_points(:, k) = polynomials_at((p%reference(number(k), :) - grid%element_lower(:, first)) &
@@ -93,7 +116,16 @@ contains
             deallocate (at_points)
          end associate
       end do
-   end subroutine weigh_pieces
+   end subroutine fit_pieces
+
+   !> The particles in some elements.
+   pure function particles_in(blocks, first, last) result(number)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: first, last         !! element
+      integer, allocatable :: number(:)
+      integer :: e, i
+      number = [((i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)), e=first, last)]
+   end function particles_in
 
    !> Give a particle a volume [m3], and the mass that goes with it.
    subroutine give_volume(p, i, volume)

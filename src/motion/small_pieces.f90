@@ -1,5 +1,5 @@
-!> What holds the nodes of small pieces of quadratic cells that are cut: a piece that has few particles leaves some motions of its nine nodes
-!> free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of a fuller cell next to it, on the
+!> What holds the nodes of small pieces of quadratic cells that cracks or edges cut: a piece that has few particles leaves some motions of its
+!> nine nodes free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of a fuller cell next to it, on the
 !> same side of the crack, are continued. Such springs do not feel any quadratic displacement.
 !>
 !> Source: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220; here it is the difference of the continued polynomials
@@ -37,7 +37,7 @@ contains
          end associate
       end do
       do e = 1, grid%n_elements, corners
-         if (.not. (fill(e) > 0 .and. fill(e) < enough) .or. .not. grid%is_piece(e)) cycle
+         if (.not. (fill(e) > 0 .and. fill(e) < enough) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
          host = fullest_beside(grid, fill, e)
          if (host > 0) call tie(springs, grid, p, blocks, materials, e, host)
       end do

@@ -66,8 +66,12 @@ contains
       call note_moving(springs, old)
       springs%n = 0
       springs%n_contact = 0
-      if (.not. grid%cut_cells%are_there()) return
+      if (.not. (grid%cut_cells%are_there() .or. grid%is_quadratic() .and. allocated(grid%bodies))) return
       if (.not. allocated(springs%kind)) call make_room(springs, 64)
+      if (.not. grid%cut_cells%are_there()) then
+         call tie_small_pieces(springs, grid, p, blocks, materials)
+         return
+      end if
       do k = 1, size(grid%cut_cells%ends)
          associate (end => grid%cut_cells%ends(k))
             associate (line => grid%cut_cells%lines(end%line))

@@ -13,6 +13,7 @@ module hampm_quadratic_consistency
    public :: check_quadratic_cells
 
    character(*), parameter :: intro = 'with &grid order = 2'
+   character(*), parameter :: of_mass = 'where such cells are cut, some nodes would have a mass below 0'
 
 contains
 
@@ -62,14 +63,12 @@ contains
       end do
    end subroutine check_materials
 
-   !> Bodies are rectangles that fill cells, with enough particles in each.
+   !> Rectangles fill cells, other shapes are at rest; with enough particles in each cell.
    pure subroutine check_bodies(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: entry, k
-      if (size(scene%holes) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', 'must be 1 where a body '// &
-                                                        'has a hole: quadratic cells are whole ones')
       do k = 1, size(scene%bodies)
          entry = settings%find('body', k)
          associate (body => scene%bodies(k))
@@ -78,12 +77,11 @@ contains
                                       intro//': with fewer some motions of its nodes strain no particle')
             if (abs(body%spin) > 0) call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro)
             if (any(abs(body%eigenstrain) > 0)) call settings%complain(mistakes, entry, 'eigenstrain', 'must be 0 '//intro)
-            if (body%shape /= 'rectangle') then
-               call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'' '//intro//': edges that cut such cells '// &
-                                      'are not there')
+            if (body%outline%is_there()) then
+               if (scene%method%time /= 'static') call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'' '// &
+                  intro//' in motion: '//of_mass//'. Use time = ''static''')
                cycle
             end if
-            if (body%outline%is_there()) cycle
             if (.not. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) &
                call settings%complain(mistakes, entry, 'lower', 'and upper must be nodes of the lattice '//intro// &
                                       ': bodies are to fill their cells')
@@ -113,6 +111,11 @@ contains
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k
+      do k = 1, size(scene%paths)
+         if (scene%method%time == 'static') cycle
+         call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', 'must be ''symmetry'' or '// &
+                                '''line'' '//intro//' in motion: '//of_mass//'. Use time = ''static''')
+      end do
       if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', &
                                                              'must be 1 where a crack grows')
       if (scene%crack%contact .and. scene%refine%indicator == 'zz') call settings%complain(mistakes, settings%find('crack', 1), &

@@ -36,7 +36,7 @@ module hampm_grid
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
    use hampm_outer_nodes, only: outer_nodes_t, find_outer_nodes
-   use hampm_outline, only: outline_t
+   use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
    implicit none
    private
@@ -50,6 +50,8 @@ module hampm_grid
       type(cut_t), allocatable :: cuts(:)               !! and where it was cut then, along grid lines
       type(cut_cells_t) :: cut_cells                    !! and in any direction
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
+      logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
+      logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)
       type(outer_nodes_t) :: outer_nodes                !! of cells that these nearly leave empty
       integer, allocatable :: sheet_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
       integer :: n_sheets = 1
@@ -85,6 +87,7 @@ module hampm_grid
       procedure :: is_on_first_sheet
       procedure :: copies_of_nodes
       procedure :: is_quadratic
+      procedure :: is_cut
       procedure :: support_of
       procedure :: functions_in
       procedure :: gradients_in
@@ -112,22 +115,23 @@ contains
       allocate (grid%cuts(0))
       if (present(cuts)) grid%cuts = cuts
       if (present(lines)) call find_cut_cells(forest, lines, grid%cut_cells)
+      if (present(solids)) then
+         if (allocated(solids)) then
+            allocate (grid%solids, source=solids)
+            grid%n_functions = points_of_quadratic
+         end if
+      end if
       if (present(bodies)) then
          if (allocated(bodies)) then
             allocate (grid%bodies, source=bodies)
-            call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
+            call find_fills(grid)
+            if (.not. grid%is_quadratic()) call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
          end if
       end if
       if (present(sheets)) then
          if (allocated(sheets)) then
             allocate (grid%sheet_of_body, source=sheets)
             grid%n_sheets = maxval(sheets)
-         end if
-      end if
-      if (present(solids)) then
-         if (allocated(solids)) then
-            allocate (grid%solids, source=solids)
-            grid%n_functions = points_of_quadratic
          end if
       end if
       associate (n_leaves => forest%leaf_count())
@@ -233,7 +237,38 @@ contains
       end associate
    end subroutine find_coarser
 
-   !> Whether a leaf is filled with material.
+   !> Find which leaves bodies fill, and of which they have a part.
+   pure subroutine find_fills(grid)
+      type(grid_t), intent(inout) :: grid
+      real(dp) :: m(0:ndim), fill, largest
+      integer :: leaf, k
+      associate (n => grid%forest%leaf_count())
+         allocate (grid%is_full(n), grid%is_met(n))
+         do leaf = 1, n
+            fill = 0
+            largest = 0
+            associate (lower => grid%forest%position(grid%forest%place_of(leaf)), width => grid%forest%size_of(leaf))
+               do k = 1, size(grid%bodies)
+                  m = grid%bodies(k)%moments(lower, lower + width)/width**ndim
+                  fill = fill + max(m(0), 0.0_dp)
+                  largest = max(largest, m(0))
+               end do
+            end associate
+            grid%is_met(leaf) = fill > least_part
+            grid%is_full(leaf) = largest > 1 - 1e-9_dp
+         end do
+      end associate
+   end subroutine find_fills
+
+   !> Whether a leaf is cut by a line, or by the edge of a body that is no mere rectangle, so that its particles do not stand for all of it.
+   pure logical function is_cut(self, leaf)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      is_cut = self%cut_cells%pieces_of(leaf) > 1
+      if (allocated(self%is_full) .and. .not. is_cut) is_cut = self%is_met(leaf) .and. .not. self%is_full(leaf)
+   end function is_cut
+
+   !> Whether there is material in a leaf.
    pure logical function is_solid(grid, leaf)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf
@@ -241,6 +276,10 @@ contains
       integer :: k
       x = grid%forest%position(grid%forest%place_of(leaf)) + grid%forest%size_of(leaf)/2
       is_solid = .false.
+      if (allocated(grid%is_met)) then
+         is_solid = grid%is_met(leaf)
+         return
+      end if
       do k = 1, size(grid%solids, 3)
          is_solid = is_solid .or. all(x > grid%solids(:, 1, k) .and. x < grid%solids(:, 2, k))
       end do

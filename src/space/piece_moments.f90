@@ -1,13 +1,14 @@
-!> What of a leaf each of its pieces has, as integrals of polynomials over it: the area and the moments by which particles of quadratic cells
-!> are weighed (`hampm_moment_fitting`).
+!> What of a body is in each piece of a leaf, as integrals of polynomials over it: the area and the moments by which particles of quadratic
+!> cells are weighed (`hampm_moment_fitting`).
 !>
-!> The square of the leaf is divided into quarters, and these again, until one straight line at most runs through each: that cuts it into two
-!> convex polygons, over which polynomials are integrated exactly. Where a line turns or lines cross, the smallest squares are cut by one of
-!> them only.
+!> The square of the leaf is divided into quarters, and these again, until one straight line at most runs through each, of a crack or an edge:
+!> that cuts it into two convex polygons, over which polynomials are integrated exactly. Where a line turns or lines cross, the smallest
+!> squares are cut by one of them only. A circle is a polygon of its area.
 module hampm_piece_moments
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, corner_offset
+   use hampm_outline, only: outline_t, ring_t
    implicit none
    private
    public :: polynomials_at, moments_of_pieces, n_polynomials
@@ -19,6 +20,7 @@ module hampm_piece_moments
    integer, parameter :: degree(ndim, n_polynomials) = reshape([0, 0, 1, 0, 0, 1, 1, 1, 2, 0, 0, 2, 2, 1, 1, 2, &
                                                                2, 2, 3, 0, 0, 3, 3, 1, 1, 3], [ndim, n_polynomials])
    integer, parameter :: most_divisions = 7      !! of a leaf
+   integer, parameter :: sides_of_circle = 32    !! for each edge of a leaf along it
 
    ! A rule of six points for a triangle, exact to the fourth degree (Dunavant 1985)
    real(dp), parameter :: outer = 0.091576213509770743_dp, outer_weight = 0.109951743655321868_dp
@@ -41,24 +43,56 @@ contains
       value = [(p(degree(1, k), 1)*p(degree(2, k), 2), k=1, n_polynomials)]
    end function polynomials_at
 
-   !> Integrals of the polynomials over each piece of a leaf, over the area of the leaf [-], (polynomials, pieces).
-   pure function moments_of_pieces(cut, forest, leaf) result(moments)
+   !> Integrals of the polynomials over what is in each piece of a leaf, of a body if its outline is given, over the area of the leaf [-],
+   !> (polynomials, pieces).
+   pure function moments_of_pieces(cut, forest, leaf, body) result(moments)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
+      type(outline_t), intent(in), optional :: body
       real(dp), allocatable :: moments(:, :)
       real(dp), allocatable :: segment(:, :, :)
       integer :: k
       allocate (moments(n_polynomials, cut%pieces_of(leaf)), source=0.0_dp)
       segment = cut%segments_near(leaf)
+      if (present(body)) then
+         do k = 1, size(body%rings)
+            call add_sides(body%rings(k), forest%position(forest%place_of(leaf)), forest%size_of(leaf), segment)
+         end do
+      end if
       do k = 1, size(segment, 3)
          segment(:, :, k) = (segment(:, :, k) - spread(forest%position(forest%place_of(leaf)), 2, 2))/forest%size_of(leaf)
       end do
-      call add_square(cut, forest, leaf, segment, [0.0_dp, 0.0_dp], 1.0_dp, most_divisions, moments)
+      call add_square(cut, forest, leaf, segment, [0.0_dp, 0.0_dp], 1.0_dp, most_divisions, moments, body)
    end function moments_of_pieces
 
+   !> Add the sides of a ring that may meet a square.
+   pure subroutine add_sides(ring, lower, edge, segment)
+      type(ring_t), intent(in) :: ring
+      real(dp), intent(in) :: lower(ndim), edge  !! of the square [m]
+      real(dp), allocatable, intent(inout) :: segment(:, :, :) !! [m], (ndim, 2, segments)
+      real(dp), parameter :: pi = acos(-1.0_dp)
+      real(dp), allocatable :: corner(:, :)
+      integer :: n, k, next
+      if (ring%is_circle) then
+         if (abs(norm2(lower + edge/2 - ring%center) - ring%radius) > edge) return
+         n = max(64, sides_of_circle*ceiling(2*pi*ring%radius/edge))
+         corner = ring%corners(n)
+         do k = 1, n
+            corner(:, k) = ring%center + sqrt(2*pi/(n*sin(2*pi/n)))*(corner(:, k) - ring%center)
+         end do
+      else
+         corner = ring%points
+      end if
+      do k = 1, size(corner, 2)
+         next = mod(k, size(corner, 2)) + 1
+         if (any(max(corner(:, k), corner(:, next)) < lower .or. min(corner(:, k), corner(:, next)) > lower + edge)) cycle
+         segment = reshape([segment, corner(:, k), corner(:, next)], [ndim, 2, size(segment, 3) + 1])
+      end do
+   end subroutine add_sides
+
    !> Add what is in a square of a leaf.
-   pure recursive subroutine add_square(cut, forest, leaf, segment, lower, edge, divisions, moments)
+   pure recursive subroutine add_square(cut, forest, leaf, segment, lower, edge, divisions, moments, body)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
@@ -66,6 +100,7 @@ contains
       real(dp), intent(in) :: lower(ndim), edge  !! of the square
       integer, intent(in) :: divisions           !! that are left
       real(dp), intent(inout) :: moments(:, :)
+      type(outline_t), intent(in), optional :: body
       real(dp) :: corner(ndim, 4)
       real(dp), allocatable :: part(:, :)
       integer :: k, side
@@ -74,19 +109,19 @@ contains
       met = pack([(k, k=1, size(segment, 3))], [(meets(segment(:, :, k), lower, edge), k=1, size(segment, 3))])
       corner = spread(lower, 2, 4) + edge*reshape([0, 0, 1, 0, 1, 1, 0, 1], [ndim, 4])
       if (size(met) == 0) then
-         call add_polygon(cut, forest, leaf, corner, moments)
+         call add_polygon(cut, forest, leaf, corner, moments, body)
          return
       end if
       ends = size(met) > 1 .or. any([(all(segment(:, k, met(1)) > lower .and. segment(:, k, met(1)) < lower + edge), k=1, 2)])
       if (ends .and. divisions > 0) then
          do k = 1, 4
-            call add_square(cut, forest, leaf, segment, lower + edge/2*corner_offset(k), edge/2, divisions - 1, moments)
+            call add_square(cut, forest, leaf, segment, lower + edge/2*corner_offset(k), edge/2, divisions - 1, moments, body)
          end do
          return
       end if
       do side = -1, 1, 2
          part = one_side(corner, segment(:, 1, met(1)), side*(segment(:, 2, met(1)) - segment(:, 1, met(1))))
-         if (size(part, 2) > 2) call add_polygon(cut, forest, leaf, part, moments)
+         if (size(part, 2) > 2) call add_polygon(cut, forest, leaf, part, moments, body)
       end do
    end subroutine add_square
 
@@ -137,17 +172,22 @@ contains
       kept = list(:, :n)
    end function one_side
 
-   !> Add the integrals over a convex polygon to those of the piece in which its middle is.
-   pure subroutine add_polygon(cut, forest, leaf, points, moments)
+   !> Add the integrals over a convex polygon to those of the piece in which its middle is, if that is in the body.
+   pure subroutine add_polygon(cut, forest, leaf, points, moments, body)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       real(dp), intent(in) :: points(:, :)       !! in local coordinates, anticlockwise, (ndim, 3 or more)
       real(dp), intent(inout) :: moments(:, :)
+      type(outline_t), intent(in), optional :: body
       real(dp) :: x(ndim), first(ndim), second(ndim)
       integer :: piece, i
-      x = sum(points, dim=2)/size(points, 2)
-      piece = cut%piece_at(forest, leaf, forest%position(forest%place_of(leaf)) + forest%size_of(leaf)*x)
+      x = forest%position(forest%place_of(leaf)) + forest%size_of(leaf)*sum(points, dim=2)/size(points, 2)
+      if (present(body)) then
+         if (.not. body%covers(x)) return
+      end if
+      piece = 1
+      if (cut%pieces_of(leaf) > 1) piece = cut%piece_at(forest, leaf, x)
       do i = 3, size(points, 2)
          first = points(:, i - 1) - points(:, 1)
          second = points(:, i) - points(:, 1)
