@@ -92,7 +92,7 @@ contains
       real(dp) :: n(n_points), gradient(n_points, ndim), xi(ndim), t(ndim, ndim), change(ndim, ndim), dv(ndim)
       xi = (p%reference(i, :) - cell%lower)*cell%inverse_size
       n = quadratic_functions(xi)
-      gradient = quadratic_gradients(xi, cell%inverse_size)
+      gradient = quadratic_gradients(xi, cell%inverse_size) + cell%correction
       if (pass%kick) then
          dv = dt*matmul(acceleration(:, cell%points), n)
          if (pass%audit) sums%kick_energy = sums%kick_energy + 0.5_dp*p%mass(i)*sum(dv**2)

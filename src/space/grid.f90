@@ -58,6 +58,9 @@ module hampm_grid
       real(dp), allocatable :: solids(:, :, :)          !! corners of the rectangles that are filled with material, where cells are
                                                         !! quadratic; else not allocated [m], (ndim, 2, number)
       integer :: n_functions = corners                  !! shape functions in an element
+      real(dp), allocatable :: correction(:, :, :)      !! of the gradients of functions in quadratic cells, or pieces of them, that are cut
+                                                        !! (`hampm_quadratic_points`); not allocated where none are [1/m],
+                                                        !! (functions, ndim, cells)
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
       integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
@@ -635,6 +638,7 @@ contains
       real(dp) :: gradient(self%n_functions, ndim) !! [1/m]
       if (self%is_quadratic()) then
          gradient = quadratic_gradients(self%in_leaf(e, xi), 0.5_dp/self%element_size(e))
+         if (allocated(self%correction)) gradient = gradient + self%correction(:, :, (e - 1)/corners + 1)
       else
          gradient = shape_gradients(xi, 1/self%element_size(e))
       end if

@@ -6,14 +6,15 @@
 !> squares are cut by one of them only. A circle is a polygon of its area.
 module hampm_piece_moments
    use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, corner_offset
    use hampm_outline, only: outline_t, ring_t
    implicit none
    private
-   public :: polynomials_at, moments_of_pieces, n_polynomials
+   public :: polynomials_at, moments_of_pieces, integrals_of_gradients, n_polynomials
 
-   integer, parameter :: n_polynomials = 13
+   integer, parameter :: n_polynomials = 13, n_of_gradients = 8
 
    !> Degrees in x and y of the polynomials, products of those of Legendre. The first eight are those of which gradients of biquadratic functions
    !> are made; all together those of linear stress times these.
@@ -42,6 +43,31 @@ contains
       end associate
       value = [(p(degree(1, k), 1)*p(degree(2, k), 2), k=1, n_polynomials)]
    end function polynomials_at
+
+   !> Integrals of the gradients of the biquadratic functions, by local coordinates, over what has these moments, over the area of the leaf [-]:
+   !> by their coefficients, which follow from integrals over the whole leaf by three points in each direction.
+   pure function integrals_of_gradients(moments) result(integrals)
+      real(dp), intent(in) :: moments(:)         !! of the polynomials [-]
+      real(dp) :: integrals(points_of_quadratic, ndim)
+      real(dp), parameter :: at(3) = 0.5_dp + [-0.5_dp, 0.0_dp, 0.5_dp]*sqrt(0.6_dp), weight(3) = [5, 8, 5]/18.0_dp
+      integer :: i, j
+      integrals = 0
+      do j = 1, 3
+         do i = 1, 3
+            integrals = integrals + weight(i)*weight(j)*quadratic_gradients([at(i), at(j)], 1.0_dp) &
+                        *sum((2*degree(1, :n_of_gradients) + 1)*(2*degree(2, :n_of_gradients) + 1) &
+                             *first_polynomials([at(i), at(j)])*moments(:n_of_gradients))
+         end do
+      end do
+   contains
+      !> Those of which gradients are made.
+      pure function first_polynomials(xi) result(value)
+         real(dp), intent(in) :: xi(ndim)
+         real(dp) :: value(n_of_gradients), every(n_polynomials)
+         every = polynomials_at(xi)
+         value = every(:n_of_gradients)
+      end function first_polynomials
+   end function integrals_of_gradients
 
    !> Integrals of the polynomials over what is in each piece of a leaf, of a body if its outline is given, over the area of the leaf [-],
    !> (polynomials, pieces).
