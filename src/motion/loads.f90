@@ -31,7 +31,6 @@ module hampm_loads
       integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
       logical :: by_mass = .false.               !! whether it acts on all material of its hosts, else at the points
-      logical :: by_gauss = .false.              !! whether points are those of Gauss on the parts of edges
       real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
                                                  !! (ndim, points)
       ! Of a pressure on the faces of a crack that cuts cells: `hampm_pressed_faces` finds its points
@@ -74,8 +73,8 @@ contains
       end do
    end subroutine load_on_points
 
-   !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at three: with these the
-   !> forces on the nodes of a straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
+   !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
+   !> all of them: with these the forces on the nodes of a straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
    subroutine load_on_parts(p, grid, blocks, parts, share, load)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
@@ -88,15 +87,14 @@ contains
       real(dp) :: x(ndim)
       integer :: k, i, n
       if (grid%is_quadratic()) then
-         at = sqrt(0.6_dp)*[1, 0, -1]
-         weight = [5, 8, 5]/18.0_dp
+         at = [0.0_dp]
+         weight = [1.0_dp]
       else
          at = 1/sqrt(3.0_dp)*[1, -1]
          weight = [0.5_dp, 0.5_dp]
       end if
       n = size(at)*size(parts)
       allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
-      load%by_gauss = .true.
       do k = 1, size(parts)
          do i = 1, size(at)
             n = size(at)*k + 1 - i
@@ -384,22 +382,23 @@ contains
       end do
    end subroutine share_by_corners
 
-   !> Shape functions of the nodes of the host's cell at point `k` of a load; in quadratic cells their mean over its segment, by Simpson's
-   !> rule, which is exact.
+   !> Shape functions of the nodes of the host's cell at point `k` of a load; in quadratic cells their mean over its segment, by Gauss's
+   !> rule of three points, which is exact, on slanted segments too.
    pure function weights(load, k, grid, p) result(n)
       type(load_t), intent(in) :: load
       integer, intent(in) :: k
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       real(dp) :: n(grid%n_functions)
+      real(dp), parameter :: gauss = sqrt(0.6_dp)
       real(dp) :: x(ndim)
       associate (host => load%host(k))
          x = p%place_in_grid(host) + load%offset(:, k)
          if (.not. p%total_frame) x = x + matmul(p%gradient(host, :, :), load%offset(:, k))
          n = grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x))
-         if (.not. grid%is_quadratic() .or. load%by_gauss) return
-         n = (4*n + grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - load%half(:, k))) &
-              + grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + load%half(:, k))))/6
+         if (.not. grid%is_quadratic()) return
+         n = (8*n + 5*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - gauss*load%half(:, k))) &
+              + 5*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + gauss*load%half(:, k))))/18
       end associate
    end function weights
 
