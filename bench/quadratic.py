@@ -5,6 +5,7 @@
     reference  the value that graded meshes of quadratic cells tend to, by J and by the nodal closure, from two sequences of meshes
     tension    a crack in the middle of a plate in tension, where nothing bends: the same comparison
     dispersion waves along a bar of such cells for each mass matrix, and the largest stable time step of a block: from matrices, without a run
+    paths      cracks that cut cells, in a plate of 40 by 80 mm: K of slanted, edge, kinked and two cracks against integral equations
     motion     G(t) of the undamped beam below 50 kHz in 0.6 ms against converged finite elements: implicit steps
 
 Run by `make quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
@@ -145,6 +146,34 @@ def dispersion(runs):
     write(rows, "dispersion", runs.program.folder)
 
 
+def paths(runs):
+    import numpy as np
+    from cracks import cases, scene
+    names = "a2 slanted beta=15", "a2 slanted beta=30", "a2 slanted beta=45", "a3 edge beta=30", "a6", "a7"
+    rows = [("cells", "cell [mm]", "levels", "particles", "CPU [s]", "K [%], rms", "G [%], rms", "G [%], largest")]
+    file = runs.program.folder / "path.nml"
+    for order, meshes in {"quadratic": [(4, 1), (4, 2), (4, 3), (4, 4), (4, 5), (2, 1), (2, 2), (2, 3), (2, 4)],
+                          "bilinear": [(2, 2), (2, 3), (2, 4), (1, 1), (1, 2), (1, 3), (1, 4), (0.5, 1), (0.5, 2), (0.5, 3)]}.items():
+        for cell, levels in meshes:
+            of_k, of_g, particles, cost = [], [], [], []
+            for name, cracks, half, _, asked in cases():
+                if not name.startswith(names):
+                    continue
+                file.write_text(scene(cracks, cell * 1e-3, half, levels))
+                h, _, seconds = runs(file, [*ORDERS[order], "output.file=quadratic.h5", "method.frame=total"])
+                ends = [""] + [column[3:] for column in h if column.startswith("K_I_tip")]
+                k = np.array([[h["K_I" + end][-1], h["K_II" + end][-1]] for end in ends])
+                asked = np.array(asked)
+                of_k += list(((k - asked) / np.max(np.abs(asked))).ravel())
+                of_g += list(np.sum(k**2, axis=1) / np.sum(asked**2, axis=1) - 1)
+                particles.append(h["particles"][-1])
+                cost.append(seconds)
+            rows.append((order, cell, levels, int(np.mean(particles)), f"{np.mean(cost):.2f}", f"{100 * np.sqrt(np.mean(np.square(of_k))):.3f}",
+                         f"{100 * np.sqrt(np.mean(np.square(of_g))):.3f}", f"{100 * np.max(np.abs(of_g)):.2f}"))
+            print("  ".join(map(str, rows[-1])), flush=True)
+    write(rows, "paths", runs.program.folder)
+
+
 def motion(runs):
     import numpy as np
     from history import lowpass, read_curve
@@ -170,6 +199,7 @@ def motion(runs):
 
 
 PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "dispersion": dispersion, "motion": motion}
+PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "paths": paths, "motion": motion}
 
 if __name__ == "__main__":
     ARGUMENTS = command_line(__doc__, list(PARTS), "results/quadratic")

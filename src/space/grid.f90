@@ -217,7 +217,7 @@ contains
       integer, intent(in) :: leaf, piece, side
       integer, intent(out) :: coarser, of_coarser
       integer(long) :: place(ndim), middle(ndim)
-      integer :: normal, other
+      integer :: normal, other, end
       normal = (side + 1)/2
       coarser = outside
       of_coarser = 0
@@ -232,6 +232,11 @@ contains
             if (.not. is_solid(grid, next)) return
             do other = 1, grid%all_pieces(next)
                if (any(seen_from(grid, leaf, piece, middle) /= seen_from(grid, next, other, middle))) cycle
+               do end = 1, 2                     ! samples tell less of the ends than of the middle
+                  place = place_of_corner(grid, leaf, side_corner(side, end))
+                  if (any(seen_from(grid, leaf, piece, place) /= seen_from(grid, next, other, place))) exit
+               end do
+               if (end <= 2) cycle
                coarser = next
                of_coarser = other
                return
