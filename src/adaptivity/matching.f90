@@ -59,7 +59,9 @@ contains
       energy = total_energy(m)
       forest = m%grid%forest
       call change_grid(m, forest, lines, failure)
-      if (.not. failure%failed()) m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      if (failure%failed()) return
+      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      if (has_fuller_cells(m)) call match_particles(m, failure)
    end subroutine adopt_lines
 
    !> Build the grid of a forest, cut along lines where there are any, and sort the particles into it.

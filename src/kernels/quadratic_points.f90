@@ -26,7 +26,7 @@ module hampm_quadratic_points
    use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, polynomials_at, n_polynomials
    implicit none
    private
-   public :: weights_along, weigh_points, fewest_points
+   public :: weights_along, weigh_points, correct_points, fewest_points
 
    integer, parameter :: fewest_points = 3       !! in a cell and direction
 
@@ -56,9 +56,6 @@ contains
       real(dp) :: xi(ndim)
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
-      if (allocated(grid%correction)) deallocate (grid%correction)
-      if (any([(grid%is_cut(leaf), leaf=1, grid%forest%leaf_count())])) &
-         allocate (grid%correction(grid%n_functions, ndim, grid%n_elements/corners), source=0.0_dp)
       do leaf = 1, grid%forest%leaf_count()
          associate (first => grid%leaf_element(leaf), last => grid%leaf_element(leaf + 1) - 1)
             if (grid%is_cut(leaf)) then
@@ -76,31 +73,74 @@ contains
             end do
          end associate
       end do
+      call correct_points(p, grid, blocks, thickness)
    end subroutine weigh_points
+
+   !> Find the corrections of gradients in cells that are cut, for particles with the volumes that they have.
+   subroutine correct_points(p, grid, blocks, thickness)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(inout) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, allocatable :: bodies(:)
+      real(dp), allocatable :: moments(:, :)
+      integer :: leaf, piece, k
+      if (allocated(grid%correction)) deallocate (grid%correction)
+      do leaf = 1, grid%forest%leaf_count()
+         if (.not. grid%is_cut(leaf)) cycle
+         if (.not. allocated(grid%correction)) &
+            allocate (grid%correction(grid%n_functions, ndim, grid%n_elements/corners), source=0.0_dp)
+         bodies = bodies_in(p, grid, blocks, leaf)
+         if (size(bodies) == 0) cycle
+         moments = moments_of_body(grid, leaf, bodies(1))
+         do k = 2, size(bodies)
+            moments = moments + moments_of_body(grid, leaf, bodies(k))
+         end do
+         do piece = 1, size(moments, 2)
+            call correct_gradients(p, grid, blocks, thickness, grid%leaf_element(leaf) + corners*(piece - 1), moments(:, piece))
+         end do
+      end do
+   end subroutine correct_points
+
+   !> The bodies that have particles in a leaf; where no outlines are known the first stands for all.
+   pure function bodies_in(p, grid, blocks, leaf) result(bodies)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: leaf
+      integer, allocatable :: bodies(:)
+      integer :: k
+      associate (number => particles_in(blocks, grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1))
+         bodies = [(k, k=1, merge(1, 0, size(number) > 0))]
+         if (allocated(grid%bodies)) bodies = pack([(k, k=1, size(grid%bodies))], [(any(p%body(number) == k), &
+                                                                                 k=1, size(grid%bodies))])
+      end associate
+   end function bodies_in
+
+   !> The moments of what of a body is in each piece of a leaf; where no outlines are known, of all of it.
+   pure function moments_of_body(grid, leaf, body) result(moments)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, body
+      real(dp), allocatable :: moments(:, :)
+      if (allocated(grid%bodies)) then
+         moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf, grid%bodies(body))
+      else
+         moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf)
+      end if
+   end function moments_of_body
 
    !> The same in the pieces of a leaf that is cut by a crack or the edge of a body.
    subroutine weigh_pieces(p, grid, blocks, thickness, leaf)
       type(particles_t), intent(inout) :: p
-      type(grid_t), intent(inout) :: grid
+      type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: thickness          !! [m]
       integer, intent(in) :: leaf
-      real(dp), dimension(n_polynomials, grid%cut_cells%pieces_of(leaf)) :: moments, total
-      integer :: body, piece
-      total = 0
-      if (.not. allocated(grid%bodies)) then
-         total = moments_of_pieces(grid%cut_cells, grid%forest, leaf)
-         call fit_pieces(p, grid, blocks, thickness, leaf, total)
-      else
-         do body = 1, size(grid%bodies)
-            if (.not. any(p%body(particles_in(blocks, grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1)) == body)) cycle
-            moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf, grid%bodies(body))
-            call fit_pieces(p, grid, blocks, thickness, leaf, moments, body)
-            total = total + moments
-         end do
-      end if
-      do piece = 1, size(total, 2)
-         call correct_gradients(p, grid, blocks, thickness, grid%leaf_element(leaf) + corners*(piece - 1), total(:, piece))
+      integer, allocatable :: bodies(:)
+      integer :: k
+      bodies = bodies_in(p, grid, blocks, leaf)
+      do k = 1, size(bodies)
+         call fit_pieces(p, grid, blocks, thickness, leaf, moments_of_body(grid, leaf, bodies(k)), bodies(k))
       end do
    end subroutine weigh_pieces
 
@@ -126,7 +166,7 @@ contains
       grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
    end subroutine correct_gradients
 
-   !> Fit the volumes of particles, all or those of a body, to the moments of the pieces of a leaf.
+   !> Fit the volumes of the particles of a body, of all where no outlines are known, to the moments of the pieces of a leaf.
    subroutine fit_pieces(p, grid, blocks, thickness, leaf, moments, body)
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
@@ -134,14 +174,14 @@ contains
       real(dp), intent(in) :: thickness          !! [m]
       integer, intent(in) :: leaf
       real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
-      integer, intent(in), optional :: body
+      integer, intent(in) :: body
       real(dp), allocatable :: at_points(:, :), w(:)
       integer, allocatable :: number(:)
       integer :: piece, k
       do piece = 1, size(moments, 2)
          associate (first => grid%leaf_element(leaf) + corners*(piece - 1))
             number = particles_in(blocks, first, first + corners - 1)
-            if (present(body)) number = pack(number, p%body(number) == body)
+            if (allocated(grid%bodies)) number = pack(number, p%body(number) == body)
             if (size(number) == 0 .or. .not. moments(1, piece) > 0) cycle
             allocate (at_points(n_polynomials, size(number)))
             do k = 1, size(number)

@@ -116,8 +116,8 @@ contains
          call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', 'must be ''symmetry'' or '// &
                                 '''line'' '//intro//' in motion: '//of_mass//'. Use time = ''static''')
       end do
-      if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', &
-                                                             'must be 1 where a crack grows')
+      if (size(scene%growth) > 0 .and. size(scene%paths) == 0) call settings%complain(mistakes, settings%find('grid', 1), &
+         'order', 'must be 1 where a crack of kind ''symmetry'' grows; a path may, at rest')
       if (scene%crack%contact .and. scene%refine%indicator == 'zz') call settings%complain(mistakes, settings%find('crack', 1), &
          'contact', 'must be ''none'' '//intro//' and &refine indicator = ''zz'': nodes of both faces are to be at the same '// &
          'places. Use a &crack of kind = ''path'', or indicator = ''tip''')

@@ -221,6 +221,43 @@ def test_friction_takes_the_work_that_is_not_stored(hampm, tmp_path):
     assert row["friction_loss"][-1] > 1e-3 * row["strain_energy"][-1]
 
 
+# --- cracks that grow -------------------------------------------------------------------------------------------------
+
+def growing(steps, cell=2e-3, levels=2, increment=1.6e-3):
+    """The crack of tests/program/test_growth.py, 16 mm at 45 degrees."""
+    end = 8e-3 / math.sqrt(2)
+    text = quadratic(scene([[(-end, -end), (end, end)]], cell, (0.02, 0.04), levels=levels, sigma=1e6))
+    text = text.replace("time = 'static'", f"time = 'static'  load_steps = {steps}")
+    return text + f"&growth direction = 'local_symmetry'  toughness = 100.0  increment = {increment} /\n"
+
+
+def test_a_path_by_local_symmetry(hampm, tmp_path):
+    """As with bilinear cells (test_growth.py): the path to a tenth of a millimetre, directions to a degree, K_I to 1 %."""
+    with (REFERENCE / "growth/p1_path_slanted_45.csv").open() as file:
+        rows = [line.strip().split(",") for line in file if not line.startswith("#")]
+    reference = {round(float(row[2]), 3): [float(x) for x in row[3:]] for row in rows if row[0] == "1.6 mm" and row[1] == "2"}
+    row = run(hampm, tmp_path, growing(5))
+    for i in range(6):
+        x, y, angle, k, _ = reference[round(1.6 * i, 3)]
+        off = math.hypot(1e3 * row["tip_x"][i] - x, 1e3 * row["tip_y"][i] - y), row["tip_angle"][i] - angle, row["K_I"][i] / row["load_factor"][i] / k - 1
+        print(off)
+        assert off[0] < 0.1 and abs(off[1]) < 1 and abs(off[2]) < 0.01
+    assert np.maximum(row["G"], row["G_tip2"]) == pytest.approx(100, rel=1e-6)
+    assert row["fracture_energy"][-1] == pytest.approx(100 * 5 * 3.2e-3 * 1e-3, rel=0.02)
+
+
+def test_growth_goes_on_from_a_checkpoint(hampm, tmp_path):
+    """With the same bytes, on other numbers of threads."""
+    text = growing(3, 1e-3, 1)
+    whole = run(hampm, tmp_path, text)
+    (tmp_path / "out.nml").write_text(text)
+    assert "stopped by --steps 2" in hampm("out.nml", "--force", "--quiet", "--steps", "2").stderr
+    assert hampm("--resume", "out.h5.checkpoint", "--quiet", "--threads", "2").returncode == 0
+    with h5py.File(tmp_path / "out.h5") as file:
+        for name, column in whole.items():
+            assert np.array_equal(file["history"][name][:], column, equal_nan=True), name
+
+
 # --- bodies of any shape ----------------------------------------------------------------------------------------------
 
 STEEL = "&material name = 's' young = 200e9 poisson = 0.3 density = 8000 /\n"
@@ -309,7 +346,8 @@ def test_a_tube_under_pressure(hampm, tmp_path):
     (("time = 'static'", "time = 'explicit'"), "'line' with &grid order = 2 in motion"),
     (("time = 'static'", "time = 'implicit'  time_step = 0.1"), "'line' with &grid order = 2 in motion"),
     (("points_per_cell = 3", "points_per_cell = 2"), "must be at least 3 with &grid order = 2"),
-    (("&energy_release", "&growth toughness = 100.0  increment = 1e-3 /\n&energy_release"), "must be 1 where a crack grows")])
+    (("&crack kind = 'path'  points = -0.0041, -0.0013, 0.0037, 0.0022", "&growth toughness = 100.0  increment = 1e-3 /\n&crack kind = 'symmetry'  tip = 0.0, -0.012 "
+      " direction = '+x'"), "must be 1 where a crack of kind 'symmetry' grows")])
 def test_what_cut_cells_do_not_go_with_is_refused(hampm, tmp_path, change, message):
     text = quadratic(scene([[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]], 1e-3, (0.012, 0.012), 1))
     assert change[0] in text
