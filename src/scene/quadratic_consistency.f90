@@ -78,8 +78,8 @@ contains
             if (abs(body%spin) > 0) call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro)
             if (any(abs(body%eigenstrain) > 0)) call settings%complain(mistakes, entry, 'eigenstrain', 'must be 0 '//intro)
             if (body%outline%is_there()) then
-               if (scene%method%time /= 'static') call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'' '// &
-                  intro//' in motion: '//of_mass//'. Use time = ''static''')
+               if (scene%method%time /= 'static') call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'', '// &
+                  'without a hole, '//intro//' in motion: '//of_mass//'. Use time = ''static''')
                cycle
             end if
             if (.not. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) &

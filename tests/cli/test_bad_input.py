@@ -350,13 +350,12 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("'linear_elastic'", "'j2_plastic' yield_stress = 1e8", "&material law = 'j2_plastic': must be 'linear_elastic', 'orthotropic' or 'neo_hookean' with &grid order = 2"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
     ("fix = 'y'", "fix = 'y' push_only = .true.", "&constraint push_only = .true.: must be .false. with &grid order = 2"),
-    ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless'", "&crack contact = 'frictionless': must be 'none' with &grid"),
+    ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
+     "&crack contact = 'frictionless': must be 'none' with &grid order = 2 and &refine indicator = 'zz'"),
     ("'domain_integral'", "'stress_closure'", "must be others than 'stress_closure' with &grid order = 2"),
     ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine indicator = 'gradient': must not be 'gradient' with &grid order = 2"),
     ("velocity = 0.0, 0.0", "spin = 1.0", "&body spin = 1.0: must be 0 with &grid order = 2"),
     ("velocity = 0.0, 0.0", "eigenstrain = 1e-4, 1e-4, 0", "eigenstrain = 1e-4, 1e-4, 0: must be 0 with &grid order = 2"),
-    ("&damping", "&body hole = .true. shape = 'circle' center = 0.02, 0.005 radius = 0.002 /\n&damping",
-     "&grid order = 2: must be 1 where a body has a hole"),
 ])
 def test_what_quadratic_cells_do_not_go_with(hampm, tmp_path, old, new, phrase):
     text = changed((old, new), scene=changed(*QUADRATIC))

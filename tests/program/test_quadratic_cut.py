@@ -357,4 +357,4 @@ def test_what_cut_cells_do_not_go_with_is_refused(hampm, tmp_path, change, messa
 @pytest.mark.parametrize("time", ["explicit", "implicit"])
 def test_shapes_in_motion_are_refused(hampm, tmp_path, time):
     text = (INPUT / "plate_with_hole.nml").read_text().replace("&grid\n", "&grid\n order = 2\n").replace("time = 'static'", f"time = '{time}'\n frame = 'total'")
-    assert "must be 'rectangle' with &grid order = 2 in motion" in run(hampm, tmp_path, text, code=2, name="plate_with_hole")
+    assert "must be 'rectangle', without a hole, with &grid order = 2 in motion" in run(hampm, tmp_path, text, code=2, name="plate_with_hole")
