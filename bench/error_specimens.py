@@ -6,13 +6,14 @@ Sources: Tada, Paris & Irwin, The Stress Analysis of Cracks Handbook; Kaya & Erd
 is good to all digits given; Suo & Hutchinson (1990) for the split beam; tests/reference/dcb_static.csv. The edge
 crack in the short plate, K = 265602.34 Pa sqrt(m) by 1 MPa, is by a dislocation-density integral equation, good to 1e-5.
 
-As a program: runs them all and writes a table of true and estimated errors.
+As a program: runs them all and writes a table of true and estimated errors, with bilinear cells and with quadratic ones of the same size.
 """
 
+import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import cos, pi, sqrt, tan
 from pathlib import Path
 
@@ -217,14 +218,27 @@ def specimens():
     return {specimen.name: specimen for specimen in found}
 
 
+def with_quadratic_cells(specimen, points=3):
+    """The same at rest, with quadratic cells of the same size."""
+    scene = re.sub(r"points_per_cell=\d", f"points_per_cell={points}", specimen.scene).replace("&grid ", "&grid order=2 ")
+    scene = re.sub(r"&method .* /", "&method frame='total' time='static' /", scene).replace(",'stress_closure'", "")
+    return replace(specimen, scene=re.sub(r"&damping.*\n", "", scene))
+
+
 def main():
     sys.path.insert(0, str(ROOT / "postprocess"))
     from history import History
     arguments = command_line(__doc__, list(specimens()), "results/error_specimens")
+    found = specimens()
+    table("errors", {name: found[name] for name in arguments.part}, arguments, History)
+    kept = [name for name in arguments.part if "point," not in name and not re.search("points?$|notched", name)]
+    table("quadratic", {name: with_quadratic_cells(found[name]) for name in kept}, arguments, History)
+
+
+def table(title, chosen, arguments, History):
     columns = ["J", "nodal force", "K"]
     rows = [["specimen"] + [f"{c}, {what}" for c in columns for what in ("error [%]", "estimate [%]", "ratio")]]
-    for name in arguments.part:
-        specimen = specimens()[name]
+    for name, specimen in chosen.items():
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "case.nml").write_text(specimen.scene)
             subprocess.run([arguments.program, f"{folder}/case.nml", "--quiet", "--output", folder, "--set", "output.file=case.h5"]
@@ -237,7 +251,7 @@ def main():
             error, estimate = abs(values[column][-1]) / known - 1, values[column + "_error"][-1] / known
             row += [f"{100 * error:+.2f}", f"{100 * estimate:.2f}", f"{estimate / abs(error):.1f}"]
         rows.append(row)
-    write(rows, "errors", arguments.output)
+    write(rows, title, arguments.output)
 
 
 if __name__ == "__main__":

@@ -14,40 +14,61 @@ the squared frequency carries the factor M A, which is 1 for the full matrix onl
 
 import numpy as np
 
-FLOOR = 0.05  # least eigenvalue of D^-1 M of a cell that is used as it is, see src/algebra/mass_matrix.f90
+FLOOR = {1: 0.05, 2: 0.02}  # least eigenvalue of D^-1 M of a cell of each order that is used as it is, see src/algebra/mass_matrix.f90
+
+
+def functions(order, a):
+    """The shape functions of a cell in one direction, at the coordinate a from 0 to 1, and their derivatives."""
+    if order == 1:
+        return np.array([1 - a, a]), np.array([-1.0, 1.0])
+    return np.array([(1 - a) * (1 - 2 * a), 4 * a * (1 - a), a * (2 * a - 1)]), np.array([4 * a - 3, 4 - 8 * a, 4 * a - 1])
+
+
+def weights(order, points):
+    """Parts of a cell that its particles stand for, along one direction: of quadratic cells those nearest to equal ones that integrate
+    1, a and a^2 exactly."""
+    equal = np.full(points, 1 / points)
+    if order == 1:
+        return equal
+    a = (np.arange(points) + 0.5) / points
+    powers = np.array([a**0, a, a**2])
+    return equal + np.linalg.pinv(powers) @ ([1, 1 / 2, 1 / 3] - powers @ equal)
 
 
 class Block:
-    """A block of nx x ny cells with four particles a cell, shifted by part of a cell against the lattice.
+    """A block of nx x ny cells with particles on a lattice, shifted by part of a cell against that of the cells.
 
     poisson     plane strain; with 0 also plane stress
     held_left   whether both components are held on the line x = 0
     held_y      whether the y component is held everywhere
+    order       1: bilinear cells; 2: biquadratic ones of nine nodes, without a shift
+    points      particles of a cell in each direction
     """
 
-    def __init__(self, nx, ny, poisson, shift=(0.0, 0.0), held_left=True, held_y=False):
-        rows = ny + (2 if shift[1] > 0 else 1)
-        columns = nx + (2 if shift[0] > 0 else 1)
+    def __init__(self, nx, ny, poisson, shift=(0.0, 0.0), held_left=True, held_y=False, order=1, points=2):
+        rows = order * (ny + (1 if shift[1] > 0 else 0)) + 1
+        columns = order * (nx + (1 if shift[0] > 0 else 0)) + 1
         n = rows * columns
+        self.floor = FLOOR[order]
+        part, each = weights(order, points), (order + 1) ** 2
         modulus = poisson / (1 - poisson)
         shear = (1 - 2 * poisson) / (2 - 2 * poisson)
         elastic = np.array([[1, modulus, 0], [modulus, 1, 0], [0, 0, shear]])
         self.middles, cells = [], {}
         stiffness = np.zeros((2 * n, 2 * n))
-        for x in np.arange(nx * 2) / 2 + 0.25 + shift[0]:
-            for y in np.arange(ny * 2) / 2 + 0.25 + shift[1]:
+        for k, x in enumerate((np.arange(nx * points) + 0.5) / points + shift[0]):
+            for m, y in enumerate((np.arange(ny * points) + 0.5) / points + shift[1]):
+                weight = part[k % points] * part[m % points]
                 i, j = int(x), int(y)
-                a, b = x - i, y - j
-                nodes = [j * columns + i, j * columns + i + 1, (j + 1) * columns + i, (j + 1) * columns + i + 1]
-                shape = np.array([(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b])
-                dx = np.array([-(1 - b), 1 - b, -b, b])
-                dy = np.array([-(1 - a), -a, 1 - a, a])
-                strain = np.zeros((3, 8))
-                strain[0, :4], strain[1, 4:], strain[2, :4], strain[2, 4:] = dx, dy, dy, dx
-                both = np.array(nodes + [k + n for k in nodes])
-                stiffness[np.ix_(both, both)] += 0.25 * strain.T @ elastic @ strain
-                cell = cells.setdefault((i, j), (nodes, np.zeros((4, 4))))
-                cell[1][:] += 0.25 * np.outer(shape, shape)
+                (along, slope), (across, rise) = functions(order, x - i), functions(order, y - j)
+                nodes = [(order * j + b) * columns + order * i + a for b in range(order + 1) for a in range(order + 1)]
+                shape, dx, dy = np.outer(across, along).ravel(), np.outer(across, slope).ravel(), np.outer(rise, along).ravel()
+                strain = np.zeros((3, 2 * each))
+                strain[0, :each], strain[1, each:], strain[2, :each], strain[2, each:] = dx, dy, dy, dx
+                both = np.array(nodes + [node + n for node in nodes])
+                stiffness[np.ix_(both, both)] += weight * strain.T @ elastic @ strain
+                cell = cells.setdefault((i, j), (nodes, np.zeros((each, each))))
+                cell[1][:] += weight * np.outer(shape, shape)
         self.n, self.cells, self.middle = n, cells, nx / 2
         x = np.tile(np.arange(columns), rows)
         used = np.zeros(n, dtype=bool)
@@ -85,8 +106,8 @@ class Block:
             lumping = {"full": 0, "blend": blend, "partial": 0 if part[0] + 0.5 <= self.middle else 1}[mass]
             diagonal = np.diag(cell[1].sum(axis=1))
             matrix = (1 - lumping) * cell[1] + lumping * diagonal
-            if np.linalg.eigvalsh(matrix - FLOOR * diagonal)[0] <= 0:
-                matrix = (1 - FLOOR) * matrix + FLOOR * diagonal
+            if np.linalg.eigvalsh(matrix - self.floor * diagonal)[0] <= 0:
+                matrix = (1 - self.floor) * matrix + self.floor * diagonal
             return matrix
 
         return np.linalg.inv(self._both(self._assembled(prepared)))

@@ -4,6 +4,8 @@
     levels     the same against the number of levels around the tip, up to 20
     reference  the value that graded meshes of quadratic cells tend to, by J and by the nodal closure, from two sequences of meshes
     tension    a crack in the middle of a plate in tension, where nothing bends: the same comparison
+    dispersion waves along a bar of such cells for each mass matrix, and the largest stable time step of a block: from matrices, without a run
+    paths      cracks that cut cells, in a plate of 40 by 80 mm: K of slanted, edge, kinked and two cracks against integral equations
     motion     G(t) of the undamped beam below 50 kHz in 0.6 ms against converged finite elements: implicit steps
 
 Run by `make quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
@@ -111,6 +113,67 @@ def tension(runs):
     write(rows, "tension", runs.program.folder)
 
 
+def frequency(q, blend, points, maps=True):
+    """omega h/c of the slowest wave that grows by exp(i q) from cell to cell: of material points, which map to the nodes and back, or of
+    elements."""
+    import numpy as np
+    from mass_theory import functions, weights
+    mass, stiffness = np.zeros((3, 3)), np.zeros((3, 3))
+    for weight, a in zip(weights(2, points), (np.arange(points) + 0.5) / points, strict=True):
+        shape, slope = functions(2, a)
+        mass += weight * np.outer(shape, shape)
+        stiffness += weight * np.outer(slope, slope)
+    last = np.array([[1, 0], [0, 1], [np.exp(1j * q), 0]])  # the last node of a cell is the first of the next
+    m, k, b = (last.conj().T @ x @ last for x in (mass, stiffness, (1 - blend) * mass + blend * np.diag(mass.sum(axis=1))))
+    inverse = np.linalg.inv(b)
+    return np.sqrt(np.linalg.eigvals(inverse @ m @ inverse @ k if maps else inverse @ k).real.min())
+
+
+def dispersion(runs):
+    import numpy as np
+    from mass_theory import Block
+    rows = [("points", "mass", "4 cells a wave", "8", "16", "order", "error/q^4", "elements: error/q^4", "limit of musl", "of usl")]
+    for points in (3, 4):
+        block = Block(5, 4, 0.3, held_left=False, order=2, points=points)
+        for name, blend in (("lumped", 1.0), ("blend 0.5", 0.5), ("blend 5/18", 5 / 18), ("blend 0.25", 0.25), ("full", 0.0)):
+            waves = 2 * np.pi / np.array([4, 8, 16])
+            error = [frequency(q, blend, points) / q - 1 for q in waves]
+            elements = frequency(waves[-1], blend, points, maps=False) / waves[-1] - 1
+            kind = name.split()[0]
+            limits = [block.limit(scheme, block.inverse(kind, blend=blend)) for scheme in ("musl", "usl")]
+            rows.append((points, name, *[f"{e:.1e}" for e in error], f"{np.log2(abs(error[1] / error[2])):.1f}",
+                         *[f"{e / waves[-1] ** 4:.1e}" for e in (error[-1], elements)], *[f"{limit:.3f}" for limit in limits]))
+    write(rows, "dispersion", runs.program.folder)
+
+
+def paths(runs):
+    import numpy as np
+    from cracks import cases, scene
+    names = "a2 slanted beta=15", "a2 slanted beta=30", "a2 slanted beta=45", "a3 edge beta=30", "a6", "a7"
+    rows = [("cells", "cell [mm]", "levels", "particles", "CPU [s]", "K [%], rms", "G [%], rms", "G [%], largest")]
+    file = runs.program.folder / "path.nml"
+    for order, meshes in {"quadratic": [(4, 1), (4, 2), (4, 3), (4, 4), (4, 5), (2, 1), (2, 2), (2, 3), (2, 4)],
+                          "bilinear": [(2, 2), (2, 3), (2, 4), (1, 1), (1, 2), (1, 3), (1, 4), (0.5, 1), (0.5, 2), (0.5, 3)]}.items():
+        for cell, levels in meshes:
+            of_k, of_g, particles, cost = [], [], [], []
+            for name, cracks, half, _, asked in cases():
+                if not name.startswith(names):
+                    continue
+                file.write_text(scene(cracks, cell * 1e-3, half, levels))
+                h, _, seconds = runs(file, [*ORDERS[order], "output.file=quadratic.h5", "method.frame=total"])
+                ends = [""] + [column[3:] for column in h if column.startswith("K_I_tip")]
+                k = np.array([[h["K_I" + end][-1], h["K_II" + end][-1]] for end in ends])
+                asked = np.array(asked)
+                of_k += list(((k - asked) / np.max(np.abs(asked))).ravel())
+                of_g += list(np.sum(k**2, axis=1) / np.sum(asked**2, axis=1) - 1)
+                particles.append(h["particles"][-1])
+                cost.append(seconds)
+            rows.append((order, cell, levels, int(np.mean(particles)), f"{np.mean(cost):.2f}", f"{100 * np.sqrt(np.mean(np.square(of_k))):.3f}",
+                         f"{100 * np.sqrt(np.mean(np.square(of_g))):.3f}", f"{100 * np.max(np.abs(of_g)):.2f}"))
+            print("  ".join(map(str, rows[-1])), flush=True)
+    write(rows, "paths", runs.program.folder)
+
+
 def motion(runs):
     import numpy as np
     from history import lowpass, read_curve
@@ -119,22 +182,24 @@ def motion(runs):
     undamped = ["damping.rate=0", "method.frame=total", "method.courant=0", "run.end_time=0.7e-3", "output.file=quadratic.h5",
                 "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "output.snapshot_interval=0",
                 "method.time=implicit"]
-    rows = [("cells", "n", "levels", "rings", "dt [us]", "particles", "CPU [s]", "rms from converged finite elements [%]")]
-    for order, cases in {"quadratic": [(2, 0, 0), (4, 0, 0), (2, 4, 1), (2, 4, 2), (4, 4, 2)],
-                         "bilinear": [(8, 0, 0), (16, 0, 0), (8, 1, 8), (8, 3, 4)]}.items():
-        for n, level, rings in cases:
+    rows = [("cells", "mass", "n", "levels", "rings", "dt [us]", "particles", "CPU [s]", "rms from converged finite elements [%]")]
+    meshes = {"quadratic": [(2, 0, 0), (4, 0, 0), (2, 4, 1), (2, 4, 2), (4, 4, 2)], "bilinear": [(8, 0, 0), (16, 0, 0), (8, 1, 8), (8, 3, 4)]}
+    kinds = [("quadratic", "lumped"), ("quadratic", "blend"), ("quadratic", "full"), ("bilinear", "lumped")]
+    for order, mass in kinds:
+        for n, level, rings in meshes[order]:
             for dt in (2e-6, 1e-6, 0.5e-6):
                 h, unit, seconds = runs(BEAM, [*undamped, *ORDERS[order], *beam_cells(n), *around_tip(level, rings),
-                                               f"method.time_step={dt}"])
+                                               f"method.time_step={dt}", f"method.mass={mass}"])
                 t, g = h["time"], h["G_nodal_force_I"] / unit
                 converged = np.interp(t, times, exact)
                 error = (lowpass(t, g, cut) - lowpass(t, converged, cut))[t <= within]
-                rows.append((order, n, level, rings, 1e6 * dt, int(h["particles"][-1]), f"{seconds:.2f}",
+                rows.append((order, mass, n, level, rings, 1e6 * dt, int(h["particles"][-1]), f"{seconds:.2f}",
                              f"{100 * np.sqrt(np.mean(error**2)) / np.max(np.abs(converged)):.2f}"))
     write(rows, "motion", runs.program.folder)
 
 
-PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "motion": motion}
+PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "dispersion": dispersion, "motion": motion}
+PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "paths": paths, "motion": motion}
 
 if __name__ == "__main__":
     ARGUMENTS = command_line(__doc__, list(PARTS), "results/quadratic")

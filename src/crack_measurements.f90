@@ -18,6 +18,7 @@ module hampm_crack_measurements
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
+   use hampm_quadratic_setback, only: setback_of_quadratic
    use hampm_path_closure, only: path_closure
    use hampm_scene, only: scene_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
@@ -128,8 +129,7 @@ contains
       type(nodal_state_t) :: state
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
          if (.not. chosen%needs_crack() .or. motion%materials(tip%material)%has_history()) return
-         if (tip%nodes%tip > 0 .and. .not. motion%grid%is_quadratic()) &
-            call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
+         if (tip%nodes%tip > 0) call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          errors%cell = tip%nodes%spacing
          if (.not. crack%known) then
             errors%nodal_force%relative = error_by_lengths(motion, tip, other_end(cracks, tip))
@@ -148,13 +148,13 @@ contains
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
          associate (best => crack%best(), doubt => crack%doubt(), &
-                    field => new_tip_field(motion%materials(tip%material), tip%direction))
-            errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt)
-            errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt)
-            errors%domain%relative = relative_errors(found%domain, best, doubt)
-            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2)
+                    field => new_tip_field(motion%materials(tip%material), tip%direction), own => motion%grid%is_quadratic())
+            errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt, own)
+            errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt, own)
+            errors%domain%relative = relative_errors(found%domain, best, doubt, own)
+            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own)
             if (chosen%domain_integral) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
-                                                                                [sum(doubt*best)/sum(best)]))
+                                                                                [sum(doubt*best)/sum(best)], own))
          end associate
       end associate
    end subroutine estimate_errors
@@ -345,7 +345,7 @@ contains
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
-      domain%quadratic = motion%grid%is_quadratic()
+      domain%setback = setback_of_quadratic(motion, tip)
       domain%face_of_line = merge(1.0_dp, -1.0_dp, tip%end == last_point)  ! the left one, as one walks along the crack
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness

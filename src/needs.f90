@@ -24,6 +24,7 @@ module hampm_needs
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
    real(dp), parameter :: of_interleaved_particle = 190, of_interleaved_cell = 130  !! where they move on; at rest less
    real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
+   real(dp), parameter :: of_quadratic_mass = 3350, of_quadratic_cg = 1600, of_viewed_quadratic_cell = 2000
    real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
 
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
@@ -137,16 +138,17 @@ contains
       if (may_be_interleaved(scene)) bytes = bytes + of_interleaved_particle*particles + of_interleaved_cell*cells
       if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
-      if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles + of_viewed_cell*cells
+      if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &
+         + merge(of_viewed_quadratic_cell, of_viewed_cell, scene%grid%order == 2)*cells
       if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
           .or. scene%method%time /= 'explicit') &
          bytes = bytes + of_stiffness*fill
       if (scene%method%mass == 'lumped') return
-      bytes = bytes + of_mass*cells
+      bytes = bytes + merge(of_quadratic_mass, of_mass, scene%grid%order == 2)*cells
       if (scene%method%mass == 'fmpm') return
       select case (scene%method%solver)
        case ('cg')
-         bytes = bytes + of_cg*cells
+         bytes = bytes + merge(of_quadratic_cg, of_cg, scene%grid%order == 2)*cells
        case default
          bytes = bytes + factors_of(scene, occupied)
       end select
@@ -157,10 +159,13 @@ contains
    pure real(dp) function factors_of(scene, occupied) result(bytes)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: occupied
-      if (scene%method%solver == 'banded') then
-         bytes = 2*8*occupied*(min(sqrt(occupied), minval(scene%grid%cells) + 1.0_dp) + 2)
+      real(dp) :: nodes, width                   ! of the bands
+      nodes = scene%grid%order**ndim*occupied
+      if (scene%method%solver == 'banded') then  ! of quadratic cells two nodes on, in lines of two nodes a cell
+         width = scene%grid%order**2*min(sqrt(occupied), minval(scene%grid%cells) + 1.0_dp) + 2
+         bytes = 2*8*nodes*width
       else
-         bytes = 56*2*fill_of(occupied)
+         bytes = 56*2*fill_of(nodes)*merge(of_quadratic_fill, 1.0_dp, scene%grid%order == 2)
       end if
    end function factors_of
 

@@ -21,6 +21,7 @@ module hampm_state
    use hampm_nodal_fields, only: keep_fields
    use hampm_particles, only: keep_particles
    use hampm_outline, only: outline_t
+   use hampm_quadratic_points, only: correct_points
    use hampm_sorting, only: take_order
    use hampm_supports, only: keep_supports
    use hampm_text, only: to_text
@@ -75,6 +76,7 @@ contains
       logical :: fits
       call take_order(m%sorting, m%particles, m%grid, m%blocks, fits, c%failure)
       if (.not. fits) call c%refuse('its particles do not stand in the order of their cells')
+      if (fits .and. m%grid%is_quadratic()) call correct_points(m%particles, m%grid, m%blocks, m%springs%thickness)
    end subroutine form_order
 
    !> Keep the forest, and build its grid.

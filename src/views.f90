@@ -105,25 +105,28 @@ contains
       end associate
    end subroutine mesh_view
 
-   !> Quadratic cells, each with its nine nodes, its level and the number of its particles.
+   !> Quadratic cells, or their pieces, each with its nine nodes, its level and the number of its particles.
    subroutine add_quadratic_cells(grid, particles, view)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: particles(:)        !! by element
       type(piece_t), intent(inout) :: view
       integer, parameter :: n = points_of_quadratic
       integer, parameter :: around(n) = [1, 3, 9, 7, 2, 6, 8, 4, 5]  ! VTK's order: corners, middles of sides, middle
-      integer :: support(n), leaf
-      associate (leaves => grid%forest%leaf_count(), first => grid%leaf_element)
-         allocate (view%connectivity(n*leaves))
-         do leaf = 1, leaves
-            support = grid%support_of(first(leaf))
-            view%connectivity(n*(leaf - 1) + 1:n*leaf) = support(around) - 1
+      integer :: support(n), e, k
+      associate (cells => grid%n_elements/corners, first => [(e, e=1, grid%n_elements, corners)])
+         allocate (view%connectivity(n*cells))
+         do k = 1, cells
+            support = grid%support_of(first(k))
+            view%connectivity(n*(k - 1) + 1:n*k) = support(around) - 1
          end do
-         view%offsets = [(n*leaf, leaf=0, leaves)]
-         view%cell_types = spread(vtk_biquadratic_quad, 1, leaves)
-         call view%add_cell_field('level', reshape([(real(grid%forest%level_of(leaf), dp), leaf=1, leaves)], [1, leaves]))
-         call view%add_cell_field('particles', reshape([(real(sum(particles(first(leaf):first(leaf + 1) - 1)), dp), &
-                                                         leaf=1, leaves)], [1, leaves]))
+         view%offsets = [(n*k, k=0, cells)]
+         view%cell_types = spread(vtk_biquadratic_quad, 1, cells)
+         call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(first(k))), dp), k=1, cells)], &
+                                                   [1, cells]))
+         call view%add_cell_field('particles', reshape([(real(sum(particles(first(k):first(k) + corners - 1)), dp), k=1, cells)], &
+                                                       [1, cells]))
+         if (grid%cut_cells%are_there()) call view%add_cell_field('piece', reshape([(real(grid%piece_of(first(k)), dp), &
+                                                                                      k=1, cells)], [1, cells]))
       end associate
    end subroutine add_quadratic_cells
 

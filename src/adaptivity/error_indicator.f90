@@ -9,7 +9,7 @@ module hampm_error_indicator
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
    private
-   public :: estimate_errors
+   public :: estimate_errors, errors_at_particles
 
    integer, parameter :: n_stress = ndim*ndim
 
@@ -21,14 +21,10 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: squared(:)   !! (leaves)
       real(dp), intent(out) :: norm
-      real(dp), allocatable :: stress(:, :), nodal(:, :), error(:)
-      real(dp), allocatable :: coefficient(:, :, :), edge(:)
-      real(dp) :: difference(ndim, ndim), recovered(n_stress)
-      integer :: i, k, leaf
+      real(dp), allocatable :: stress(:, :), error(:)
+      integer :: i, leaf
       associate (p => m%particles, grid => m%grid)
-         allocate (stress(n_stress, p%n), nodal(n_stress, grid%n_points), error(p%n))
-         allocate (squared(grid%forest%leaf_count()))
-         if (grid%is_quadratic()) allocate (coefficient(n_terms, n_stress, grid%n_nodes), edge(grid%n_nodes))
+         allocate (stress(n_stress, p%n), squared(grid%forest%leaf_count()))
          norm = 0
          do i = 1, p%n
             associate (material => m%materials(p%material(i)))
@@ -37,6 +33,24 @@ contains
             end associate
          end do
          call refresh_grid(m)
+         call errors_at_particles(m, stress, error)
+         do leaf = 1, size(squared)
+            squared(leaf) = sum_over_particles(grid, m%blocks, leaf, error)
+         end do
+      end associate
+   end subroutine estimate_errors
+
+   !> The squared error of stress at each particle in the energy norm, with its volume [J].
+   subroutine errors_at_particles(m, stress, error)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: stress(:, :)               !! of the particles [Pa], (n_stress, particles)
+      real(dp), allocatable, intent(out) :: error(:)
+      real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
+      real(dp) :: difference(ndim, ndim), recovered(n_stress)
+      integer :: i, k
+      associate (p => m%particles, grid => m%grid)
+         allocate (nodal(n_stress, grid%n_points), error(p%n))
+         if (grid%is_quadratic()) allocate (coefficient(n_terms, n_stress, grid%n_nodes), edge(grid%n_nodes))
          do k = 1, size(m%materials)
             if (grid%is_quadratic()) then
                call recover_quadratic(grid, p, m%blocks, n_stress, stress, coefficient, edge, material=k)
@@ -57,11 +71,8 @@ contains
                error(i) = p%volume(i)*2*m%materials(k)%stress_energy_density(difference)
             end do
          end do
-         do leaf = 1, size(squared)
-            squared(leaf) = sum_over_particles(grid, m%blocks, leaf, error)
-         end do
       end associate
-   end subroutine estimate_errors
+   end subroutine errors_at_particles
 
    !> At a particle of a quadratic cell: the quadratic functions that were recovered at the four corners, with the bilinear functions of these as
    !> weights, which makes one field of them that is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes).

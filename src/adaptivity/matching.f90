@@ -18,10 +18,11 @@ module hampm_matching
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
    use hampm_outline, only: outline_t
+   use hampm_quadratic_children, only: values_of_children, give_to_children
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
-   public :: match_particles, adopt_forest, adopt_lines
+   public :: match_particles, has_fuller_cells, adopt_forest, adopt_lines
 
    !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
    !> its children recombine
@@ -58,7 +59,9 @@ contains
       energy = total_energy(m)
       forest = m%grid%forest
       call change_grid(m, forest, lines, failure)
-      if (.not. failure%failed()) m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      if (failure%failed()) return
+      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      if (has_fuller_cells(m)) call match_particles(m, failure)
    end subroutine adopt_lines
 
    !> Build the grid of a forest, cut along lines where there are any, and sort the particles into it.
@@ -88,18 +91,19 @@ contains
       real(dp) :: energy
       integer :: families
       call start_families(m%particles)
-      marked = coarser_than(m, m%grid%forest)
+      marked = coarser_than_cell(m)
       if (.not. any(marked) .and. .not. any(finer_than_cell(m))) return
       energy = total_energy(m)
       do while (any(marked))
          call split_marked(m, marked, failure)
          if (failure%failed()) return
-         marked = coarser_than(m, m%grid%forest)
+         marked = coarser_than_cell(m)
       end do
       do
          call recombine_marked(m, finer_than_cell(m), families, failure)
          if (failure%failed() .or. families == 0) exit
       end do
+      if (has_fuller_cells(m) .and. .not. failure%failed()) call rebuild_on_grid(m, failure) ! whose springs follow the particles
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
@@ -118,6 +122,32 @@ contains
       end do
    end function coarser_than
 
+   !> Which particles are coarser than they have to be in the leaf in which they stand.
+   pure function coarser_than_cell(m) result(coarser)
+      type(motion_t), intent(in) :: m
+      logical, allocatable :: coarser(:)
+      integer :: i
+      coarser = coarser_than(m, m%grid%forest)
+      if (.not. has_fuller_cells(m)) return
+      do i = 1, m%particles%n
+         if (m%particles%level(i) < level_in(m, m%grid%element_leaf(m%particles%cell(i)))) coarser(i) = .true.
+      end do
+   end function coarser_than_cell
+
+   !> Whether cells that are cut are to have more particles than others: quadratic ones.
+   pure logical function has_fuller_cells(m)
+      type(motion_t), intent(in) :: m
+      has_fuller_cells = m%grid%is_quadratic() .and. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))
+   end function has_fuller_cells
+
+   !> How often particles in a leaf are to be split: once for each of its levels, and once more where it is a quadratic one that is cut.
+   pure integer function level_in(m, leaf) result(level)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: leaf
+      level = m%grid%forest%level_of(leaf)
+      if (m%grid%is_quadratic() .and. m%grid%is_cut(leaf)) level = level + 1
+   end function level_in
+
    !> Which particles are finer than their cell, and not parted by a crack from the middle of what they came from: siblings on both sides of
    !> a crack stay apart.
    pure function finer_than_cell(m) result(finer)
@@ -128,7 +158,7 @@ contains
       allocate (finer(m%particles%n))
       associate (grid => m%grid, p => m%particles)
          do i = 1, p%n
-            finer(i) = p%level(i) > grid%forest%level_of(grid%element_leaf(p%cell(i)))
+            finer(i) = p%level(i) > level_in(m, grid%element_leaf(p%cell(i)))
             if (finer(i) .and. m%has_domains()) finer(i) = 2*longest_edge(p, i) < shortest*grid%leaf_size(p%cell(i))
             if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
             x = p%reference(i, :)
@@ -143,15 +173,17 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
-      real(dp), allocatable :: gradients(:, :, :), twist(:, :)
+      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
-      if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! domains have fields of their own
+      if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
          gradients = velocity_gradients(m, marked)
          twist = twists(m, marked)
       end if
+      if (m%grid%is_quadratic()) values = values_of_children(m, marked)
       call split(m%particles, marked, gradients, twist, first_child, failure)
       if (failure%failed()) return
+      if (m%grid%is_quadratic()) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked

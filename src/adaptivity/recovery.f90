@@ -55,12 +55,12 @@ contains
       real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
       integer, intent(in), optional :: material
       logical :: is_corner(grid%n_nodes)
-      integer :: leaf, q, node
+      integer :: e, q, node
       is_corner = .false.
-      do leaf = 1, grid%forest%leaf_count()
-         if (all(blocks%count_in(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) == 0)) cycle
+      do e = 1, grid%n_elements, corners
+         if (all(blocks%count_in(e:e + corners - 1) == 0)) cycle
          do q = 1, corners
-            is_corner(grid%element_nodes(q, grid%leaf_element(leaf) + q - 1)) = .true.
+            is_corner(grid%element_nodes(q, e + q - 1)) = .true.
          end do
       end do
       coefficient = 0

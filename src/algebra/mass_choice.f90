@@ -60,35 +60,86 @@ contains
 
    !> Room for the cell matrices of a choice, and how much of each cell is lumped. A cell is within the box where its middle
    !> is. Fails where the memory does not suffice.
+   !>
+   !> The weights of a hanging node of quadratic cells are not all positive. What two cells beside one coarser give to its nodes is, if of
+   !> both the same part is lumped: so it is, the larger one.
    subroutine choose_cells(choice, grid, matrix, failure)
       type(mass_choice_t), intent(in) :: choice
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
       type(failure_t), intent(inout) :: failure
-      real(dp) :: middle(ndim)
-      integer :: e, status
+      integer :: status
       if (choice%by == by_lumped) return
+      if (grid%is_quadratic()) matrix%quarters = corners
       call pattern_of_grid(grid, matrix%pattern, status)
-      associate (width => matrix%pattern%width, m => grid%n_elements, n => grid%n_points)
-         if (status == 0) allocate (matrix%cell(corners, corners, m), matrix%blend(m), matrix%is_quarter(m), &
-                                    matrix%cell_lumped(corners, m), matrix%row(width, n), stat=status)
-         if (status == 0 .and. choice%by == by_cg) allocate (matrix%cell_inverse(corners, corners, m), &
-                                                             matrix%inverse_row(width, n), stat=status)
+      associate (f => grid%n_functions, width => matrix%pattern%width, m => grid%n_elements/matrix%quarters, n => grid%n_points)
+         if (status == 0) allocate (matrix%cell(f, f, m), matrix%blend(m), matrix%may_hang(m), matrix%cell_lumped(f, m), &
+                                    matrix%row(width, n), stat=status)
+         if (status == 0 .and. choice%by == by_cg) &
+            allocate (matrix%cell_inverse(f, f, m), matrix%inverse_row(width, n), stat=status)
       end associate
       if (status /= 0) then
          call failure%report(exit_computation, 'mass matrix: not enough memory for this number of cells')
          return
       end if
       matrix%is_solved = choice%by /= by_fmpm
-      do e = 1, grid%n_elements
-         matrix%is_quarter(e) = grid%is_transition(grid%element_leaf(e))
-         matrix%blend(e) = choice%blend_outside
-         middle = grid%element_lower(:, e) + 0.5_dp*grid%element_size(e)
-         if (choice%refined_only) then
-            if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%blend(e) = choice%blend_inside
-         else if (all(middle >= choice%lower .and. middle <= choice%upper)) then
-            matrix%blend(e) = choice%blend_inside
-         end if
-      end do
+      call blend_cells(choice, grid, matrix)
+      if (grid%is_quadratic() .and. choice%blend_inside < choice%blend_outside) call agree_beside_coarser(grid, matrix)
    end subroutine choose_cells
+
+   !> Which cells have nodes that may hang, and which part of each is lumped.
+   subroutine blend_cells(choice, grid, matrix)
+      type(mass_choice_t), intent(in) :: choice
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      real(dp) :: middle(ndim)
+      integer :: e
+      do e = 1, grid%n_elements, matrix%quarters
+         associate (cell => matrix%cell_of(e))
+            if (matrix%quarters > 1) then
+               middle = grid%element_lower(:, e) + grid%element_size(e)
+               matrix%may_hang(cell) = any(grid%support_of(e) > grid%n_nodes)
+            else
+               middle = grid%element_lower(:, e) + 0.5_dp*grid%element_size(e)
+               matrix%may_hang(cell) = grid%is_transition(grid%element_leaf(e))
+            end if
+            matrix%blend(cell) = choice%blend_outside
+            if (choice%refined_only) then
+               if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%blend(cell) = choice%blend_inside
+            else if (all(middle >= choice%lower .and. middle <= choice%upper)) then
+               matrix%blend(cell) = choice%blend_inside
+            end if
+         end associate
+      end do
+   end subroutine blend_cells
+
+   !> Let of two quadratic cells beside one coarser the same part be lumped: they share the middle of its side, a master of the hanging
+   !> nodes of both.
+   subroutine agree_beside_coarser(grid, matrix)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      logical :: changed
+      integer :: k, j, i
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do k = 1, grid%dofs%n_hanging
+            associate (own => grid%dofs%elements_at(grid%n_nodes + k))
+               do j = grid%dofs%first_master(k), grid%dofs%first_master(k + 1) - 1
+                  associate (beside => grid%dofs%elements_at(grid%dofs%master(j)))
+                     do i = 1, size(beside)
+                        if (grid%element_size(beside(i)) > 1.5_dp*grid%element_size(own(1))) cycle
+                        associate (one => matrix%blend(matrix%cell_of(own(1))), other => matrix%blend(matrix%cell_of(beside(i))))
+                           if (.not. abs(one - other) > 0) cycle
+                           one = max(one, other)
+                           other = one
+                           changed = .true.
+                        end associate
+                     end do
+                  end associate
+               end do
+            end associate
+         end do
+      end do
+   end subroutine agree_beside_coarser
 end module hampm_mass_choice

@@ -1,7 +1,7 @@
 !> Factorised mass matrices: one for each direction, without the degrees of freedom that are fixed in it. Directions with the same
 !> fixed nodes share one. Nodes that only lumped cells touch are not among the unknowns: each is divided by its own mass.
 module hampm_mass_factorisation
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
@@ -29,7 +29,8 @@ module hampm_mass_factorisation
       integer :: factorisations = 0              !! how often the numbers have been factorised
       integer, private :: of_direction(ndim) = 0 !! which factor belongs to a direction
       type(factor_t), allocatable, private :: factors(:)
-      integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, when the pattern was analysed
+      integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, each as its first element, when the pattern
+                                                 !! was analysed
    contains
       procedure :: factorise
       procedure :: factorised_values
@@ -188,14 +189,14 @@ contains
       type(mass_matrix_t), intent(in) :: mass
       integer, intent(in) :: coupled(:)
       real(dp), allocatable :: rest(:)
-      real(dp) :: weight(corners, most_nodes_of_leaf), by_master(most_nodes_of_leaf, most_nodes_of_leaf)
+      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf), by_master(most_nodes_of_leaf, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), k, c, i, n
       factor%matrix%value = 0
       allocate (rest(factor%unknowns%n))
       rest = mass%lumped(factor%unknowns%node)
       do k = 1, size(coupled)
-         call grid%dofs%masters_of(grid%element_nodes(:, coupled(k)), n, masters, weight)
-         by_master = matrix_by_masters(1, weight, mass%cell(:, :, coupled(k)))
+         call grid%dofs%masters_of(grid%support_of(coupled(k)), n, masters, weight)
+         by_master = matrix_by_masters(1, weight, mass%cell(:, :, mass%cell_of(coupled(k))))
          do c = 1, n
             i = factor%unknowns%dof(1, masters(c))
             if (i > 0) rest(i) = rest(i) - sum(by_master(:n, c))

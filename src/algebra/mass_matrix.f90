@@ -7,20 +7,25 @@
 !> (1 - floor) M + floor D takes its place. All eigenvalues of D^-1 M are then at least `eigenvalue_floor`, of every cell
 !> and so of the whole matrix: nothing is divided by a mass that is not there, and in the norm of D nodal values are at most
 !> 1/floor times the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
+!>
+!> A quadratic cell is stored as four elements, its quarters, one after the other, and has one matrix of its nine nodes. Nine particles
+!> with their weights have the eigenvalue 1/36 and are used as they are, too.
 module hampm_mass_matrix
-   use hampm_kinds, only: dp, corners
+   use hampm_kinds, only: dp
    use hampm_grid, only: grid_t
    use hampm_node_list, only: node_list_t, list_marked
    use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
    private
-   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, invert_lumped, assemble, &
-             eigenvalue_floor, floor_of_domains, nodes_per_chunk
+   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, clear_empty_cells, invert_lumped, &
+             assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
    !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
    !> turns, and the equations are solved as well (docs/domains.md)
    real(dp), parameter :: floor_of_domains = 1e-3_dp
+   !> The same of quadratic cells
+   real(dp), parameter :: floor_of_quadratic = 0.02_dp
 
    !> Sums over nodes are taken over chunks of this many nodes first, so that they do not depend on the number of threads.
    integer, parameter :: nodes_per_chunk = 512
@@ -28,7 +33,7 @@ module hampm_mass_matrix
    !> Some nodes, the hanging nodes of which they are masters, and the elements around all these, each ascending.
    type, extends(node_list_t) :: region_t
       integer :: n_cells = 0
-      integer, allocatable :: cells(:)                  !! (n_cells or more)
+      integer, allocatable :: cells(:)                  !! elements, (n_cells or more)
    end type region_t
 
    !> The matrix with what is needed to multiply by it.
@@ -37,22 +42,21 @@ module hampm_mass_matrix
       logical :: is_solved = .false.                    !! whether equations are solved with M, else it is multiplied by
       type(region_t) :: all                             !! the occupied cells and their nodes
       type(region_t) :: coupled                         !! the nodes of cells that are not lumped, and the occupied cells
-                                                        !! around them
+                                                        !! around them, each as its first element
+      integer :: quarters = 1                           !! elements of a cell
       type(spans_t) :: spans                            !! its nodes, hanging nodes included, in chunks of
                                                         !! `nodes_per_chunk`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
       real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
-      real(dp), allocatable :: cell(:, :, :)            !! M by cells [kg], (corners, corners, n_elements); not
-                                                        !! allocated where all is lumped
-      real(dp), allocatable :: cell_lumped(:, :)        !! D by cells [kg], (corners, n_elements); not allocated where all is lumped
-      real(dp), allocatable :: blend(:)                 !! part of each cell that is lumped, 0 to 1, (n_elements);
-                                                        !! not allocated where all is lumped
+      ! By cells (`cell_of`), not allocated where all is lumped
+      real(dp), allocatable :: cell(:, :, :)            !! M [kg], (nodes of a cell, nodes of a cell, cells)
+      real(dp), allocatable :: cell_lumped(:, :)        !! D [kg], (nodes of a cell, cells)
+      real(dp), allocatable :: blend(:)                 !! part that is lumped, 0 to 1, (cells)
       integer, allocatable :: copies(:, :)              !! of each node for bodies that meet (`copies_of_nodes` of the grid): where
                                                         !! several have mass, all is lumped; not allocated without such bodies
       real(dp), allocatable :: blend_apart(:)           !! `blend` of cells in which no bodies meet
-      logical, allocatable :: is_quarter(:)             !! which elements are quarters of a transition leaf, (n_elements);
-                                                        !! not allocated where all is lumped
+      logical, allocatable :: may_hang(:)               !! which have nodes that may hang, (cells); not allocated where all is lumped
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
                                                         !! no equations are solved with it
       integer :: version = 0                            !! how often the rows have been summed
@@ -60,40 +64,82 @@ module hampm_mass_matrix
       type(pattern_t) :: pattern                        !! of the rows
       real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (width, n_points)
       real(dp), allocatable :: inverse_row(:, :)        !! sum of D_e M_e^-1 D_e by such rows [kg]
+   contains
+      procedure :: cell_of
+      procedure :: begins_cell
    end type mass_matrix_t
 
 contains
 
-   !> The elements whose matrix is not lumped, ascending.
+   !> The cell to which an element belongs.
+   elemental integer function cell_of(matrix, e)
+      class(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: e
+      cell_of = (e - 1)/matrix%quarters + 1
+   end function cell_of
+
+   !> Whether an element is the first of its cell. Where a cell has material its first element has.
+   elemental logical function begins_cell(matrix, e)
+      class(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: e
+      begins_cell = mod(e - 1, matrix%quarters) == 0
+   end function begins_cell
+
+   !> The cells whose matrix is not lumped, each as its first element, ascending.
    pure function coupled_cells(matrix) result(cells)
       type(mass_matrix_t), intent(in) :: matrix
       integer, allocatable :: cells(:)
       associate (occupied => matrix%all%cells(:matrix%all%n_cells))
-         cells = pack(occupied, matrix%blend(occupied) < 1)
+         cells = pack(occupied, matrix%begins_cell(occupied) .and. matrix%blend(matrix%cell_of(occupied)) < 1)
       end associate
    end function coupled_cells
+
+   !> Clear the matrices of cells without material.
+   pure subroutine clear_empty_cells(n_elements, occupied, matrix)
+      integer, intent(in) :: n_elements
+      integer, intent(in) :: occupied(:)                !! elements, ascending
+      type(mass_matrix_t), intent(inout) :: matrix
+      integer :: e, k
+      if (.not. allocated(matrix%cell)) return
+      k = 1
+      do e = 1, n_elements, matrix%quarters
+         do while (k <= size(occupied))
+            if (occupied(k) >= e) exit
+            k = k + 1
+         end do
+         if (k <= size(occupied)) then
+            if (occupied(k) == e) cycle
+         end if
+         associate (cell => matrix%cell_of(e))
+            matrix%cell(:, :, cell) = 0
+            matrix%cell_lumped(:, cell) = 0
+            if (allocated(matrix%cell_inverse)) matrix%cell_inverse(:, :, cell) = 0
+         end associate
+      end do
+   end subroutine clear_empty_cells
 
    !> Find the region in which equations are coupled, where there is a matrix that is not lumped.
    subroutine find_coupled_region(grid, matrix)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
       logical, allocatable :: is_coupled(:)
+      integer, allocatable :: cells(:)
       integer :: k
       matrix%layout = matrix%layout + 1
       if (.not. allocated(matrix%blend)) return
       if (allocated(matrix%copies)) call lump_where_bodies_meet(grid, matrix)
       allocate (is_coupled(grid%n_points), source=.false.)
-      do k = 1, matrix%all%n_cells
-         associate (e => matrix%all%cells(k))
-            if (matrix%blend(e) < 1) is_coupled(grid%element_nodes(:, e)) = .true.
-         end associate
+      cells = coupled_cells(matrix)
+      do k = 1, size(cells)
+         is_coupled(grid%support_of(cells(k))) = .true.
       end do
       call grid%dofs%mark_masters(is_coupled)
       call list_marked(grid%n_nodes, is_coupled, matrix%coupled)
-      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), cells => matrix%all%cells(:matrix%all%n_cells))
+      associate (nodes => matrix%all%nodes(:matrix%all%n_nodes), occupied => matrix%all%cells(:matrix%all%n_cells))
          matrix%apart = pack(nodes, .not. is_coupled(nodes))
-         matrix%coupled%cells = pack(cells, [(any(is_coupled(grid%element_nodes(:, cells(k)))), k=1, size(cells))])
+         cells = pack(occupied, matrix%begins_cell(occupied))
       end associate
+      matrix%coupled%cells = pack(cells, [(any(is_coupled(grid%support_of(cells(k)))), k=1, size(cells))])
       matrix%coupled%n_cells = size(matrix%coupled%cells)
       associate (region => matrix%coupled)
          call find_spans(matrix%pattern, region%nodes(:region%n_points), nodes_per_chunk, matrix%spans)
@@ -121,52 +167,55 @@ contains
    end subroutine lump_where_bodies_meet
 
    !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
-   !> What is lumped is put on the diagonal; in a quarter of a transition leaf, where corners may be hanging nodes, it is left
-   !> out, for `assemble` to put it on the diagonal of the nodes.
-   pure subroutine prepare_cell(blend, is_solved, is_quarter, m, least)
+   !> What is lumped is put on the diagonal; where nodes of the cell may hang it is left out, for `assemble` to put it on the diagonal
+   !> of the nodes.
+   pure subroutine prepare_cell(n, blend, is_solved, may_hang, m, least)
+      integer, intent(in) :: n                   !! nodes of the cell
       real(dp), intent(in) :: blend              !! 0: full, 1: lumped
       logical, intent(in) :: is_solved           !! else it is only multiplied by
-      logical, intent(in) :: is_quarter          !! of a transition leaf
-      real(dp), intent(inout) :: m(corners, corners)
+      logical, intent(in) :: may_hang            !! some node
+      real(dp), intent(inout) :: m(n, n)
       real(dp), intent(in), optional :: least    !! eigenvalue, instead of `eigenvalue_floor`
-      real(dp) :: diagonal(corners), floor
+      real(dp) :: diagonal(n), floor
       if (blend <= 0 .and. .not. is_solved) return
       diagonal = sum(m, dim=2)
-      if (is_quarter) diagonal = 0
-      if (blend > 0) call lump(blend, diagonal, m)
+      if (may_hang) diagonal = 0
+      if (blend > 0) call lump(n, blend, diagonal, m)
       if (blend < 1 .and. is_solved) then
          floor = eigenvalue_floor
          if (present(least)) floor = least
-         if (is_quarter .or. .not. is_well_determined(floor, diagonal, m)) call lump(floor, diagonal, m)
+         if (may_hang .or. .not. is_well_determined(n, floor, diagonal, m)) call lump(n, floor, diagonal, m)
       end if
    end subroutine prepare_cell
 
    !> m <- (1 - blend) m + blend diag(diagonal).
-   pure subroutine lump(blend, diagonal, m)
-      real(dp), intent(in) :: blend, diagonal(corners)
-      real(dp), intent(inout) :: m(corners, corners)
+   pure subroutine lump(n, blend, diagonal, m)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: blend, diagonal(n)
+      real(dp), intent(inout) :: m(n, n)
       integer :: c
       m = (1 - blend)*m
-      do c = 1, corners
+      do c = 1, n
          m(c, c) = m(c, c) + blend*diagonal(c)
       end do
    end subroutine lump
 
    !> Whether m - floor diag(diagonal) is positive definite: whether elimination finds positive pivots only.
-   pure logical function is_well_determined(floor, diagonal, m) result(well)
-      real(dp), intent(in) :: floor, diagonal(corners), m(corners, corners)
-      real(dp) :: rest(corners, corners), factor
+   pure logical function is_well_determined(n, floor, diagonal, m) result(well)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: floor, diagonal(n), m(n, n)
+      real(dp) :: rest(n, n), factor
       integer :: i, j, c
       rest = m
-      do c = 1, corners
+      do c = 1, n
          rest(c, c) = rest(c, c) - floor*diagonal(c)
       end do
       well = rest(1, 1) > 0
-      do c = 1, corners - 1
+      do c = 1, n - 1
          if (.not. well) return
-         do j = c + 1, corners
+         do j = c + 1, n
             factor = rest(j, c)/rest(c, c)
-            do i = j, corners
+            do i = j, n
                rest(i, j) = rest(i, j) - factor*rest(i, c)
             end do
          end do
@@ -194,39 +243,38 @@ contains
       integer :: k
       if (matrix%assembled .or. .not. allocated(matrix%cell)) return
       associate (region => matrix%coupled)
-         call sum_rows(region%n_points, region%nodes, grid%dofs%first_slot, grid%dofs%slot, matrix%pattern%place, &
-                       matrix%cell, size(matrix%row, 1), matrix%row)
+         call sum_rows(matrix%pattern, region%n_points, region%nodes, matrix%cell, matrix%row)
          if (allocated(matrix%cell_inverse)) then
             !$omp parallel do schedule(static)
             do k = 1, region%n_cells
-               associate (e => region%cells(k))
-                  call invert_cell(matrix%cell_lumped(:, e), matrix%cell(:, :, e), matrix%cell_inverse(:, :, e))
+               associate (cell => matrix%cell_of(region%cells(k)))
+                  call invert_cell(size(matrix%cell, 1), matrix%cell_lumped(1, cell), matrix%cell(1, 1, cell), &
+                                   matrix%cell_inverse(1, 1, cell))
                end associate
             end do
-            call sum_rows(region%n_points, region%nodes, grid%dofs%first_slot, grid%dofs%slot, matrix%pattern%place, &
-                          matrix%cell_inverse, size(matrix%row, 1), matrix%inverse_row)
+            call sum_rows(matrix%pattern, region%n_points, region%nodes, matrix%cell_inverse, matrix%inverse_row)
          end if
       end associate
-      if (grid%dofs%n_hanging > 0) call add_lumped_quarters(grid, matrix)
+      if (grid%dofs%n_hanging > 0) call add_left_out(grid, matrix)
       matrix%assembled = .true.
       matrix%version = matrix%version + 1
    end subroutine assemble
 
-   !> Put on the diagonals of the rows what of the quarters of transition leaves is lumped: it is given to nodes first.
-   subroutine add_lumped_quarters(grid, matrix)
+   !> Put on the diagonals of the rows what is lumped of the cells whose nodes may hang: it is given to nodes first.
+   subroutine add_left_out(grid, matrix)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
       real(dp), allocatable :: lumped(:)
-      integer :: k, c, a
+      integer :: nodes(grid%n_functions), k, a
       allocate (lumped(grid%n_points), source=0.0_dp)
       do k = 1, matrix%all%n_cells
          associate (e => matrix%all%cells(k))
-            if (.not. matrix%is_quarter(e)) cycle
-            do c = 1, corners
-               associate (node => grid%element_nodes(c, e))
-                  lumped(node) = lumped(node) + max(matrix%cell_lumped(c, e) - sum(matrix%cell(:, c, e)), 0.0_dp)
-               end associate
-            end do
+            if (.not. matrix%begins_cell(e)) cycle
+            associate (cell => matrix%cell_of(e))
+               if (.not. matrix%may_hang(cell)) cycle
+               nodes = grid%support_of(e)
+               lumped(nodes) = lumped(nodes) + max(matrix%cell_lumped(:, cell) - sum(matrix%cell(:, :, cell), dim=1), 0.0_dp)
+            end associate
          end associate
       end do
       call grid%dofs%condense(matrix%all, 1, lumped)
@@ -238,31 +286,32 @@ contains
             end associate
          end do
       end associate
-   end subroutine add_lumped_quarters
+   end subroutine add_left_out
 
    !> D M^-1 D of a cell's matrix M, D being its lumped matrix, by Gauss-Jordan elimination in place. What of M has been left out,
-   !> as in a quarter of a transition leaf, is put on its diagonal.
-   pure subroutine invert_cell(diagonal, m, inverse)
-      real(dp), intent(in) :: diagonal(corners), m(corners, corners)
-      real(dp), intent(out) :: inverse(corners, corners)
-      real(dp) :: a(corners, corners), column(corners), row(corners)
+   !> as where nodes of the cell may hang, is put on its diagonal.
+   pure subroutine invert_cell(n, diagonal, m, inverse)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: diagonal(n), m(n, n)
+      real(dp), intent(out) :: inverse(n, n)
+      real(dp) :: a(n, n), column(n), row(n)
       integer :: c, k
       a = m
-      do c = 1, corners
+      do c = 1, n
          a(c, c) = a(c, c) + max(diagonal(c) - sum(m(:, c)), 0.0_dp)
       end do
-      do k = 1, corners
+      do k = 1, n
          column = a(:, k)
          a(:, k) = 0
          a(k, k) = 1
          row = a(k, :)/column(k)
          column(k) = 0
-         do c = 1, corners
+         do c = 1, n
             a(:, c) = a(:, c) - row(c)*column
             a(k, c) = row(c)
          end do
       end do
-      do c = 1, corners
+      do c = 1, n
          inverse(:, c) = diagonal(c)*diagonal*a(:, c)
       end do
    end subroutine invert_cell

@@ -4,7 +4,7 @@
 !>
 !> T being the weights of hanging nodes, and c what these cells leave of the lumped masses of the nodes.
 module hampm_mass_product
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
    implicit none
@@ -13,12 +13,12 @@ module hampm_mass_product
 
 contains
 
-   !> Whether a cell has a matrix that is not lumped.
+   !> Whether with an element begins a cell that has a matrix that is not lumped.
    pure logical function has_matrix(matrix, e)
       type(mass_matrix_t), intent(in) :: matrix
       integer, intent(in) :: e
       has_matrix = .false.
-      if (allocated(matrix%blend)) has_matrix = matrix%blend(e) < 1
+      if (allocated(matrix%blend)) has_matrix = matrix%begins_cell(e) .and. matrix%blend(matrix%cell_of(e)) < 1
    end function has_matrix
 
    !> The part c of the nodes' masses that is on the diagonal beside the matrices of the cells [kg], (n_points).
@@ -26,17 +26,14 @@ contains
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), allocatable, intent(out) :: mass(:)
-      integer :: k, c
+      integer :: nodes(grid%n_functions), k
       allocate (mass(grid%n_points), source=0.0_dp)
       associate (all => matrix%all)
          do k = 1, all%n_cells
             associate (e => all%cells(k))
                if (.not. has_matrix(matrix, e)) cycle
-               do c = 1, corners
-                  associate (point => grid%element_nodes(c, e))
-                     mass(point) = mass(point) + sum(matrix%cell(:, c, e))
-                  end associate
-               end do
+               nodes = grid%support_of(e)
+               mass(nodes) = mass(nodes) + sum(matrix%cell(:, :, matrix%cell_of(e)), dim=1)
             end associate
          end do
          call grid%dofs%condense(all, 1, mass)
@@ -53,14 +50,15 @@ contains
       real(dp), intent(in) :: mass(:)            !! c [kg], (n_points)
       real(dp), intent(in), contiguous :: x(:, :) !! (ndim, n_points)
       real(dp), intent(out), contiguous :: y(:, :) !! (ndim, n_points)
-      integer :: k, c, b
+      integer :: at(grid%n_functions), k, c, b
       y = 0
       associate (all => matrix%all)
          do k = 1, all%n_cells
             if (.not. has_matrix(matrix, all%cells(k))) cycle
-            associate (at => grid%element_nodes(:, all%cells(k)), cell => matrix%cell(:, :, all%cells(k)))
-               do c = 1, corners
-                  do b = 1, corners
+            at = grid%support_of(all%cells(k))
+            associate (cell => matrix%cell(:, :, matrix%cell_of(all%cells(k))))
+               do c = 1, size(at)
+                  do b = 1, size(at)
                      y(:, at(c)) = y(:, at(c)) + cell(b, c)*x(:, at(b))
                   end do
                end do

@@ -4,7 +4,8 @@
 !> looked up.
 module hampm_nodal_rows
    use hampm_kinds, only: dp, ndim, corners, neighbours
-   use hampm_dofs, only: element_of_slot
+   use hampm_basis, only: points_of_quadratic
+   use hampm_dofs, only: list_slots
    use hampm_grid, only: grid_t
    implicit none
    private
@@ -17,8 +18,10 @@ module hampm_nodal_rows
    type :: pattern_t
       integer :: width = 0                       !! places of a row
       integer, allocatable :: neighbour(:, :)    !! node of each place of a row, (width, n_points)
-      integer, allocatable :: place(:, :)        !! in the row of the node at a slot, the place of each corner of the slot's
-                                                 !! element, (corners, corners*n_elements)
+      integer, allocatable :: first_slot(:)      !! first entry of each node in the next, (n_points + 1)
+      integer, allocatable :: slot(:)            !! where it stands in a cell: its place there + (nodes of a cell)*(cell - 1)
+      integer, allocatable :: place(:, :)        !! in the row of the node at a slot, the place of each node of the slot's
+                                                 !! cell, (nodes of a cell, slots)
    end type pattern_t
 
    !> Some nodes as spans of consecutive numbers, for all nodes of which a place of the row means the node at the same distance.
@@ -36,39 +39,49 @@ contains
       type(grid_t), intent(in) :: grid
       type(pattern_t), intent(out) :: pattern
       integer, intent(out) :: status
-      integer :: node, n
+      integer, allocatable :: nodes(:, :)        ! of each cell: an element or, of quadratic ones, four
       integer, allocatable :: row(:)
-      associate (first => grid%dofs%first_slot)
-         allocate (row(1 + (corners - 1)*maxval(first(2:) - first(:grid%n_points))))
+      integer :: node, cell, n, quarters
+      quarters = merge(corners, 1, grid%is_quadratic())
+      allocate (nodes(grid%n_functions, grid%n_elements/quarters), stat=status)
+      if (status /= 0) return
+      do cell = 1, size(nodes, 2)
+         nodes(:, cell) = grid%support_of(quarters*(cell - 1) + 1)
+      end do
+      call list_slots(grid%n_points, nodes, pattern%first_slot, pattern%slot, status)
+      if (status /= 0) return
+      associate (first => pattern%first_slot)
+         allocate (row(1 + (size(nodes, 1) - 1)*maxval(first(2:) - first(:grid%n_points))))
       end associate
       do node = 1, grid%n_points
-         call find_neighbours(grid, node, row, n)
+         call find_neighbours(pattern, nodes, node, row, n)
          pattern%width = max(pattern%width, n)
       end do
       ! Products are fast where the compiler knows the width
       if (pattern%width <= unlike_neighbours) pattern%width = merge(neighbours, unlike_neighbours, pattern%width <= neighbours)
-      allocate (pattern%neighbour(pattern%width, grid%n_points), pattern%place(corners, corners*grid%n_elements), stat=status)
+      allocate (pattern%neighbour(pattern%width, grid%n_points), pattern%place(size(nodes, 1), size(nodes)), stat=status)
       if (status /= 0) return
       do node = 1, grid%n_points
-         call find_neighbours(grid, node, row, n)
+         call find_neighbours(pattern, nodes, node, row, n)
          pattern%neighbour(:n, node) = row(:n)
          pattern%neighbour(n + 1:, node) = node
-         call find_places(grid, node, row(:n), pattern%place)
+         call find_places(pattern, nodes, node, row(:n))
       end do
    end subroutine pattern_of_grid
 
    !> The nodes of the cells around a node, the node itself first.
-   pure subroutine find_neighbours(grid, node, row, n)
-      type(grid_t), intent(in) :: grid
+   pure subroutine find_neighbours(pattern, nodes, node, row, n)
+      type(pattern_t), intent(in) :: pattern
+      integer, intent(in) :: nodes(:, :)                !! of each cell
       integer, intent(in) :: node
       integer, intent(inout) :: row(:)
       integer, intent(out) :: n                         !! how many they are
       integer :: j, k
       row(1) = node
       n = 1
-      do j = grid%dofs%first_slot(node), grid%dofs%first_slot(node + 1) - 1
-         do k = 1, corners
-            associate (other => grid%element_nodes(k, element_of_slot(grid%dofs%slot(j))))
+      do j = pattern%first_slot(node), pattern%first_slot(node + 1) - 1
+         do k = 1, size(nodes, 1)
+            associate (other => nodes(k, (pattern%slot(j) - 1)/size(nodes, 1) + 1))
                if (any(row(:n) == other)) cycle
                n = n + 1
                row(n) = other
@@ -77,28 +90,41 @@ contains
       end do
    end subroutine find_neighbours
 
-   !> The places of the corners of the cells around a node in its row.
-   pure subroutine find_places(grid, node, row, place)
-      type(grid_t), intent(in) :: grid
+   !> The places of the nodes of the cells around a node in its row.
+   pure subroutine find_places(pattern, nodes, node, row)
+      type(pattern_t), intent(inout) :: pattern
+      integer, intent(in) :: nodes(:, :)                !! of each cell
       integer, intent(in) :: node
       integer, intent(in) :: row(:)                     !! its neighbours
-      integer, intent(inout) :: place(:, :)             !! see `pattern_t`
       integer :: j, k
-      do j = grid%dofs%first_slot(node), grid%dofs%first_slot(node + 1) - 1
-         associate (slot => grid%dofs%slot(j))
-            do k = 1, corners
-               place(k, slot) = findloc(row, grid%element_nodes(k, element_of_slot(slot)), dim=1)
+      do j = pattern%first_slot(node), pattern%first_slot(node + 1) - 1
+         associate (slot => pattern%slot(j))
+            do k = 1, size(nodes, 1)
+               pattern%place(k, slot) = findloc(row, nodes(k, (slot - 1)/size(nodes, 1) + 1), dim=1)
             end do
          end associate
       end do
    end subroutine find_places
 
    !> The rows of some nodes from a matrix by cells, always summed in the order of the cells.
-   subroutine sum_rows(n, nodes, first_slot, slots, place, cell, width, row)
+   subroutine sum_rows(pattern, n, nodes, cell, row)
+      type(pattern_t), intent(in) :: pattern
       integer, intent(in) :: n, nodes(n)
-      integer, intent(in) :: first_slot(*), slots(*)    !! see `dofs_t`
-      integer, intent(in) :: place(corners, *)          !! see `pattern_t`
-      real(dp), intent(in) :: cell(corners, *)          !! symmetric matrices, by slot
+      real(dp), intent(in), contiguous :: cell(:, :, :) !! symmetric, (nodes of a cell, nodes of a cell, cells)
+      real(dp), intent(inout), contiguous :: row(:, :)  !! (width, n_points)
+      if (size(cell, 1) == corners) then         ! constants, for which the compiler unrolls
+         call sum_rows_of(corners, n, nodes, pattern%first_slot, pattern%slot, pattern%place, cell, size(row, 1), row)
+      else
+         call sum_rows_of(points_of_quadratic, n, nodes, pattern%first_slot, pattern%slot, pattern%place, cell, size(row, 1), row)
+      end if
+   end subroutine sum_rows
+
+   !> `sum_rows` of cells with as many nodes as it is told.
+   subroutine sum_rows_of(functions, n, nodes, first_slot, slots, place, cell, width, row)
+      integer, intent(in) :: functions                  !! nodes of a cell
+      integer, intent(in) :: n, nodes(n)
+      integer, intent(in) :: first_slot(*), slots(*), place(functions, *)  !! see `pattern_t`
+      real(dp), intent(in) :: cell(functions, *)        !! by slot
       integer, intent(in) :: width
       real(dp), intent(inout) :: row(width, *)          !! by node
       real(dp) :: total(width)
@@ -108,13 +134,13 @@ contains
          total = 0
          do j = first_slot(nodes(a)), first_slot(nodes(a) + 1) - 1
             slot = slots(j)
-            do k = 1, corners
+            do k = 1, functions
                total(place(k, slot)) = total(place(k, slot)) + cell(k, slot)
             end do
          end do
          row(:, nodes(a)) = total
       end do
-   end subroutine sum_rows
+   end subroutine sum_rows_of
 
    !> The spans of some nodes, which are taken in chunks.
    pure subroutine find_spans(pattern, nodes, per_chunk, spans)

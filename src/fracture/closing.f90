@@ -67,16 +67,22 @@ contains
       end associate
    end subroutine new_closing
 
-   !> Add the partings of the pair that is so many cells behind a tip, if it is there.
+   !> Add the partings of the pair that is so many cells behind a tip, if it is there. Of quadratic cells the pair half a cell nearer to the tip
+   !> goes with it: both together close a cell.
    subroutine add_pair(m, tip, cells, place, list)
       type(motion_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: cells, place
       type(parting_t), allocatable, intent(inout) :: list(:)
-      integer :: node(2), mode
+      integer :: node(2), middle(2), mode
       node = face_nodes(tip, m%grid, tip%place - cells*tip%nodes%spacing*tip%axis(:, 1))
       if (any(node == 0 .and. tip%face)) return
+      if (m%grid%is_quadratic()) then
+         middle = face_nodes(tip, m%grid, tip%place - (cells - 0.5_dp)*tip%nodes%spacing*tip%axis(:, 1))
+         if (any(middle == 0 .and. tip%face)) return
+      end if
       do mode = 1, merge(1, modes, tip%is_half())
+         if (m%grid%is_quadratic()) list = [list, parting_t(middle, mode, tip%axis(:, modes + 1 - mode), place)]
          list = [list, parting_t(node, mode, tip%axis(:, modes + 1 - mode), place)]
       end do
    end subroutine add_pair

@@ -28,7 +28,6 @@ module hampm_domain_integral
    !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
    !> measurements, `bench/effective_tip.py` makes them.
    real(dp), parameter :: setback(modes) = [0.20_dp, 0.31_dp]
-   real(dp), parameter :: setback_of_quadratic(modes) = [0.056_dp, 0.08_dp] !! the same of quadratic cells
 
    !> The tip of a straight crack, and the discs around it.
    type :: tip_domain_t
@@ -43,7 +42,7 @@ module hampm_domain_integral
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, in small strain [Pa]
-      logical :: quadratic = .false.             !! whether these are quadratic
+      real(dp) :: setback(modes) = 0             !! of quadratic cells, else 0 [cells]
    contains
       procedure :: in_axes
       procedure :: lag
@@ -182,7 +181,7 @@ contains
    pure real(dp) function lag(self, mode)
       class(tip_domain_t), intent(in) :: self
       integer, intent(in) :: mode
-      lag = merge(setback_of_quadratic(mode), setback(mode), self%quadratic)*self%cell
+      lag = merge(self%setback(mode), setback(mode), self%setback(mode) > 0)*self%cell
    end function lag
 
    !> A vector in the present configuration, in the axes of the crack.
@@ -336,18 +335,22 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(inout) :: k(:, :)
       real(dp), parameter :: to_tip(2) = [2.0_dp, -1.0_dp]  ! a line through the forces of the first and the second pair
-      real(dp) :: r, cell, at_tip(modes)
+      real(dp) :: r, cell, at_tip(modes), part
       integer :: n, place, mode
+      logical :: is_corner
       at_tip = 0
       do n = 1, size(state%face_node)
          associate (node => state%face_node(n), f => state%pressing(n))
             r = dot_product(domain%tip - grid%node_position(:, node), domain%direction)
             cell = grid%smallest_leaf_at(node)
-            place = nint(r/cell)
+            is_corner = grid%is_corner_of_leaf(node)
+            place = nint(r/cell*merge(2, 1, domain%quadratic))
+            part = 1
+            if (domain%quadratic) part = merge(1.0_dp, 0.5_dp, is_corner) ! of a corner and of the middle of a side, for one pressure
             do mode = 1, modes
-               k(mode, :) = k(mode, :) + f*mean_slope_of_opening(domain, mode, r, cell)*q(:, node)
+               k(mode, :) = k(mode, :) + f*mean_slope_at_node(domain, mode, r, cell, is_corner)*q(:, node)
                if (any(place == [1, 2])) at_tip(mode) = at_tip(mode) &
-                                              + to_tip(place)*f*mean_slope_of_opening(domain, mode, 0.0_dp, cell)
+                                    + to_tip(place)*part*f*mean_slope_at_node(domain, mode, 0.0_dp, cell, is_corner=.true.)
             end do
          end associate
       end do
@@ -469,6 +472,42 @@ contains
          mean(d) = -(domain%field%opening(3 - d, mode, far) - domain%field%opening(3 - d, mode, near))/(4*half)
       end do
    end function mean_slope_of_face
+
+   !> Mean of the slope of the opening of a unit K around a node at the distance r behind the tip, weighted by its shape function
+   !> [1/(Pa sqrt(m))].
+   pure real(dp) function mean_slope_at_node(domain, mode, r, cell, is_corner) result(mean)
+      type(tip_domain_t), intent(in) :: domain
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: r, cell            !! [m]
+      logical, intent(in) :: is_corner           !! of a cell, else in the middle of a side
+      if (domain%quadratic) then
+         mean = mean_slope_by_quadratic(domain, mode, r, cell, is_corner)
+      else
+         mean = mean_slope_of_opening(domain, mode, r, cell)
+      end if
+   end function mean_slope_at_node
+
+   !> The same for the functions of quadratic cells, N: by parts the integral of N a' is that of N a - N' A + N'' B over the ends of its parts,
+   !> with the opening a, its integral A = 2/3 x a, and the integral of this, B = 4/15 x**2 a.
+   pure real(dp) function mean_slope_by_quadratic(domain, mode, r, cell, is_corner) result(mean)
+      type(tip_domain_t), intent(in) :: domain
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: r, cell            !! [m]
+      logical, intent(in) :: is_corner
+      real(dp) :: x(-1:1), once(-1:1), twice(-1:1), half
+      integer :: i
+      half = merge(cell, cell/2, is_corner)      ! the function is there that far to both sides
+      do i = -1, 1
+         x(i) = max(r + i*half - domain%lag(mode), 0.0_dp)
+         once(i) = 2*x(i)/3*domain%field%opening(1, mode, x(i))
+         twice(i) = 4*x(i)**2/15*domain%field%opening(1, mode, x(i))
+      end do
+      if (is_corner) then
+         mean = 3/cell*(-(once(-1) + 6*once(0) + once(1))/cell + 4*(twice(1) - twice(-1))/cell**2)
+      else
+         mean = 1.5_dp/cell*(4*(once(-1) + once(1))/cell - 8*(twice(1) - twice(-1))/cell**2)
+      end if
+   end function mean_slope_by_quadratic
 
    !> Mean of the slope of the opening of a unit K around a place at the distance r behind the tip, weighted by the shape function
    !> of a node there: the second difference of the integral of the opening, 2/3 x opening(x), over cell**2 [1/(Pa sqrt(m))].

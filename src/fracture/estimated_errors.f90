@@ -40,16 +40,19 @@ module hampm_estimated_errors
 contains
 
    !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `doubt` of it.
-   !> A mode that is hardly there at rest has the relative error of the other.
-   pure function relative_errors(value, best, doubt) result(relative)
+   !> A mode that is hardly there at rest has the relative error of the other. Where values are as good as what `best` corrects, which is
+   !> itself extrapolated along the crack, each may lack all of the correction.
+   pure function relative_errors(value, best, doubt, are_exact) result(relative)
       real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: doubt(:)           !! by how much the estimate corrects `best`, over it [-]
+      logical, intent(in) :: are_exact           !! whether values are but for the correction, as of quadratic cells
       real(dp) :: relative(size(value))          !! [-]
       real(dp), parameter :: hardly = 1.0e-2_dp
       logical :: there(size(value))
       there = abs(best) > hardly*maxval(abs(best)) .and. abs(value) > 0
       relative = 0
       where (there) relative = abs(abs(best/value) - 1) + uncertainty*doubt*abs(best/value)
+      if (are_exact) relative = merge(max(relative, (1 + uncertainty)*doubt), relative, there)
       where (.not. there) relative = maxval(relative)
    end function relative_errors
 

@@ -6,9 +6,10 @@ module hampm_expected_error
    use hampm_closing, only: closing_t, new_closing
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_material, only: material_t
+   use hampm_error_indicator, only: errors_at_particles
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
+   use hampm_quadratic_setback, only: setback_of_quadratic
    use hampm_recovery, only: recover
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, small_stress, stiff_points, gradient_at, local_of
    implicit none
@@ -89,7 +90,7 @@ contains
       associate (cell => tip%nodes%spacing)
          a = max(norm2(tip%place - mouth), cell)
          b = max(b, cell)
-         associate (shortness => shortness_of(m%materials(tip%material)))
+         associate (shortness => shortness_of(m, tip))
             relative = shortness(1)*cell*(2/a + 3/b)
          end associate
       end associate
@@ -126,8 +127,8 @@ contains
       call rest%release()
       if (pairs < 2) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
-      call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m%materials(tips(1)%material)), crack)
-      call find_far_error(m, tips(1), closing, to_g, crack)
+      call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
+      call find_far_error(m, tips, closing, to_g, crack)
       crack%known = sum(abs(crack%g)) > 0
    end subroutine find_crack_at_rest
 
@@ -177,11 +178,16 @@ contains
       u = u*scale
    end subroutine make_small
 
-   !> Cells by which the crack of the cells is too short, by mode [-].
-   pure function shortness_of(material) result(shortness)
-      type(material_t), intent(in) :: material
+   !> Cells by which the crack of the cells is too short, by mode [-]. Of quadratic cells it is the setback of K.
+   pure function shortness_of(m, tip) result(shortness)
+      type(motion_t), intent(in) :: m
+      type(crack_tip_t), intent(in) :: tip
       real(dp) :: shortness(modes)
-      shortness = short + by_stiffness*material%small_strain_lambda()/material%mu
+      shortness = setback_of_quadratic(m, tip)
+      if (m%grid%is_quadratic()) return
+      associate (material => m%materials(tip%material))
+         shortness = short + by_stiffness*material%small_strain_lambda()/material%mu
+      end associate
    end function shortness_of
 
    !> G, and by how much it would be larger with all tips by the shortness s further out, from the work that closes one pair of
@@ -240,35 +246,40 @@ contains
    !> What G lacks by the cells away from the tip. If these store M less than the body would, G = (U(a) - U(a - h))/(B h) lacks
    !> what that changes by as the first pair is closed. The tip's surroundings, which look alike before and after, go with it. The
    !> modes share it as they share G.
-   subroutine find_far_error(m, tip, closing, to_g, crack)
+   subroutine find_far_error(m, tips, closing, to_g, crack)
       type(motion_t), intent(in) :: m
-      type(crack_tip_t), intent(in) :: tip
+      type(crack_tip_t), intent(in) :: tips(:)
       type(closing_t), intent(in) :: closing
       real(dp), intent(in) :: to_g
       type(crack_at_rest_t), intent(inout) :: crack
       real(dp), allocatable :: closed(:, :)
-      real(dp) :: force(size(closing%parting)), work(modes)
+      real(dp) :: force(size(closing%parting)), work(modes), places(ndim, size(tips))
       integer :: k
       call closing%close_pairs([1], force, work)
       allocate (closed, source=crack%u)
       do k = 1, size(force)
          if (abs(force(k)) > 0) closed = closed - force(k)*closing%moved(:, :, k)
       end do
-      associate (h => tip%nodes%spacing)
-         crack%by_cells = to_g*(missing_energy(m, tip%place, tip_zone*h, crack%u) &
-                                - missing_energy(m, tip%place - h*tip%axis(:, 1), tip_zone*h, closed))
+      do k = 1, size(tips)
+         places(:, k) = tips(k)%place
+      end do
+      associate (h => tips(1)%nodes%spacing)
+         crack%by_cells = missing_energy(m, places, tip_zone*h, crack%u)
+         places(:, 1) = places(:, 1) - h*tips(1)%axis(:, 1)
+         crack%by_cells = to_g*(crack%by_cells - missing_energy(m, places, tip_zone*h, closed))
       end associate
       crack%by_cells = crack%by_cells*work/sum(work)
    end subroutine find_far_error
 
    !> Energy that the cells away from a place store too little under given forces [J]: half of the squared error e in the energy
    !> norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what the
-   !> particles miss of the energy of the cells' own field, which makes these softer.
-   real(dp) function missing_energy(m, place, radius, u) result(missing)
+   !> particles miss of the energy of the cells' own field, which makes these softer. Those of quadratic cells miss next to nothing; there the
+   !> surroundings of other tips, which the shortness accounts for, do not count either.
+   real(dp) function missing_energy(m, places, radius, u) result(missing)
       type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: place(ndim), radius !! and how far away [m]
+      real(dp), intent(in) :: places(:, :), radius !! of the tips, the one in question first, and how far away [m]
       real(dp), intent(in) :: u(:, :)            !! displacement of the points [m], (ndim, n_points)
-      real(dp), allocatable :: stress(:, :), nodal(:, :)
+      real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:)
       integer :: i, k, e
       missing = 0
       allocate (stress(n_stress, m%particles%n), nodal(n_stress, m%grid%n_points))
@@ -276,12 +287,20 @@ contains
          do i = 1, p%n
             stress(:, i) = reshape(small_stress(m%materials(p%material(i)), gradient_of(m, u, i)), [n_stress])
          end do
+         if (grid%is_quadratic()) then
+            call errors_at_particles(m, stress, squared)
+            do k = 1, size(places, 2)
+               where ([(norm2(p%reference(i, :) - places(:, k)) < radius, i=1, p%n)]) squared = 0
+            end do
+            missing = sum(squared)/2
+            return
+         end if
          do k = 1, size(m%materials)
             call recover(grid, p, b, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
             do i = 1, b%n_occupied
                e = b%occupied(i)
                if (p%material(b%first_in(e)) /= k) cycle
-               if (norm2(grid%element_lower(:, e) + grid%element_size(e)/2 - place) < radius) cycle
+               if (norm2(grid%element_lower(:, e) + grid%element_size(e)/2 - places(:, 1)) < radius) cycle
                missing = missing + missing_in_element(m, e, u(:, grid%element_nodes(:, e)), nodal(:, grid%element_nodes(:, e)))
             end do
          end do
@@ -333,7 +352,7 @@ contains
       p%velocity = 0
       do i = 1, p%n
          p%gradient(i, :, :) = gradient_of(m, u, i)
-         p%displacement(i, :) = matmul(u(:, m%grid%element_nodes(:, p%cell(i))), shape_functions(local_of(m, i)))
+         p%displacement(i, :) = matmul(u(:, m%grid%support_of(p%cell(i))), m%grid%functions_in(p%cell(i), local_of(m, i)))
       end do
    end subroutine displace
 
@@ -343,6 +362,6 @@ contains
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer, intent(in) :: i
       real(dp) :: gradient(ndim, ndim)
-      gradient = matmul(u(:, m%grid%element_nodes(:, m%particles%cell(i))), gradient_at(m, i))
+      gradient = matmul(u(:, m%grid%support_of(m%particles%cell(i))), gradient_at(m, i))
    end function gradient_of
 end module hampm_expected_error

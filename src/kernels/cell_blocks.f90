@@ -27,7 +27,7 @@ module hampm_cell_blocks
    integer, parameter :: of_force = of_momentum + ndim     !! the first component
    integer, parameter :: n_sums = of_force + ndim - 1
 
-   !> A quadratic cell with particles, which is stored as its quarters.
+   !> A quadratic cell with particles, or a piece of one, which is stored as its quarters.
    type :: quadratic_cell_t
       integer :: first = 0                              !! the first of its four elements
       integer :: points(points_of_quadratic) = 0
@@ -35,6 +35,7 @@ module hampm_cell_blocks
       real(dp) :: inverse_size = 0                      !! 1 / its edge length [1/m]
       integer :: block(corners) = 0                     !! in which each quarter is, 0 where it has no particles
       integer :: lane(corners) = 0                      !! and where in it
+      real(dp) :: correction(points_of_quadratic, ndim) = 0 !! of the gradients of its functions, where it is cut [1/m]
    end type quadratic_cell_t
 
    !> The cells with particles, in blocks.
@@ -44,7 +45,8 @@ module hampm_cell_blocks
       integer, allocatable :: first_in(:), last_in(:)   !! where the first and the last stand, 1 and 0 in empty ones, (n_elements)
       integer, allocatable :: stride_in(:)              !! distance from one to the next, (n_elements)
       integer :: n_occupied = 0
-      integer, allocatable :: occupied(:)               !! elements with particles, ascending, (n_occupied)
+      integer, allocatable :: occupied(:)               !! elements with particles, ascending; of quadratic cells all quarters, also
+                                                        !! those that have none as a piece is elsewhere. (n_occupied)
       ! The blocks
       integer :: n = 0                                  !! number of blocks
       integer :: layout = 0                             !! how often their cells have changed
@@ -112,7 +114,7 @@ contains
       integer, intent(in) :: cell_of(:)          !! the element of each particle
       integer, allocatable :: cells(:)
       integer :: n
-      call count_cells(blocks, cell_of)
+      call count_cells(blocks, cell_of, merge(corners, 1, grid%is_quadratic()))
       blocks%sorts = blocks%sorts + 1
       if (blocks%by_group) then
          call find_groups(grid, blocks%occupied(:blocks%n_occupied), blocks%groups)
@@ -123,18 +125,21 @@ contains
       end if
    end subroutine form_blocks
 
-   !> Count the particles of each cell.
-   subroutine count_cells(blocks, cell_of)
+   !> Count the particles of each cell. Of elements that belong together, the quarters of a quadratic cell, all are occupied where one is: as
+   !> parts of a whole they act on its points, whichever of them the particles of a piece are in.
+   subroutine count_cells(blocks, cell_of, together)
       type(cell_blocks_t), intent(inout) :: blocks
       integer, intent(in) :: cell_of(:)
-      integer :: i, e
+      integer, intent(in) :: together            !! elements that belong together
+      integer :: i, e, first
       blocks%count_in = 0
       do i = 1, size(cell_of)
          blocks%count_in(cell_of(i)) = blocks%count_in(cell_of(i)) + 1
       end do
       blocks%n_occupied = 0
       do e = 1, size(blocks%count_in)
-         if (blocks%count_in(e) == 0) cycle
+         first = e - mod(e - 1, together)
+         if (all(blocks%count_in(first:first + together - 1) == 0)) cycle
          blocks%n_occupied = blocks%n_occupied + 1
          blocks%occupied(blocks%n_occupied) = e
       end do
@@ -221,7 +226,8 @@ contains
       integer :: b
       do b = 1, blocks%n
          associate (materials => material(blocks%first(b):blocks%last(b)))
-            blocks%material(b) = merge(materials(1), 0, all(materials == materials(1)))
+            blocks%material(b) = 0
+            if (size(materials) > 0) blocks%material(b) = merge(materials(1), 0, all(materials == materials(1)))
          end associate
       end do
       do b = blocks%n, 1, -1
@@ -266,11 +272,11 @@ contains
       if (grid%is_quadratic()) call place_quadratic_cells(blocks, grid)
    end subroutine place_blocks
 
-   !> Find the quadratic cells with particles: their points, and where their contributions stand.
+   !> Find the quadratic cells with particles, or their pieces: their points, and where their contributions stand.
    subroutine place_quadratic_cells(blocks, grid)
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
-      integer :: block_of(grid%n_elements), lane_of(grid%n_elements), b, l, leaf, n
+      integer :: block_of(grid%n_elements), lane_of(grid%n_elements), b, l, e, n
       block_of = 0
       lane_of = 0
       do b = 1, blocks%n
@@ -280,16 +286,14 @@ contains
          end do
       end do
       if (allocated(blocks%quadratic)) deallocate (blocks%quadratic)
-      allocate (blocks%quadratic(count([(any(block_of(grid%leaf_element(leaf):grid%leaf_element(leaf + 1) - 1) > 0), &
-                                         leaf=1, grid%forest%leaf_count())])))
+      allocate (blocks%quadratic(count([(any(block_of(e:e + corners - 1) > 0), e=1, grid%n_elements, corners)])))
       n = 0
-      do leaf = 1, grid%forest%leaf_count()
-         associate (e => grid%leaf_element(leaf))
-            if (all(block_of(e:e + corners - 1) == 0)) cycle
-            n = n + 1
-            blocks%quadratic(n) = quadratic_cell_t(e, grid%support_of(e), grid%element_lower(:, e), 0.5_dp/grid%element_size(e), &
-                                                   block_of(e:e + corners - 1), lane_of(e:e + corners - 1))
-         end associate
+      do e = 1, grid%n_elements, corners
+         if (all(block_of(e:e + corners - 1) == 0)) cycle
+         n = n + 1
+         blocks%quadratic(n) = quadratic_cell_t(e, grid%support_of(e), grid%element_lower(:, e), 0.5_dp/grid%element_size(e), &
+                                                block_of(e:e + corners - 1), lane_of(e:e + corners - 1))
+         if (allocated(grid%correction)) blocks%quadratic(n)%correction = grid%correction(:, :, (e - 1)/corners + 1)
       end do
    end subroutine place_quadratic_cells
 

@@ -267,7 +267,7 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       associate (matrix => f%mass_matrix)
          matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-         call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e), floor_of_domains)
+         call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e), floor_of_domains)
       end associate
    end subroutine finish_matrix
 

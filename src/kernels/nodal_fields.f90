@@ -7,7 +7,8 @@ module hampm_nodal_fields
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_large_pages, only: prefer_large_pages
-   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, invert_lumped, assemble_rows => assemble, nodes_per_chunk
+   use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, clear_empty_cells, invert_lumped, assemble_rows => assemble, &
+                                nodes_per_chunk
    use hampm_nodal_kernels, only: assemble_sums, add_crowded
    use hampm_node_list, only: list_marked
    implicit none
@@ -88,19 +89,8 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: occupied(:)         !! elements, ascending
       type(nodal_fields_t), intent(inout) :: f
-      integer :: node, e, k
-      k = 1
-      do e = 1, grid%n_elements
-         if (k <= size(occupied)) then
-            if (occupied(k) == e) then
-               k = k + 1
-               cycle
-            end if
-         end if
-         if (allocated(f%mass_matrix%cell)) f%mass_matrix%cell(:, :, e) = 0
-         if (allocated(f%mass_matrix%cell_lumped)) f%mass_matrix%cell_lumped(:, e) = 0
-         if (allocated(f%mass_matrix%cell_inverse)) f%mass_matrix%cell_inverse(:, :, e) = 0
-      end do
+      integer :: node, k
+      call clear_empty_cells(grid%n_elements, occupied, f%mass_matrix)
       f%is_active = .false.
       do k = 1, size(occupied)
          f%is_active(grid%element_nodes(:, occupied(k))) = .true.

@@ -60,9 +60,12 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       type(pass_report_t), intent(out) :: report
+      real(dp) :: audit(2)
       integer :: first, b
       if (allocated(blocks%quadratic)) then
-         call pass_over_quadratic(pass, dt, materials, p, blocks, f)
+         call pass_over_quadratic(pass, dt, materials, p, blocks, f, audit)
+         report%velocity_change_energy = audit(1)
+         report%stress_work = audit(2)
          return
       end if
       !$omp parallel do schedule(static)
@@ -331,7 +334,7 @@ contains
                associate (e => blocks%cells(l, k), matrix => f%mass_matrix)
                   if (e == 0) exit
                   matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-                  call prepare_cell(matrix%blend(e), matrix%is_solved, matrix%is_quarter(e), matrix%cell(:, :, e))
+                  call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e))
                end associate
             end do
          end do

@@ -8,14 +8,25 @@
 !>
 !> 3/8, 1/4, 3/8 of three, 13/48, 11/48, 11/48, 13/48 of four. All are positive. With two no weights are exact, and a cell of 2 x 2
 !> has three motions that strain no particle.
+!>
+!> In cells that cracks or edges cut, weights are fitted to the moments of each piece (`hampm_moment_fitting`). What few points leave of the
+!> integrals of the gradients of the shape functions is taken off: the gradient of each function gets a constant in each piece, so that
+!> its integral over the piece is exact. Uniform stress is in balance then, whatever is left of a cell, and linear displacements strain
+!> all points alike as ever.
+!>
+!> Source of the correction: Chen, Hillman & Rueter, An arbitrary order variationally consistent integration for Galerkin meshfree methods,
+!> International Journal for Numerical Methods in Engineering 95 (2013) 387-418.
 module hampm_quadratic_points
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: quadratic_gradients
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
+   use hampm_moment_fitting, only: fitted_weights
    use hampm_particles, only: particles_t
+   use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, polynomials_at, n_polynomials
    implicit none
    private
-   public :: weights_along, weigh_points, fewest_points
+   public :: weights_along, weigh_points, correct_points, fewest_points
 
    integer, parameter :: fewest_points = 3       !! in a cell and direction
 
@@ -34,31 +45,174 @@ contains
       w = (1 + (1/12.0_dp - mean)*n/sum((q - mean)*q)*(q - mean))/n
    end function weights_along
 
-   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them. Cells that are not
-   !> full, as particles on their way to finer ones may leave them for a while, stay as they are.
+   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them; in cells that are cut those
+   !> that fit their moments. Other cells that are not full, as particles on their way to finer ones may leave them for a while, stay as they
+   !> are.
    subroutine weigh_points(p, grid, blocks, thickness)
       type(particles_t), intent(inout) :: p
-      type(grid_t), intent(in) :: grid
+      type(grid_t), intent(inout) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: thickness          !! [m]
-      real(dp) :: x(ndim), xi(ndim), volume
+      real(dp) :: x(ndim), xi(ndim)
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
       do leaf = 1, grid%forest%leaf_count()
-         associate (first => grid%leaf_element(leaf))
-            n = nint(sqrt(real(sum(blocks%count_in(first:first + corners - 1)), dp)))
-            if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:first + corners - 1))) cycle
+         associate (first => grid%leaf_element(leaf), last => grid%leaf_element(leaf + 1) - 1)
+            if (grid%is_cut(leaf)) then
+               call weigh_pieces(p, grid, blocks, thickness, leaf)
+               cycle
+            end if
+            n = nint(sqrt(real(sum(blocks%count_in(first:last)), dp)))
+            if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:last))) cycle
             w = weights_along(n)
-            do e = first, first + corners - 1
+            do e = first, last
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   x = p%reference(i, :)
                   xi = grid%in_leaf(e, grid%local_coordinate(e, x))
-                  volume = grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n)))
-                  p%mass(i) = p%mass(i)/p%volume(i)*volume
-                  p%volume(i) = volume
+                  call give_volume(p, i, grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n))))
                end do
             end do
          end associate
       end do
+      call correct_points(p, grid, blocks, thickness)
    end subroutine weigh_points
+
+   !> Find the corrections of gradients in cells that are cut, for particles with the volumes that they have.
+   subroutine correct_points(p, grid, blocks, thickness)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(inout) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, allocatable :: bodies(:)
+      real(dp), allocatable :: moments(:, :)
+      integer :: leaf, piece, k
+      if (allocated(grid%correction)) deallocate (grid%correction)
+      do leaf = 1, grid%forest%leaf_count()
+         if (.not. grid%is_cut(leaf)) cycle
+         if (.not. allocated(grid%correction)) &
+            allocate (grid%correction(grid%n_functions, ndim, grid%n_elements/corners), source=0.0_dp)
+         bodies = bodies_in(p, grid, blocks, leaf)
+         if (size(bodies) == 0) cycle
+         moments = moments_of_body(grid, leaf, bodies(1))
+         do k = 2, size(bodies)
+            moments = moments + moments_of_body(grid, leaf, bodies(k))
+         end do
+         do piece = 1, size(moments, 2)
+            call correct_gradients(p, grid, blocks, thickness, grid%leaf_element(leaf) + corners*(piece - 1), moments(:, piece))
+         end do
+      end do
+   end subroutine correct_points
+
+   !> The bodies that have particles in a leaf; where no outlines are known the first stands for all.
+   pure function bodies_in(p, grid, blocks, leaf) result(bodies)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: leaf
+      integer, allocatable :: bodies(:)
+      integer :: k
+      associate (number => particles_in(blocks, grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1))
+         bodies = [(k, k=1, merge(1, 0, size(number) > 0))]
+         if (allocated(grid%bodies)) bodies = pack([(k, k=1, size(grid%bodies))], [(any(p%body(number) == k), &
+                                                                                 k=1, size(grid%bodies))])
+      end associate
+   end function bodies_in
+
+   !> The moments of what of a body is in each piece of a leaf; where no outlines are known, of all of it.
+   pure function moments_of_body(grid, leaf, body) result(moments)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, body
+      real(dp), allocatable :: moments(:, :)
+      if (allocated(grid%bodies)) then
+         moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf, grid%bodies(body))
+      else
+         moments = moments_of_pieces(grid%cut_cells, grid%forest, leaf)
+      end if
+   end function moments_of_body
+
+   !> The same in the pieces of a leaf that is cut by a crack or the edge of a body.
+   subroutine weigh_pieces(p, grid, blocks, thickness, leaf)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, intent(in) :: leaf
+      integer, allocatable :: bodies(:)
+      integer :: k
+      bodies = bodies_in(p, grid, blocks, leaf)
+      do k = 1, size(bodies)
+         call fit_pieces(p, grid, blocks, thickness, leaf, moments_of_body(grid, leaf, bodies(k)), bodies(k))
+      end do
+   end subroutine weigh_pieces
+
+   !> Find the correction of gradients in a piece.
+   subroutine correct_gradients(p, grid, blocks, thickness, first, moments)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(inout) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, intent(in) :: first               !! element of the piece
+      real(dp), intent(in) :: moments(:)         !! of what is in it
+      real(dp) :: missing(grid%n_functions, ndim), volume
+      integer, allocatable :: number(:)
+      integer :: k
+      number = particles_in(blocks, first, first + corners - 1)
+      if (size(number) == 0) return
+      volume = sum(p%volume(number))
+      missing = integrals_of_gradients(moments)*grid%leaf_size(first)**(ndim - 1)*thickness
+      do k = 1, size(number)
+         missing = missing - p%volume(number(k))*quadratic_gradients((p%reference(number(k), :) - grid%element_lower(:, first)) &
+                                                                     /grid%leaf_size(first), 1/grid%leaf_size(first))
+      end do
+      grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
+   end subroutine correct_gradients
+
+   !> Fit the volumes of the particles of a body, of all where no outlines are known, to the moments of the pieces of a leaf.
+   subroutine fit_pieces(p, grid, blocks, thickness, leaf, moments, body)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: thickness          !! [m]
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
+      integer, intent(in) :: body
+      real(dp), allocatable :: at_points(:, :), w(:)
+      integer, allocatable :: number(:)
+      integer :: piece, k
+      do piece = 1, size(moments, 2)
+         associate (first => grid%leaf_element(leaf) + corners*(piece - 1))
+            number = particles_in(blocks, first, first + corners - 1)
+            if (allocated(grid%bodies)) number = pack(number, p%body(number) == body)
+            if (size(number) == 0 .or. .not. moments(1, piece) > 0) cycle
+            allocate (at_points(n_polynomials, size(number)))
+            do k = 1, size(number)
+               at_points(:, k) = polynomials_at((p%reference(number(k), :) - grid%element_lower(:, first)) &
+                                                /grid%forest%size_of(leaf))
+            end do
+            w = fitted_weights(at_points, moments(:, piece))
+            do k = 1, size(number)
+               call give_volume(p, number(k), w(k)*grid%forest%size_of(leaf)**ndim*thickness)
+            end do
+            deallocate (at_points)
+         end associate
+      end do
+   end subroutine fit_pieces
+
+   !> The particles in some elements.
+   pure function particles_in(blocks, first, last) result(number)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: first, last         !! element
+      integer, allocatable :: number(:)
+      integer :: e, i
+      number = [((i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)), e=first, last)]
+   end function particles_in
+
+   !> Give a particle a volume [m3], and the mass that goes with it.
+   subroutine give_volume(p, i, volume)
+      type(particles_t), intent(inout) :: p
+      integer, intent(in) :: i
+      real(dp), intent(in) :: volume
+      p%mass(i) = p%mass(i)/p%volume(i)*volume
+      p%volume(i) = volume
+   end subroutine give_volume
 end module hampm_quadratic_points

@@ -141,7 +141,7 @@ contains
       if (.not. allocated(matrix%blend)) return
       do k = 1, c%n
          do side = 1, sides
-            matrix%blend(grid%dofs%elements_at(c%node(side, k))) = 1
+            matrix%blend(matrix%cell_of(grid%dofs%elements_at(c%node(side, k)))) = 1
          end do
       end do
    end subroutine lump_at_pairs

@@ -21,7 +21,7 @@ module hampm_critical_step
    use hampm_forest, only: corner_offset
    use hampm_lapack, only: dpotrf, dpotri, dsyev
    use hampm_mass_choice, only: mass_choice_t
-   use hampm_mass_matrix, only: prepare_cell, eigenvalue_floor, floor_of_domains
+   use hampm_mass_matrix, only: prepare_cell, eigenvalue_floor, floor_of_domains, floor_of_quadratic
    use hampm_mass_solver, only: by_lumped, by_fmpm
    use hampm_orthotropic, only: n_voigt
    use hampm_quadratic_points, only: weights_along
@@ -44,7 +44,8 @@ module hampm_critical_step
    !> The matrices of a sample, in cells of size 1, with density 1 and the dilatational wave speed 1.
    type :: sample_t
       integer :: cells(ndim) = 0
-      real(dp), allocatable :: cell(:, :, :)     !! mass matrix of each cell, (corners, corners, cells)
+      real(dp), allocatable :: cell(:, :, :)     !! mass matrix of each cell, (nodes of a cell, nodes of a cell, cells)
+      integer, allocatable :: nodes(:, :)        !! of each cell, (nodes of a cell, cells)
       real(dp), allocatable :: mass(:, :)        !! M, (nodes, nodes)
       real(dp), allocatable :: lumped(:)         !! its row sums, (nodes)
       real(dp), allocatable :: stiffness(:, :)   !! K, (2 nodes, 2 nodes); first all x components
@@ -122,7 +123,7 @@ contains
       if (present(are_quadratic)) quadratic = are_quadratic
       if (quadratic) then
          call build_sample_of_quadratic(rows, moduli, sample)
-         call build_inverse(sample, mass, eigenvalue_floor, inverse)
+         call build_inverse(sample, mass, floor_of_quadratic, inverse)
       else if (have_domains) then
          call build_sample_of_domains(rows, moduli, sample)
          call build_inverse(sample, mass, floor_of_domains, inverse)
@@ -151,14 +152,14 @@ contains
       type(sample_t), intent(out) :: s
       real(dp) :: xi(ndim), gradient(corners, ndim), weight
       integer :: nodes(corners), i, j, c, d, at(ndim)
-      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], s)
+      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], 1, s)
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
             weight = rows(1)%length(i)*rows(2)%length(j)
             call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
-            call add_mass(weight, at, xi, s)
+            call add_mass(weight, shape_functions(xi), number_of(at, s), s)
             gradient = shape_gradients(xi, 1.0_dp)
-            nodes = nodes_of(at, s%cells)
+            nodes = s%nodes(:, number_of(at, s))
             do c = 1, corners
                call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
             end do
@@ -167,28 +168,28 @@ contains
       call sum_cells(s)
    end subroutine build_sample
 
-   !> The same for quadratic cells, from the nodes of which it takes two for each of bilinear ones.
+   !> The same for quadratic cells.
    pure subroutine build_sample_of_quadratic(rows, moduli, s)
       type(row_t), intent(in) :: rows(ndim)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt)
       type(sample_t), intent(out) :: s
       real(dp) :: xi(ndim), n(points_of_quadratic), gradient(points_of_quadratic, ndim), weight
-      integer :: nodes(points_of_quadratic), i, j, k, c, d, at(ndim)
-      call make_room([(2*(floor(maxval(rows(d)%x)) + 1), d=1, ndim)], s)
+      integer :: nodes(points_of_quadratic), i, j, c, d, at(ndim)
+      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], 2, s)
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
             call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
             weight = weight_at(rows(1)%spacing, xi(1))*weight_at(rows(2)%spacing, xi(2))
             n = quadratic_functions(xi)
             gradient = quadratic_gradients(xi, 1.0_dp)
-            nodes = [((2*at(1) + c + (2*at(2) + k)*(s%cells(1) + 1) + 1, c=0, 2), k=0, 2)]
+            nodes = s%nodes(:, number_of(at, s))
+            call add_mass(weight, n, number_of(at, s), s)
             do c = 1, size(nodes)
-               s%mass(nodes, nodes(c)) = s%mass(nodes, nodes(c)) + weight*n(c)*n
                call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
             end do
          end do
       end do
-      s%lumped = sum(s%mass, dim=1)
+      call sum_cells(s)
    end subroutine build_sample_of_quadratic
 
    !> Weight of a particle in one direction, by the distance between particles and the place in its cell.
@@ -209,7 +210,7 @@ contains
       integer, allocatable :: nodes(:)
       integer :: i, j, c, d, k, at(ndim), first(ndim)
       first = [(floor(minval(rows(d)%x - rows(d)%length/2) + margin), d=1, ndim)] ! domains reach beyond the cells of the particles
-      call make_room([(floor(maxval(rows(d)%x + rows(d)%length/2) - margin) + 1, d=1, ndim)] - first, s)
+      call make_room([(floor(maxval(rows(d)%x + rows(d)%length/2) - margin) + 1, d=1, ndim)] - first, 1, s)
       allocate (gradient(size(s%lumped), ndim))
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
@@ -219,11 +220,13 @@ contains
             do c = 1, corners
                toward = corner_offset(c) - 0.5_dp
                call locate([rows(1)%x(i), rows(2)%x(j)] - first + (1 - margin)*toward*length, at, xi)
-               call add_mass(weight/corners, at, xi, s)
                shape = shape_functions(xi)
-               do d = 1, ndim
-                  gradient(nodes_of(at, s%cells), d) = gradient(nodes_of(at, s%cells), d) + shape*toward(d)/length(d)
-               end do
+               call add_mass(weight/corners, shape, number_of(at, s), s)
+               associate (at_corners => s%nodes(:, number_of(at, s)))
+                  do d = 1, ndim
+                     gradient(at_corners, d) = gradient(at_corners, d) + shape*toward(d)/length(d)
+                  end do
+               end associate
             end do
             nodes = pack([(k, k=1, size(s%lumped))], abs(gradient(:, 1)) + abs(gradient(:, 2)) > 0)
             do c = 1, size(nodes)
@@ -235,14 +238,29 @@ contains
    end subroutine build_sample_of_domains
 
    !> An empty sample.
-   pure subroutine make_room(cells, s)
+   pure subroutine make_room(cells, order, s)
       integer, intent(in) :: cells(ndim)
+      integer, intent(in) :: order               !! of the cells: 1 bilinear, 2 quadratic
       type(sample_t), intent(inout) :: s
+      integer :: i, j, a, b
       s%cells = cells
-      associate (n => product(cells + 1))
-         allocate (s%cell(corners, corners, product(cells)), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
+      associate (n => product(order*cells + 1), m => product(cells), f => (order + 1)**ndim)
+         allocate (s%cell(f, f, m), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
+         allocate (s%nodes(f, m))
       end associate
+      do j = 0, cells(2) - 1
+         do i = 0, cells(1) - 1
+            s%nodes(:, number_of([i, j], s)) = [((order*i + a + (order*j + b)*(order*cells(1) + 1) + 1, a=0, order), b=0, order)]
+         end do
+      end do
    end subroutine make_room
+
+   !> Number of the cell at a place.
+   pure integer function number_of(at, s)
+      integer, intent(in) :: at(ndim)            !! from 0 on
+      type(sample_t), intent(in) :: s
+      number_of = at(1) + at(2)*s%cells(1) + 1
+   end function number_of
 
    !> The cell of a place, and where in it that is.
    pure subroutine locate(x, at, xi)
@@ -254,39 +272,28 @@ contains
    end subroutine locate
 
    !> Add a mass to the matrix of its cell.
-   pure subroutine add_mass(mass, at, xi, s)
+   pure subroutine add_mass(mass, shape, cell, s)
       real(dp), intent(in) :: mass
-      integer, intent(in) :: at(ndim)
-      real(dp), intent(in) :: xi(ndim)
+      real(dp), intent(in) :: shape(:)           !! functions of the nodes of the cell there
+      integer, intent(in) :: cell
       type(sample_t), intent(inout) :: s
-      real(dp) :: shape(corners)
-      integer :: c, e
-      e = at(1) + at(2)*s%cells(1) + 1
-      shape = shape_functions(xi)
-      do c = 1, corners
-         s%cell(:, c, e) = s%cell(:, c, e) + mass*shape(c)*shape
+      integer :: c
+      do c = 1, size(shape)
+         s%cell(:, c, cell) = s%cell(:, c, cell) + mass*shape(c)*shape
       end do
    end subroutine add_mass
 
    !> Sum the mass matrices of the cells.
    pure subroutine sum_cells(s)
       type(sample_t), intent(inout) :: s
-      integer :: nodes(corners), i, j
-      do j = 0, s%cells(2) - 1
-         do i = 0, s%cells(1) - 1
-            nodes = nodes_of([i, j], s%cells)
-            s%mass(nodes, nodes) = s%mass(nodes, nodes) + s%cell(:, :, i + j*s%cells(1) + 1)
-         end do
+      integer :: k
+      do k = 1, size(s%cell, 3)
+         associate (nodes => s%nodes(:, k))
+            s%mass(nodes, nodes) = s%mass(nodes, nodes) + s%cell(:, :, k)
+         end associate
       end do
       s%lumped = sum(s%mass, dim=1)
    end subroutine sum_cells
-
-   !> Nodes at the corners of a cell.
-   pure function nodes_of(at, cells) result(nodes)
-      integer, intent(in) :: at(ndim), cells(ndim)
-      integer :: nodes(corners)
-      nodes = at(1) + at(2)*(cells(1) + 1) + [1, 2, cells(1) + 2, cells(1) + 3]
-   end function nodes_of
 
    !> Add what a particle gives to the columns of a corner in the stiffness: B^T C B.
    pure subroutine add_stiffness(moduli, gradient, c, nodes, n, stiffness)
@@ -312,8 +319,8 @@ contains
       type(mass_choice_t), intent(in) :: mass
       real(dp), intent(in) :: least              !! eigenvalue of the matrices of cells
       real(dp), allocatable, intent(out) :: inverse(:, :)
-      real(dp) :: cell(corners, corners)
-      integer :: nodes(corners), n, i, j, info
+      real(dp) :: cell(size(s%cell, 1), size(s%cell, 1))
+      integer :: n, i, k, info
       n = size(s%lumped)
       allocate (inverse(n, n), source=0.0_dp)
       if (mass%by == by_lumped) then
@@ -321,13 +328,12 @@ contains
       else if (mass%by == by_fmpm) then
          call sum_series(s, mass%order, inverse)
       else
-         do j = 0, s%cells(2) - 1
-            do i = 0, s%cells(1) - 1
-               cell = s%cell(:, :, i + j*s%cells(1) + 1)
-               call prepare_cell(mass%blend_inside, .true., .false., cell, least)
-               nodes = nodes_of([i, j], s%cells)
+         do k = 1, size(s%cell, 3)
+            cell = s%cell(:, :, k)
+            call prepare_cell(size(cell, 1), mass%blend_inside, .true., .false., cell, least)
+            associate (nodes => s%nodes(:, k))
                inverse(nodes, nodes) = inverse(nodes, nodes) + cell
-            end do
+            end associate
          end do
          call add_diagonal(merge(0.0_dp, 1.0_dp, s%lumped > 0), inverse)
          call dpotrf('U', n, inverse, n, info)

@@ -39,8 +39,8 @@ contains
       end if
    end function faces_at
 
-   !> The elements whose particles tell how an element moves: itself or, where it has none, those of other leaves that have an edge in
-   !> common with it.
+   !> The elements whose particles tell how an element moves: itself or, where it has none, of quadratic cells the other quarters of its
+   !> piece or else those of other leaves that have an edge in common with it.
    pure function carriers_of(grid, blocks, e) result(carriers)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
@@ -50,7 +50,12 @@ contains
       carriers = [e]
       if (blocks%count_in(e) > 0) return
       carriers = [integer ::]
-      associate (nodes => grid%element_nodes(:, e))
+      if (grid%is_quadratic()) then
+         carriers = [(k, k=grid%first_of_piece(e), grid%last_of_piece(e))]
+         carriers = pack(carriers, blocks%count_in(carriers) > 0)
+         if (size(carriers) > 0) return
+      end if
+      associate (nodes => grid%support_of(e))
          do corner = 1, size(nodes)
             associate (others => grid%dofs%elements_at(nodes(corner)))
                do k = 1, size(others)

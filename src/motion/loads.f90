@@ -73,8 +73,8 @@ contains
       end do
    end subroutine load_on_points
 
-   !> A load of which parts of edges have shares, at two points of each (those of Gauss): with these the forces on the nodes of a
-   !> straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
+   !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
+   !> all of them: with these the forces on the nodes of a straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
    subroutine load_on_parts(p, grid, blocks, parts, share, load)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
@@ -82,17 +82,25 @@ contains
       type(edge_part_t), intent(in) :: parts(:)
       real(dp), intent(in) :: share(:)           !! of each, times the force of the load
       type(load_t), intent(inout) :: load
-      real(dp), parameter :: gauss = 1/sqrt(3.0_dp), inward = 1e-6_dp ! of a cell
+      real(dp), parameter :: inward = 1e-6_dp ! of a cell
+      real(dp), allocatable :: at(:), weight(:)
       real(dp) :: x(ndim)
       integer :: k, i, n
-      n = 2*size(parts)
+      if (grid%is_quadratic()) then
+         at = [0.0_dp]
+         weight = [1.0_dp]
+      else
+         at = 1/sqrt(3.0_dp)*[1, -1]
+         weight = [0.5_dp, 0.5_dp]
+      end if
+      n = size(at)*size(parts)
       allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
       do k = 1, size(parts)
-         do i = 0, 1
-            n = 2*k - i
-            x = parts(k)%middle + (1 - 2*i)*gauss*parts(k)%half
-            load%fraction(n) = share(k)/2
-            load%half(:, n) = parts(k)%half/2
+         do i = 1, size(at)
+            n = size(at)*k + 1 - i
+            x = parts(k)%middle + at(i)*parts(k)%half
+            load%fraction(n) = weight(i)*share(k)
+            load%half(:, n) = parts(k)%half/size(at)
             load%host(n) = nearest_in_cell(p, grid, blocks, x, x - inward*grid%finest_cell*parts(k)%normal)
             load%offset(:, n) = x - p%reference(load%host(n), :)
          end do
@@ -105,17 +113,22 @@ contains
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
-      integer :: first, sheet, i
+      integer :: first, last, sheet, e, i
       nearest = 0
       first = grid%element_at(beside)
       if (first > 0) then
+         last = first
+         if (grid%is_quadratic()) then           ! its quarters have the same functions
+            first = grid%first_of_piece(first)
+            last = grid%last_of_piece(first)
+         end if
          do sheet = 1, grid%n_sheets
-            associate (e => grid%copy_on(first, sheet))
+            do e = grid%copy_on(first, sheet), grid%copy_on(last, sheet)
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   if (nearest == 0) nearest = i
                   if (norm2(p%position(i) - x) < norm2(p%position(nearest) - x)) nearest = i
                end do
-            end associate
+            end do
          end do
       end if
       if (nearest == 0) nearest = nearest_particle(p, grid, blocks, x)
@@ -369,22 +382,23 @@ contains
       end do
    end subroutine share_by_corners
 
-   !> Shape functions of the nodes of the host's cell at point `k` of a load; in quadratic cells their mean over its segment, by Simpson's
-   !> rule, which is exact.
+   !> Shape functions of the nodes of the host's cell at point `k` of a load; in quadratic cells their mean over its segment, by Gauss's
+   !> rule of three points, which is exact, on slanted segments too.
    pure function weights(load, k, grid, p) result(n)
       type(load_t), intent(in) :: load
       integer, intent(in) :: k
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       real(dp) :: n(grid%n_functions)
+      real(dp), parameter :: gauss = sqrt(0.6_dp)
       real(dp) :: x(ndim)
       associate (host => load%host(k))
          x = p%place_in_grid(host) + load%offset(:, k)
          if (.not. p%total_frame) x = x + matmul(p%gradient(host, :, :), load%offset(:, k))
          n = grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x))
          if (.not. grid%is_quadratic()) return
-         n = (4*n + grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - load%half(:, k))) &
-              + grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + load%half(:, k))))/6
+         n = (8*n + 5*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - gauss*load%half(:, k))) &
+              + 5*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + gauss*load%half(:, k))))/18
       end associate
    end function weights
 

@@ -15,6 +15,7 @@ module hampm_spring_placement
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_small_pieces, only: tie_small_pieces
    implicit none
    private
    public :: rebuild_springs, look_at_openings, shorter_step, release_length
@@ -25,7 +26,7 @@ module hampm_spring_placement
    real(dp), parameter :: of_outer = 0.3478548451374538_dp/2, of_inner = 0.6521451548625461_dp/2
    real(dp), parameter :: part(points) = [of_outer, of_inner, of_inner, of_outer] !! of the layer that each stands for
 
-   !> Stiffness of a layer for each area, in E'/h. As bonds, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
+   !> Stiffness of a layer for each area, in E'/h with h the distance of the nodes along the edges of cells. As bonds, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
    !> places of the tip (docs/cracks.md).
    real(dp), parameter :: firmness = 3
 
@@ -65,8 +66,12 @@ contains
       call note_moving(springs, old)
       springs%n = 0
       springs%n_contact = 0
-      if (.not. grid%cut_cells%are_there()) return
+      if (.not. (grid%cut_cells%are_there() .or. grid%is_quadratic() .and. allocated(grid%bodies))) return
       if (.not. allocated(springs%kind)) call make_room(springs, 64)
+      if (.not. grid%cut_cells%are_there()) then
+         call tie_small_pieces(springs, grid, p, blocks, materials)
+         return
+      end if
       do k = 1, size(grid%cut_cells%ends)
          associate (end => grid%cut_cells%ends(k))
             associate (line => grid%cut_cells%lines(end%line))
@@ -88,6 +93,7 @@ contains
       do k = 1, size(grid%cut_cells%lines)
          if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
+      if (grid%is_quadratic()) call tie_small_pieces(springs, grid, p, blocks, materials)
       if (springs%n > 0 .and. springs%are_bounded) call soften(springs, grid, p, blocks, materials)
    end subroutine rebuild_springs
 
@@ -303,7 +309,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       type(layer_t), intent(in) :: layer
-      real(dp) :: x(ndim), normal(ndim), weight(corners, most_nodes_of_leaf)
+      real(dp) :: x(ndim), normal(ndim), weight(grid%n_functions, most_nodes_of_leaf)
       integer :: i, side, e(faces), own, master(most_nodes_of_leaf), n, j
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
@@ -339,10 +345,11 @@ contains
                do side = 1, faces
                   if (e(side) == 0) cycle
                   associate (element => nearest_carrier(grid, blocks, e(side), x))
-                     call grid%dofs%masters_of(grid%element_nodes(:, element), j, master, weight)
+                     call grid%dofs%masters_of(grid%support_of(element), j, master, weight)
                      springs%node(n + 1:n + j, s) = master(:j)
                      springs%share(n + 1:n + j, s) = (3 - 2*side) &
-                                                     *matmul(shape_functions(grid%local_coordinate(element, x)), weight(:, :j))
+                                                     *matmul(grid%functions_in(element, grid%local_coordinate(element, x)), &
+                                                             weight(:, :j))
                      n = n + j
                      if (side == 1) springs%n_left(s) = n
                   end associate
@@ -350,7 +357,7 @@ contains
                springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
                springs%pressed(s) = max(0.0_dp, -dot_product(normal, springs%opening(:, s)))
                associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, own, x)))))
-                  springs%stiffness(s) = firmness*material%plane_modulus()/grid%leaf_size(own) &
+                  springs%stiffness(s) = firmness*material%plane_modulus()*merge(2, 1, grid%is_quadratic())/grid%leaf_size(own) &
                                          *springs%thickness*part(i)*norm2(to - from)
                   if (layer%face /= both_faces) springs%stiffness(s) = 2*springs%stiffness(s)
                end associate

@@ -157,10 +157,11 @@ contains
          call m%grid%dofs%masters_of(m%grid%support_of(cells(k)), n, masters, weight)
          call element_stiffness(m, cells(k), stiffness, by_corner)
          if (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(k))) then
-            do d = 1, ndim
-               by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) &
-                                             + stiffness%kind%mass_factor*m%fields%mass_matrix%cell(:, :, cells(k))
-            end do
+            associate (mass => m%fields%mass_matrix%cell(:, :, m%fields%mass_matrix%cell_of(cells(k))))
+               do d = 1, ndim
+                  by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) + stiffness%kind%mass_factor*mass
+               end do
+            end associate
          end if
          by_master = matrix_by_masters(ndim, weight, by_corner)
          if (m%grid%is_piece(cells(k)) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(cells(k)) < corners)) then

@@ -1,6 +1,7 @@
 !> Whether the keys of a scene agree with quadratic cells, `&grid order = 2`: what these do not go with is refused.
 module hampm_quadratic_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_history_consistency, only: has_history
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: on_node
    use hampm_quadratic_points, only: fewest_points
@@ -12,6 +13,7 @@ module hampm_quadratic_consistency
    public :: check_quadratic_cells
 
    character(*), parameter :: intro = 'with &grid order = 2'
+   character(*), parameter :: of_mass = 'where such cells are cut, some nodes would have a mass below 0'
 
 contains
 
@@ -38,11 +40,7 @@ contains
       method = settings%find('method', 1)
       call settings%demand(mistakes, method, 'frame', 'total', intro//': particles stay where their weights are right')
       if (settings%good(method, 'time') .and. scene%method%time /= 'static') then
-         call settings%demand(mistakes, method, 'mass', 'lumped', intro//': these cells have no other matrix')
          call settings%demand(mistakes, method, 'time_steps', 'global', intro)
-         if (scene%method%time == 'explicit' .and. scene%energy_release%energy_balance) call settings%complain(mistakes, &
-            settings%find('energy_release', 1), 'estimators', 'must be others than ''energy_balance'' '//intro// &
-            ' in explicit steps')
       end if
       if (scene%method%time == 'implicit' .and. settings%good(method, 'courant') .and. scene%method%courant > 0) &
          call settings%complain(mistakes, method, 'courant', 'must be 0 '//intro//' in implicit steps. Give a time_step')
@@ -50,31 +48,40 @@ contains
       if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'gradient') &
          call settings%complain(mistakes, refine, 'indicator', 'must not be ''gradient'' '//intro//', which takes strain for '// &
                                 'constant in a cell. Use ''zz''')
-      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'zz') call settings%demand(mistakes, method, 'time', &
-         'static', intro//' and &refine indicator = ''zz'': a mesh that follows a motion is for bilinear cells')
    end subroutine check_method
 
-   !> Laws are linear, without a share of the dilatation.
+   !> Laws have no history and no share of the dilatation: what particles remember would have to follow each pass.
    pure subroutine check_materials(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k
       do k = 1, size(scene%materials)
-         if (scene%materials(k)%law /= 'orthotropic') call settings%demand(mistakes, settings%find('material', k), 'law', &
-            'linear_elastic', intro//': orthotropic is the only other law that these cells have')
+         if (has_history(scene%materials(k)%law)) call settings%complain(mistakes, settings%find('material', k), 'law', &
+            'must be ''linear_elastic'', ''orthotropic'' or ''neo_hookean'' '//intro//': particles of these cells remember nothing')
+         if (scene%materials(k)%law == 'neo_hookean' .and. are_cut(scene)) call settings%complain(mistakes, &
+            settings%find('material', k), 'law', 'must be ''linear_elastic'' or ''orthotropic'' '//intro// &
+            ' where cracks or edges cut cells: that pieces of cells are in balance is shown for linear laws only')
          call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': they do not lock')
       end do
    end subroutine check_materials
 
-   !> Bodies are rectangles that fill cells, with enough particles in each.
+   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
+   pure logical function are_cut(scene)
+      type(scene_t), intent(in) :: scene
+      integer :: k
+      are_cut = size(scene%paths) > 0
+      do k = 1, size(scene%bodies)
+         are_cut = are_cut .or. scene%bodies(k)%outline%is_there()
+      end do
+   end function are_cut
+
+   !> Rectangles fill cells, other shapes are at rest; with enough particles in each cell.
    pure subroutine check_bodies(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: entry, k
-      if (size(scene%holes) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', 'must be 1 where a body '// &
-                                                        'has a hole: quadratic cells are whole ones')
       do k = 1, size(scene%bodies)
          entry = settings%find('body', k)
          associate (body => scene%bodies(k))
@@ -83,12 +90,11 @@ contains
                                       intro//': with fewer some motions of its nodes strain no particle')
             if (abs(body%spin) > 0) call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro)
             if (any(abs(body%eigenstrain) > 0)) call settings%complain(mistakes, entry, 'eigenstrain', 'must be 0 '//intro)
-            if (body%shape /= 'rectangle') then
-               call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'' '//intro//': edges that cut such cells '// &
-                                      'are not there')
+            if (body%outline%is_there()) then
+               if (scene%method%time /= 'static') call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'', '// &
+                  'without a hole, '//intro//' in motion: '//of_mass//'. Use time = ''static''')
                cycle
             end if
-            if (body%outline%is_there()) cycle
             if (.not. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) &
                call settings%complain(mistakes, entry, 'lower', 'and upper must be nodes of the lattice '//intro// &
                                       ': bodies are to fill their cells')
@@ -112,19 +118,22 @@ contains
       end do
    end subroutine check_loads
 
-   !> Cracks run along grid lines, stay, and do not press on themselves.
+   !> Cracks stay.
    pure subroutine check_cracks(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k
       do k = 1, size(scene%paths)
-         call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', &
-                                'must be ''symmetry'' or ''line'' '//intro//': a path cuts cells')
+         if (scene%method%time == 'static') cycle
+         call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', 'must be ''symmetry'' or '// &
+                                '''line'' '//intro//' in motion: '//of_mass//'. Use time = ''static''')
       end do
-      if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', &
-                                                             'must be 1 where a crack grows')
-      if (scene%crack%contact) call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '//intro)
+      if (size(scene%growth) > 0 .and. size(scene%paths) == 0) call settings%complain(mistakes, settings%find('grid', 1), &
+         'order', 'must be 1 where a crack of kind ''symmetry'' grows; a path may, at rest')
+      if (scene%crack%contact .and. scene%refine%indicator == 'zz') call settings%complain(mistakes, settings%find('crack', 1), &
+         'contact', 'must be ''none'' '//intro//' and &refine indicator = ''zz'': nodes of both faces are to be at the same '// &
+         'places. Use a &crack of kind = ''path'', or indicator = ''tip''')
       if (scene%energy_release%stress_closure) call settings%complain(mistakes, settings%find('energy_release', 1), 'estimators', &
          'must be others than ''stress_closure'' '//intro//': the paper has it for bilinear cells')
       if (scene%contact%is_wanted()) call settings%complain(mistakes, settings%find('contact', 1), 'bodies', &

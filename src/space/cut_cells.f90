@@ -66,6 +66,7 @@ module hampm_cut_cells
    contains
       procedure :: are_there
       procedure :: pieces_of
+      procedure :: segments_near
       procedure :: piece_at
       procedure :: follow
       procedure :: find_nearest
@@ -406,6 +407,18 @@ contains
       if (.not. allocated(self%entry)) return
       if (self%entry(leaf) > 0) pieces_of = self%n_pieces(self%entry(leaf))
    end function pieces_of
+
+   !> The segments of lines, with their ends where cells are cut, that are near a leaf [m], (ndim, 2, segments).
+   pure function segments_near(self, leaf) result(segments)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      real(dp), allocatable :: segments(:, :, :)
+      if (self%is_near(leaf)) then
+         segments = self%segment(:, :, self%near(self%first_near(self%entry(leaf)):self%first_near(self%entry(leaf) + 1) - 1))
+      else
+         allocate (segments(ndim, 2, 0))
+      end if
+   end function segments_near
 
    !> The piece of a leaf in which a point is: that of the nearest sample from which no line divides it or, where there is none near, of
    !> the nearest. Of a point outside of the leaf it is the piece on its side.

@@ -16,7 +16,7 @@ module hampm_dofs
    use hampm_node_list, only: node_list_t
    implicit none
    private
-   public :: dofs_t, element_of_slot, corner_of_slot, most_nodes_of_leaf
+   public :: dofs_t, list_slots, element_of_slot, corner_of_slot, most_nodes_of_leaf
 
    !> A leaf has four corners, up to four nodes in the middle of its sides and, if it is quadratic, one in its own middle. Where a node in
    !> the middle of a side of such a leaf hangs, one master of three is no node of the leaf, in the place of that node: no element
@@ -72,29 +72,38 @@ contains
       class(dofs_t), intent(inout) :: self
       integer, intent(in) :: element_nodes(:, :) !! node at each corner, (corners, n_elements)
       integer, intent(out) :: status
-      integer :: e, c, node
       if (allocated(self%slot)) deallocate (self%first_slot, self%slot)
-      allocate (self%first_slot(self%n_nodes + self%n_hanging + 1), self%slot(size(element_nodes)), stat=status)
-      if (status /= 0) return
-      associate (first => self%first_slot, n => self%n_nodes + self%n_hanging)
-         first = 0
-         do e = 1, size(element_nodes, 2)
-            do c = 1, corners
-               first(element_nodes(c, e)) = first(element_nodes(c, e)) + 1
-            end do
-         end do
-         do node = 2, n + 1                      ! the last entry of each node
-            first(node) = first(node - 1) + first(node)
-         end do
-         do e = size(element_nodes, 2), 1, -1
-            do c = corners, 1, -1
-               self%slot(first(element_nodes(c, e))) = c + corners*(e - 1)
-               first(element_nodes(c, e)) = first(element_nodes(c, e)) - 1
-            end do
-         end do
-         first = first + 1
-      end associate
+      call list_slots(self%n_nodes + self%n_hanging, element_nodes, self%first_slot, self%slot, status)
    end subroutine connect
+
+   !> The slots at which each of `n` nodes stands, in compressed rows, from the nodes of each cell. `status` is not zero where the
+   !> memory does not suffice.
+   pure subroutine list_slots(n, nodes, first, slot, status)
+      integer, intent(in) :: n
+      integer, intent(in) :: nodes(:, :)                !! (nodes of a cell, cells)
+      integer, allocatable, intent(out) :: first(:)     !! first entry of each node in the next, (n + 1)
+      integer, allocatable, intent(out) :: slot(:)      !! place in `nodes` as one number, ascending at each node, (size(nodes))
+      integer, intent(out) :: status
+      integer :: e, c, node
+      allocate (first(n + 1), slot(size(nodes)), stat=status)
+      if (status /= 0) return
+      first = 0
+      do e = 1, size(nodes, 2)
+         do c = 1, size(nodes, 1)
+            first(nodes(c, e)) = first(nodes(c, e)) + 1
+         end do
+      end do
+      do node = 2, n + 1                         ! the last entry of each node
+         first(node) = first(node - 1) + first(node)
+      end do
+      do e = size(nodes, 2), 1, -1
+         do c = size(nodes, 1), 1, -1
+            slot(first(nodes(c, e))) = c + size(nodes, 1)*(e - 1)
+            first(nodes(c, e)) = first(nodes(c, e)) - 1
+         end do
+      end do
+      first = first + 1
+   end subroutine list_slots
 
    !> The elements around a node, ascending.
    pure function elements_at(self, node) result(elements)

@@ -32,11 +32,11 @@ module hampm_grid
                           quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
    use hampm_cuts, only: cut_t, place_seen, place_across
-   use hampm_dofs, only: dofs_t, most_nodes_of_leaf
+   use hampm_dofs, only: dofs_t, element_of_slot, corner_of_slot, most_nodes_of_leaf
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
    use hampm_outer_nodes, only: outer_nodes_t, find_outer_nodes
-   use hampm_outline, only: outline_t
+   use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
    implicit none
    private
@@ -50,12 +50,17 @@ module hampm_grid
       type(cut_t), allocatable :: cuts(:)               !! and where it was cut then, along grid lines
       type(cut_cells_t) :: cut_cells                    !! and in any direction
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
+      logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
+      logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)
       type(outer_nodes_t) :: outer_nodes                !! of cells that these nearly leave empty
       integer, allocatable :: sheet_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
       integer :: n_sheets = 1
       real(dp), allocatable :: solids(:, :, :)          !! corners of the rectangles that are filled with material, where cells are
                                                         !! quadratic; else not allocated [m], (ndim, 2, number)
       integer :: n_functions = corners                  !! shape functions in an element
+      real(dp), allocatable :: correction(:, :, :)      !! of the gradients of functions in quadratic cells, or pieces of them, that are cut
+                                                        !! (`hampm_quadratic_points`); not allocated where none are [1/m],
+                                                        !! (functions, ndim, cells)
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
       integer :: n_points = 0                           !! number of nodes, hanging nodes included
       integer :: n_elements = 0
@@ -85,10 +90,12 @@ module hampm_grid
       procedure :: is_on_first_sheet
       procedure :: copies_of_nodes
       procedure :: is_quadratic
+      procedure :: is_cut
       procedure :: support_of
       procedure :: functions_in
       procedure :: gradients_in
       procedure :: in_leaf
+      procedure :: is_corner_of_leaf
       procedure, private :: all_pieces
    end type grid_t
 
@@ -111,22 +118,23 @@ contains
       allocate (grid%cuts(0))
       if (present(cuts)) grid%cuts = cuts
       if (present(lines)) call find_cut_cells(forest, lines, grid%cut_cells)
+      if (present(solids)) then
+         if (allocated(solids)) then
+            allocate (grid%solids, source=solids)
+            grid%n_functions = points_of_quadratic
+         end if
+      end if
       if (present(bodies)) then
          if (allocated(bodies)) then
             allocate (grid%bodies, source=bodies)
-            call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
+            call find_fills(grid)
+            if (.not. grid%is_quadratic()) call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
          end if
       end if
       if (present(sheets)) then
          if (allocated(sheets)) then
             allocate (grid%sheet_of_body, source=sheets)
             grid%n_sheets = maxval(sheets)
-         end if
-      end if
-      if (present(solids)) then
-         if (allocated(solids)) then
-            allocate (grid%solids, source=solids)
-            grid%n_functions = points_of_quadratic
          end if
       end if
       associate (n_leaves => forest%leaf_count())
@@ -189,25 +197,30 @@ contains
    subroutine number_inner_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
-      integer :: leaf, side, coarser, number
+      integer :: leaf, piece, side, coarser, of_coarser, number
       do leaf = 1, grid%forest%leaf_count()
-         do side = 1, sides
-            call find_coarser(grid, leaf, side, coarser)
-            if (coarser == outside) call points%enter(middle_of_side(grid, leaf, 1, side), number)
+         do piece = 1, grid%all_pieces(leaf)
+            do side = 1, sides
+               call find_coarser(grid, leaf, piece, side, coarser, of_coarser)
+               if (coarser == outside) call points%enter(middle_of_side(grid, leaf, piece, side), number)
+            end do
+            call points%enter(seen_from(grid, leaf, piece, grid%forest%place_of(leaf) &
+                                                           + level_width(grid%forest%level_of(leaf))/2), number)
          end do
-         call points%enter(grid%forest%place_of(leaf) + level_width(grid%forest%level_of(leaf))/2, number)
       end do
    end subroutine number_inner_nodes
 
-   !> The coarser leaf with material beside a side of a quadratic one; `outside` where there is none, or a cut between them.
-   pure subroutine find_coarser(grid, leaf, side, coarser)
+   !> The coarser leaf with material beside a side of a piece of a quadratic one, and the piece of it that is connected there; `outside`
+   !> where there is none, or a cut between them.
+   pure subroutine find_coarser(grid, leaf, piece, side, coarser, of_coarser)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: leaf, side
-      integer, intent(out) :: coarser
+      integer, intent(in) :: leaf, piece, side
+      integer, intent(out) :: coarser, of_coarser
       integer(long) :: place(ndim), middle(ndim)
-      integer :: normal
+      integer :: normal, other, end
       normal = (side + 1)/2
       coarser = outside
+      of_coarser = 0
       associate (forest => grid%forest, width => level_width(grid%forest%level_of(leaf)))
          middle = forest%place_of(leaf) + width/2
          middle(normal) = middle(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
@@ -217,13 +230,53 @@ contains
          associate (next => forest%leaf_of(place))
             if (forest%level_of(next) >= forest%level_of(leaf)) return
             if (.not. is_solid(grid, next)) return
-            if (any(seen_from(grid, leaf, 1, middle) /= seen_from(grid, next, 1, middle))) return
-            coarser = next
+            do other = 1, grid%all_pieces(next)
+               if (any(seen_from(grid, leaf, piece, middle) /= seen_from(grid, next, other, middle))) cycle
+               do end = 1, 2                     ! samples tell less of the ends than of the middle
+                  place = place_of_corner(grid, leaf, side_corner(side, end))
+                  if (any(seen_from(grid, leaf, piece, place) /= seen_from(grid, next, other, place))) exit
+               end do
+               if (end <= 2) cycle
+               coarser = next
+               of_coarser = other
+               return
+            end do
          end associate
       end associate
    end subroutine find_coarser
 
-   !> Whether a leaf is filled with material.
+   !> Find which leaves bodies fill, and of which they have a part.
+   pure subroutine find_fills(grid)
+      type(grid_t), intent(inout) :: grid
+      real(dp) :: m(0:ndim), fill, largest
+      integer :: leaf, k
+      associate (n => grid%forest%leaf_count())
+         allocate (grid%is_full(n), grid%is_met(n))
+         do leaf = 1, n
+            fill = 0
+            largest = 0
+            associate (lower => grid%forest%position(grid%forest%place_of(leaf)), width => grid%forest%size_of(leaf))
+               do k = 1, size(grid%bodies)
+                  m = grid%bodies(k)%moments(lower, lower + width)/width**ndim
+                  fill = fill + max(m(0), 0.0_dp)
+                  largest = max(largest, m(0))
+               end do
+            end associate
+            grid%is_met(leaf) = fill > least_part
+            grid%is_full(leaf) = largest > 1 - 1e-9_dp
+         end do
+      end associate
+   end subroutine find_fills
+
+   !> Whether a leaf is cut by a line, or by the edge of a body that is no mere rectangle, so that its particles do not stand for all of it.
+   pure logical function is_cut(self, leaf)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      is_cut = self%cut_cells%pieces_of(leaf) > 1
+      if (allocated(self%is_full) .and. .not. is_cut) is_cut = self%is_met(leaf) .and. .not. self%is_full(leaf)
+   end function is_cut
+
+   !> Whether there is material in a leaf.
    pure logical function is_solid(grid, leaf)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf
@@ -231,6 +284,10 @@ contains
       integer :: k
       x = grid%forest%position(grid%forest%place_of(leaf)) + grid%forest%size_of(leaf)/2
       is_solid = .false.
+      if (allocated(grid%is_met)) then
+         is_solid = grid%is_met(leaf)
+         return
+      end if
       do k = 1, size(grid%solids, 3)
          is_solid = is_solid .or. all(x > grid%solids(:, 1, k) .and. x < grid%solids(:, 2, k))
       end do
@@ -275,9 +332,16 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, piece, corner
       integer(long) :: place(ndim)
-      place = seen_from(grid, leaf, piece, grid%forest%place_of(leaf) &
-                                           + corner_offset(corner)*level_width(grid%forest%level_of(leaf)))
+      place = seen_from(grid, leaf, piece, place_of_corner(grid, leaf, corner))
    end function corner_of_leaf
+
+   !> Place of a corner of a leaf.
+   pure function place_of_corner(grid, leaf, corner) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, corner
+      integer(long) :: place(ndim)
+      place = grid%forest%place_of(leaf) + corner_offset(corner)*level_width(grid%forest%level_of(leaf))
+   end function place_of_corner
 
    !> Place of the middle of a side of a leaf, as a piece of it sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
    pure function middle_of_side(grid, leaf, piece, side) result(place)
@@ -368,10 +432,12 @@ contains
          count_of = 0
          if (grid%is_quadratic()) then
             do leaf = 1, grid%forest%leaf_count()
-               do side = 1, sides
-                  middle = points%number_of(middle_of_side(grid, leaf, 1, side)) - n_nodes
-                  if (middle > 0) call find_masters_of_side(grid, points, leaf, side, count_of(middle), node(:, middle), &
-                                                            weight(:, middle))
+               do piece = 1, grid%all_pieces(leaf)
+                  do side = 1, sides
+                     middle = points%number_of(middle_of_side(grid, leaf, piece, side)) - n_nodes
+                     if (middle > 0) call find_masters_of_side(grid, points, leaf, piece, side, count_of(middle), &
+                                                               node(:, middle), weight(:, middle))
+                  end do
                end do
             end do
             call grid%dofs%set_masters(n_nodes, count_of, node, weight)
@@ -440,25 +506,28 @@ contains
       end subroutine add_master
    end subroutine find_masters
 
-   !> The masters of the node in the middle of a side of a quadratic leaf beside a coarser one: the nodes of the side of that, from the
-   !> end that it has in common with the leaf on.
-   pure subroutine find_masters_of_side(grid, points, leaf, side, n, master, weight)
+   !> The masters of the node in the middle of a side of a piece of a quadratic leaf beside a coarser one: the nodes of the side of that,
+   !> from the end that it has in common with the leaf on.
+   pure subroutine find_masters_of_side(grid, points, leaf, piece, side, n, master, weight)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in) :: points
-      integer, intent(in) :: leaf, side
+      integer, intent(in) :: leaf, piece, side
       integer, intent(out) :: n
       integer, intent(inout) :: master(:)
       real(dp), intent(inout) :: weight(:)
-      integer :: coarser, opposite, k
-      integer :: own(corners)
-      call find_coarser(grid, leaf, side, coarser)
+      integer(long) :: shared(ndim), own(ndim, corners)
+      integer :: coarser, of_coarser, opposite, k
+      call find_coarser(grid, leaf, piece, side, coarser, of_coarser)
       opposite = side + 2*mod(side, 2) - 1
       n = 3
       weight(:n) = [0.375_dp, 0.75_dp, -0.125_dp]
-      master(1:3:2) = [(points%number_of(corner_of_leaf(grid, coarser, 1, side_corner(opposite, k))), k=1, 2)]
-      master(2) = points%number_of(middle_of_side(grid, coarser, 1, opposite))
-      own = [(points%number_of(corner_of_leaf(grid, leaf, 1, k)), k=1, corners)]
-      if (all(own /= master(1))) master(:n) = master(n:1:-1)
+      master(1:3:2) = [(points%number_of(corner_of_leaf(grid, coarser, of_coarser, side_corner(opposite, k))), k=1, 2)]
+      master(2) = points%number_of(middle_of_side(grid, coarser, of_coarser, opposite))
+      do k = 1, corners
+         own(:, k) = place_of_corner(grid, leaf, k)
+      end do
+      shared = place_of_corner(grid, coarser, side_corner(opposite, 1))
+      if (.not. any([(all(own(:, k) == shared), k=1, corners)])) master(:n) = master(n:1:-1)
    end subroutine find_masters_of_side
 
    !> The corner at one end, 1 or 2, of a side of a leaf.
@@ -574,6 +643,7 @@ contains
       real(dp) :: gradient(self%n_functions, ndim) !! [1/m]
       if (self%is_quadratic()) then
          gradient = quadratic_gradients(self%in_leaf(e, xi), 0.5_dp/self%element_size(e))
+         if (allocated(self%correction)) gradient = gradient + self%correction(:, :, (e - 1)/corners + 1)
       else
          gradient = shape_gradients(xi, 1/self%element_size(e))
       end if
@@ -587,6 +657,17 @@ contains
       real(dp) :: of_leaf(ndim)
       of_leaf = (corner_offset(e - self%first_of_piece(e) + 1) + xi)/2
    end function in_leaf
+
+   !> Whether a node is a corner of the leaves around it, and not in the middle of a side of one or inside it.
+   pure logical function is_corner_of_leaf(self, node) result(is)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: node
+      is = .true.
+      if (.not. self%is_quadratic()) return
+      associate (slot => self%dofs%slot(self%dofs%first_slot(node)))
+         is = all(mod(nint(2*self%in_leaf(element_of_slot(slot), real(corner_offset(corner_of_slot(slot)), dp))), 2) == 0)
+      end associate
+   end function is_corner_of_leaf
 
    !> The first element of the leaf of an element or, where that is cut, of its piece.
    pure integer function first_of_piece(self, e) result(first)

@@ -33,6 +33,16 @@ SCENES = {
     "quadratic": SCENE.format(151, 151, 150, 3).replace("151 /", "151 order = 2 /"),
     "quadratic_static": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD, "&method time = 'static' /\n")
     + "&constraint lower = 0.1, 0.0 upper = 0.1, 0.1 fix = 'xy' /\n",
+    **{f"quadratic_{solver}": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD, MASS.format(solver).replace("0.1", "0.05"))
+       for solver in ("cg", "banded", "umfpack")},
+    "quadratic_fmpm": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD,
+                                                                                               "&method courant = 0.1 mass = 'fmpm' /\n"),
+    "quadratic_implicit": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(
+        PLAIN_METHOD, "&method time = 'implicit' time_step = 5e-8 mass = 'full' /\n"),
+    "quadratic_points": SCENE.format(101, 101, 100, 6).replace("101 /", "101 order = 2 /"),
+    "quadratic_refined": SCENE.format(61, 61, 60, 3).replace("61 /", "61 order = 2 /") + CRACK.replace("0.05", "0.03").replace("0.1,", "0.06,")
+    + "&refine indicator = 'tip' rings = 20 max_level = 4 /\n",
+    "quadratic_snapshots": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /") + "&output snapshot_interval = 1e-8 /\n",
     "domains": PLAIN.replace(PLAIN_METHOD, "&method courant = 0.1 functions = 'cpdi' frame = 'updated' /\n"),
     "snapshots": PLAIN + "&output snapshot_interval = 1e-8 /\n",
 }

@@ -71,6 +71,23 @@ def test_explicit_motion_comes_to_the_same_rest(hampm, tmp_path):
     assert motion["G_nodal_force_I"][-1] == pytest.approx(rest["G_nodal_force_I"][-1], rel=1e-4)
 
 
+def test_a_mesh_that_refines_while_it_runs_comes_to_rest_at_the_converged_value(hampm, tmp_path):
+    """At 0.9 ms the beam is nearly at rest on two cells over the depth, 1.1 % off, and looks at its error for the first time. With `usl`, as
+    for bilinear cells: `musl` keeps what a release leaves in the velocities of particles that no node feels."""
+    h = run(hampm, tmp_path, REGRESSION / "dcb_settled/case.nml", "grid.order=2", "body.points_per_cell=3", "method.frame=total",
+            "grid.cell=5e-3", "grid.cells=20,3", "method.courant=0", "method.scheme=usl", "load.history=ramp", "load.rise_time=0.4e-3",
+            "energy_release.estimators=nodal_force,domain_integral,energy_balance", "refine.indicator=zz", "refine.start=0.9e-3",
+            "refine.interval=400", "refine.tolerance=0.05", "refine.max_level=6", "output.history_interval=1e-5")
+    looked = np.flatnonzero(np.diff(h["particles"]))
+    assert h["time"][looked[0]] >= 0.9e-3 and len(looked) > 2
+    assert h["G_nodal_force_I"][looked[0]] / h["G_ref"] == pytest.approx(0.989 * CONVERGED, rel=2e-3)
+    assert h["G_nodal_force_I"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=4e-3)
+    assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=5e-3)
+    assert h["particles"][-1] < 1000
+    error = h["kinetic_energy"] + h["strain_energy"] + h["damping_loss"] + h["numerical_loss"] - h["external_work"]
+    assert np.max(np.abs(error)) < 1e-12 * np.max(h["external_work"])
+
+
 BAR = """\
 &run thickness = 0.01 end_time = 1.0 /
 &grid cell = 5e-3 cells = 4, 12 order = 2 /
@@ -93,21 +110,64 @@ def test_a_bar_under_its_weight_is_exact_on_cells_of_three_sizes(hampm, tmp_path
     assert h["strain_energy"][-1] == pytest.approx((2700 * 9.81) ** 2 * 0.06**3 / (6 * 70e9) * 0.02 * 0.01, rel=1e-12)
 
 
+RUBBER = """\
+&run thickness = 0.01 end_time = 0.3 /
+&grid cell = 0.02 cells = 15, 3 order = 2 /
+&material name = 'rubber' law = 'neo_hookean' young = 1e6 poisson = 0.3 density = 1000 /
+&body material = 'rubber' lower = 0.0, 0.0 upper = 0.2, 0.04 points_per_cell = 3 /
+&constraint lower = 0.0, 0.0 upper = 0.0, 0.04 fix = 'x{held}' /
+{symmetry}
+&load kind = 'traction' lower = 0.2, 0.0 upper = 0.2, 0.04 force = {force} history = 'ramp' rise_time = 0.1 /
+&method frame = 'total' {time} /
+&damping rate = {rate} /
+&output file = 'out.h5' snapshot_interval = 0.3 history_interval = 0.01 /
+"""
+AXIS = "&constraint lower = 0.0, 0.0 upper = 0.2, 0.0 fix = 'y' /"
+
+
+@pytest.mark.parametrize(("time", "tolerance"), [("time = 'static' load_steps = 10", 1e-12), ("scheme = 'usf'", 1e-6)])
+def test_rubber_has_the_large_stretch_of_its_closed_form(hampm, tmp_path, time, tolerance):
+    """As tests/regression/neo_hookean_bar: a stretch of 1.40 at a lateral one of 0.9, at rest and after a damped motion."""
+    (tmp_path / "rubber.nml").write_text(RUBBER.format(held="", symmetry=AXIS, force="126.6523417818091, 0.0", time=time,
+                                                       rate=0 if "static" in time else 500))
+    run(hampm, tmp_path, "rubber.nml")
+    with h5py.File(tmp_path / "out.h5") as file:
+        particles = file["VTKHDF/particles"]
+        places, moved = (np.split(particles[name][:], 2) for name in ("Points", "PointData/displacement"))
+    q = 0.9
+    stretch = np.exp(-(q**2 - 1) * 1.3 * 0.4 / 2.6 / 0.3) / q**2
+    start = places[1] - moved[1]
+    np.testing.assert_allclose(places[1][:, 0], stretch * start[:, 0], rtol=0, atol=tolerance * 0.2)
+    np.testing.assert_allclose(places[1][:, 1], q * start[:, 1], rtol=0, atol=tolerance * 0.2)
+
+
+def test_bent_rubber_has_the_energy_that_bilinear_cells_tend_to(hampm, tmp_path):
+    """A cantilever that is bent by about its depth: two cells over the depth against eight and sixteen, extrapolated."""
+    def energy(*settings):
+        return run(hampm, tmp_path, "rubber.nml", *settings)["strain_energy"][-1]
+    (tmp_path / "rubber.nml").write_text(RUBBER.format(held="y", symmetry="", force="0.0, 4.0", rate=0, time="time = 'static' load_steps = 5"))
+    coarse, fine = (energy("grid.order=1", "body.points_per_cell=2", f"grid.cell={cell}", f"grid.cells={round(0.3 / cell)},{round(0.06 / cell)}")
+                    for cell in (0.005, 0.0025))
+    assert energy() == pytest.approx(fine + (fine - coarse) / 3, rel=1e-3)
+
+
 MOVING = ("grid.order=2", "method.time=implicit", "method.courant=0", "method.time_step=1e-6", "method.frame=total",
           "body.points_per_cell=3", "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "damping.rate=0",
           "output.snapshot_interval=0", *TIP, "refine.max_level=2")
 
 
-def test_motion_keeps_its_energy(hampm, tmp_path):
+@pytest.mark.parametrize("mass", ["lumped", "blend", "full"])
+def test_motion_keeps_its_energy(hampm, tmp_path, mass):
     """What the load does is kinetic or strain energy, to rounding: the step of Newmark with alpha = 0 takes none."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0")
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0", f"method.mass={mass}")
     error = h["kinetic_energy"] + h["strain_energy"] - h["external_work"]
     assert np.max(np.abs(error)) < 1e-11 * np.max(h["external_work"])
 
 
-def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path):
+@pytest.mark.parametrize("mass", ["lumped", "blend", "full"])
+def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path, mass):
     """G(t) below 50 kHz, rms over the peak, with four cells over the depth and steps of a 400th of the first period."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3")
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3", f"method.mass={mass}")
     times, exact = read_curve(REFERENCE / "dcb_dynamic_undamped.csv", 1)
     t, g = h["time"], h["G_nodal_force_I"] / h["G_ref"]
     converged = np.interp(t, times, exact)
@@ -115,17 +175,43 @@ def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path):
     assert np.sqrt(np.mean(difference**2)) / np.max(np.abs(converged)) < 0.01
 
 
+@pytest.mark.parametrize("scheme", ["musl", "usl", "usf", "usavg"])
+@pytest.mark.parametrize("mass", ["lumped", "blend", "full", "fmpm"])
+def test_the_audit_of_the_energy_closes_in_explicit_steps(hampm, tmp_path, mass, scheme):
+    """With loss of the scheme, which the audit books particle by particle, on cells of three sizes."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=4e-6",
+            "energy_release.estimators=nodal_force,energy_balance", "damping.rate=1e4", f"method.mass={mass}", f"method.scheme={scheme}")
+    error = h["kinetic_energy"] + h["strain_energy"] + h["damping_loss"] + h["numerical_loss"] - h["external_work"]
+    assert np.max(np.abs(h["numerical_loss"])) > 1e-5 * np.max(h["external_work"])
+    assert np.max(np.abs(error)) < 1e-13 * np.max(h["external_work"])
+
+
+@pytest.mark.parametrize(("mass", "scheme", "points"), [("lumped", "musl", 3), ("full", "usl", 3), ("blend", "usf", 4), ("fmpm", "usavg", 5)])
+def test_element_operators_do_what_the_passes_over_the_particles_do(hampm, tmp_path, mass, scheme, points):
+    """The audit of the energy asks for each particle in each pass: without it cells are passed by their operators."""
+    settings = (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-5", "damping.rate=1e4",
+                f"method.mass={mass}", f"method.scheme={scheme}", f"body.points_per_cell={points}")
+    both = [run(hampm, tmp_path, INPUT / "dcb.nml", *settings, f"energy_release.estimators={estimators}")
+            for estimators in ("nodal_force", "nodal_force,energy_balance")]
+    for column in ("G_nodal_force_I", "kinetic_energy", "strain_energy", "external_work", "mouth_opening"):
+        np.testing.assert_allclose(both[0][column], both[1][column], rtol=0, atol=1e-11 * np.max(np.abs(both[1][column])))
+
+
 RESUMED = {
     "static": (*QUADRATIC, *BEAM, "method.load_steps=4", "load.history=ramp", "load.rise_time=1.5e-3", "output.snapshot_interval=5e-4"),
     "implicit": (*MOVING, *BEAM[:2], "run.end_time=1e-5", "output.snapshot_interval=5e-6"),
     "explicit": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-6", "output.snapshot_interval=5e-7",
                  "output.history_interval=1e-7"),
+    "refining": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-5", "output.snapshot_interval=1e-6",
+                 "refine.indicator=zz", "refine.interval=2", "refine.tolerance=0.05", "output.history_interval=1e-7"),
+    "full": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "method.mass=full", "run.end_time=1e-6",
+             "output.snapshot_interval=5e-7", "output.history_interval=1e-7"),
 }
 
 
 @pytest.mark.parametrize("time", RESUMED)
 def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path, time):
-    settings = (*RESUMED[time], *TIP, "refine.max_level=3")
+    settings = (*TIP, "refine.max_level=3", *RESUMED[time])
     run(hampm, tmp_path, INPUT / "dcb.nml", *settings, name="whole.h5")
     words = [word for setting in settings for word in ("--set", setting)]
     stopped = hampm(INPUT / "dcb.nml", "--force", "--quiet", "--set", "output.file=parts.h5", *words, "--steps", "2")
@@ -152,8 +238,9 @@ def test_snapshots_have_biquadratic_cells(hampm, tmp_path):
     assert np.sum(areas) == pytest.approx(0.1 * 0.0125, rel=1e-9)
 
 
-def test_threads_do_not_change_a_byte(hampm, tmp_path):
-    words = [word for setting in (*QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
+@pytest.mark.parametrize("settings", [QUADRATIC, (*RESUMED["full"], "run.end_time=2e-7", "output.snapshot_interval=0")], ids=["rest", "motion"])
+def test_threads_do_not_change_a_byte(hampm, tmp_path, settings):
+    words = [word for setting in (*settings, *BEAM[:2], *TIP, "refine.max_level=4") for word in ("--set", setting)]
     for threads in (1, 3):
         result = hampm(INPUT / "dcb.nml", "--quiet", "--threads", threads, "--set", f"output.file={threads}.h5", *words)
         assert result.returncode == 0, result.stderr

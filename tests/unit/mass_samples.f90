@@ -91,10 +91,12 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in), contiguous :: b(:, :), guess(:, :)
       real(dp) :: x(ndim, m%grid%n_nodes)
+      real(dp), allocatable :: values(:, :)      ! at hanging nodes, too
       type(failure_t) :: failure
       integer :: i
-      x = guess
-      call solve_mass(m%solver, m%grid, m%fields%mass_matrix, b, x, failure)
+      allocate (values, source=guess)
+      call solve_mass(m%solver, m%grid, m%fields%mass_matrix, b, values, failure)
+      x = values(:, :m%grid%n_nodes)
       if (failure%failed()) call check(.false., failure%message)
       do i = 1, m%grid%n_nodes
          if (.not. m%fields%mass_matrix%lumped(i) > 0) x(:, i) = 0

@@ -175,7 +175,7 @@ contains
                  'rows are as long as the most crowded node asks for')
       allocate (row(pattern%width, grid%n_nodes))
       associate (nodes => [(i, i=1, grid%n_nodes)])
-         call sum_rows(size(nodes), nodes, grid%dofs%first_slot, grid%dofs%slot, pattern%place, cell, pattern%width, row)
+         call sum_rows(pattern, size(nodes), nodes, cell, row)
          call find_spans(pattern, nodes, size(nodes), spans)
       end associate
       call multiply_rows(pattern%width, size(spans%first), spans%first, spans%last, spans%offset, row, ones, x, y, xax)

@@ -244,7 +244,7 @@ contains
          row = sum(before, dim=2)
          after = before
          blend = merge(0.3_dp, 0.0_dp, mod(trial, 2) == 0)
-         call prepare_cell(blend, .true., .false., after)
+         call prepare_cell(4, blend, .true., .false., after)
          if (any(abs(sum(after, dim=2) - row) > 1.0e-14_dp*row)) call check(.false., 'row sums of a prepared cell stay')
          if (any(abs(after - transpose(after)) > 0)) call check(.false., 'a prepared cell is symmetric')
          do c = 1, 4

@@ -45,7 +45,7 @@ contains
       end do
       call pattern_of_grid(grid, pattern, status)
       call check(status == 0 .and. pattern%width == neighbours, 'on like cells each node has nine neighbours, itself included')
-      call sum_rows(size(nodes), nodes, grid%dofs%first_slot, grid%dofs%slot, pattern%place, cell, neighbours, row)
+      call sum_rows(pattern, size(nodes), nodes, cell, row)
       call find_spans(pattern, nodes, 5, spans)
       y = 0
       xax = 0

@@ -3,22 +3,19 @@
 program test_quadratic_cells
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, quadratic_gradients
-   use hampm_bodies, only: fill_rectangle
    use hampm_constraints, only: constrain_box
    use hampm_error_indicator, only: estimate_errors
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_lapack, only: dsyev
-   use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t, start_motion, refresh_grid
+   use hampm_material, only: material_t
+   use hampm_motion, only: motion_t
    use hampm_newton, only: displace
    use hampm_nodal_state, only: internal_force
-   use hampm_particles, only: new_particles
-   use hampm_quadratic_points, only: weights_along, weigh_points
+   use hampm_quadratic_points, only: weights_along
+   use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_random_forests, only: change_at_random, random_integer
-   use hampm_sorting, only: sort_into_cells
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness
    use hampm_threads, only: use_threads
    implicit none
@@ -99,7 +96,7 @@ contains
       real(dp) :: s(ndim), c(ndim), laplace(ndim), mixed(ndim), exact, norm, true, h(ndim, ndim)
       real(dp), parameter :: pi = acos(-1.0_dp), part(ndim) = [1.0_dp, 2.0_dp]
       integer :: i, d
-      call fill(forest_t([0.0_dp, 0.0_dp], 1.0_dp/cells, [cells, cells]), n, m, 1.0_dp)
+      call fill_with_quadratic(forest_t([0.0_dp, 0.0_dp], 1.0_dp/cells, [cells, cells]), n, 1.0_dp, density, thickness, m)
       do d = 1, ndim
          do i = 0, 1
             s = [0, 0]
@@ -187,7 +184,7 @@ contains
       do i = 1, random_integer(1, 3)
          call change_at_random(forest, 0.2_dp, 0.1_dp, 3)
       end do
-      call fill(forest, n, m, roots*cell)
+      call fill_with_quadratic(forest, n, roots*cell, density, thickness, m)
       call look_at_sides(m)
       call random_number(a)
       call look_at_balance(m, a - 0.5_dp, imbalance(n))
@@ -197,34 +194,6 @@ contains
       m%particles%volume = thickness*[(m%grid%leaf_size(m%particles%cell(i)), i=1, m%particles%n)]**2/n**2
       call look_at_balance(m, a - 0.5_dp, equal_weights)
    end subroutine look_at_mesh
-
-   !> Fill the leaves of a forest with particles.
-   subroutine fill(forest, n, m, edge)
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: n
-      type(motion_t), intent(out) :: m
-      real(dp), intent(in) :: edge               !! of the square [m]
-      type(failure_t) :: failure
-      real(dp), allocatable :: solids(:, :, :)
-      real(dp) :: lower(ndim)
-      integer :: leaf
-      solids = reshape([0.0_dp, 0.0_dp, edge, edge], [ndim, 2, 1])
-      call build_grid(forest, m%grid, failure, solids=solids)
-      call new_particles(n**2*forest%leaf_count(), m%particles, failure)
-      m%particles%total_frame = .true.
-      m%springs%thickness = thickness
-      m%materials = [new_material('sample', 'linear_elastic', .true., 2.0_dp, 0.3_dp, density)]
-      do leaf = 1, forest%leaf_count()
-         lower = forest%position(forest%place_of(leaf))
-         call fill_rectangle(m%particles, 1 + n**2*(leaf - 1), [n, n], lower, lower + forest%size_of(leaf), thickness, density, &
-                             [0.0_dp, 0.0_dp], 1, 1)
-      end do
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      call weigh_points(m%particles, m%grid, m%blocks, thickness)
-      call start_motion(m, 'musl', failure)
-      call refresh_grid(m)
-      call check(.not. failure%failed(), 'the mesh is built')
-   end subroutine fill
 
    !> Random values at the nodes are one function: on the sides of each leaf it is that of the leaf on the other side.
    subroutine look_at_sides(m)

@@ -1,0 +1,133 @@
+!> What holds the nodes of small pieces of quadratic cells that cracks or edges cut: a piece that has few particles leaves some motions of its
+!> nine nodes free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of a fuller cell next to it, on the
+!> same side of the crack, are continued. Such springs do not feel any quadratic displacement.
+!>
+!> Source: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220; here it is the difference of the continued polynomials
+!> itself that is held, at the nodes (Preuss 2018).
+module hampm_small_pieces
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_face_springs, only: face_springs_t, bond, make_room
+   use hampm_grid, only: grid_t
+   use hampm_material, only: material_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: tie_small_pieces
+
+   real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs nothing
+   real(dp), parameter :: firmness = 1.0_dp      !! stiffness of a spring, over E' and the thickness
+
+contains
+
+   !> Add the springs of all small pieces.
+   pure subroutine tie_small_pieces(springs, grid, p, blocks, materials)
+      type(face_springs_t), intent(inout) :: springs
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: fill(grid%n_elements)
+      integer :: e, host, i
+      fill = 0
+      do i = 1, p%n
+         associate (first => grid%first_of_piece(p%cell(i)))
+            fill(first) = fill(first) + p%volume(i)/(springs%thickness*grid%leaf_size(first)**ndim)
+         end associate
+      end do
+      do e = 1, grid%n_elements, corners
+         if (.not. (fill(e) > 0 .and. fill(e) < enough) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
+         host = fullest_beside(grid, fill, e)
+         if (host > 0) call tie(springs, grid, p, blocks, materials, e, host)
+      end do
+   end subroutine tie_small_pieces
+
+   !> The fullest cell, or piece of one, that has a side in common with a piece, if it is fuller than that; 0 for none.
+   pure integer function fullest_beside(grid, fill, e) result(host)
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: fill(:)
+      integer, intent(in) :: e                   !! the first element of the piece
+      integer :: k, j, other
+      host = 0
+      associate (own => grid%support_of(e))
+         do k = 1, size(own)
+            associate (around => grid%dofs%elements_at(own(k)))
+               do j = 1, size(around)
+                  other = grid%first_of_piece(around(j))
+                  if (grid%element_leaf(other) == grid%element_leaf(e) .or. fill(other) <= fill(e)) cycle
+                  if (host > 0) then
+                     if (fill(other)*grid%leaf_size(other) <= fill(host)*grid%leaf_size(host)) cycle
+                  end if
+                  if (count_common(own, grid%support_of(other)) > 1) host = other
+               end do
+            end associate
+         end do
+      end associate
+   end function fullest_beside
+
+   !> How many nodes two cells have in common.
+   pure integer function count_common(a, b)
+      integer, intent(in) :: a(:), b(:)
+      integer :: k
+      count_common = count([(any(b == a(k)), k=1, size(a))])
+   end function count_common
+
+   !> Tie the nodes of a piece that are not those of its host.
+   pure subroutine tie(springs, grid, p, blocks, materials, e, host)
+      type(face_springs_t), intent(inout) :: springs
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      integer, intent(in) :: e, host             !! the first elements of both
+      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus
+      integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
+      own = grid%support_of(e)
+      modulus = maxval([(modulus_in(e + j), j=0, corners - 1)])
+      do k = 1, size(own)
+         if (own(k) > grid%n_nodes .or. any(grid%support_of(host) == own(k))) cycle
+         if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
+         springs%n = springs%n + 1
+         s = springs%n
+         springs%kind(s) = bond
+         springs%node(:, s) = 0
+         springs%share(:, s) = 0
+         call grid%dofs%masters_of(own(k:k), n, master, of_node)
+         springs%node(:n, s) = master(:n)
+         springs%share(:n, s) = of_node(1, :n)
+         springs%n_left(s) = n
+         associate (x => grid%node_position(:, own(k)))
+            call grid%dofs%masters_of(grid%support_of(host), j, master, of_host)
+            springs%node(n + 1:n + j, s) = master(:j)
+            springs%share(n + 1:n + j, s) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
+            springs%place(:, s) = x
+         end associate
+         springs%stiffness(s) = firmness*modulus*springs%thickness
+         springs%length(s) = grid%leaf_size(e)
+         springs%cell(s) = grid%leaf_size(e)
+         springs%normal(:, s) = [1, 0]
+         springs%friction(s) = 0
+         springs%opening(:, s) = 0
+         springs%slip(s) = 0
+         springs%pressed(s) = 0
+         springs%tip(s) = 0
+         springs%way(s) = 0
+         springs%held(:, s) = 0
+         springs%start(:, s) = 0
+         springs%lets_go(s) = .false.
+         springs%kept(s) = 1
+         springs%stored(s) = 0
+      end do
+   contains
+      !> The largest modulus of the particles in an element [Pa]; 0 where there are none.
+      pure real(dp) function modulus_in(element) result(largest)
+         integer, intent(in) :: element
+         integer :: i
+         largest = 0
+         do i = blocks%first_in(element), blocks%last_in(element), blocks%stride_in(element)
+            largest = max(largest, materials(p%material(i))%plane_modulus())
+         end do
+      end function modulus_in
+   end subroutine tie
+end module hampm_small_pieces

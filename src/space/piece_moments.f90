@@ -1,0 +1,237 @@
+!> What of a body is in each piece of a leaf, as integrals of polynomials over it: the area and the moments by which particles of quadratic
+!> cells are weighed (`hampm_moment_fitting`).
+!>
+!> The square of the leaf is divided into quarters, and these again, until one straight line at most runs through each, of a crack or an edge:
+!> that cuts it into two convex polygons, over which polynomials are integrated exactly. Where a line turns or lines cross, the smallest
+!> squares are cut by one of them only. A circle is a polygon of its area.
+module hampm_piece_moments
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic, quadratic_gradients
+   use hampm_cut_cells, only: cut_cells_t
+   use hampm_forest, only: forest_t, corner_offset
+   use hampm_outline, only: outline_t, ring_t
+   implicit none
+   private
+   public :: polynomials_at, moments_of_pieces, integrals_of_gradients, n_polynomials
+
+   integer, parameter :: n_polynomials = 13, n_of_gradients = 8
+
+   !> Degrees in x and y of the polynomials, products of those of Legendre. The first eight are those of which gradients of biquadratic functions
+   !> are made; all together those of linear stress times these.
+   integer, parameter :: degree(ndim, n_polynomials) = reshape([0, 0, 1, 0, 0, 1, 1, 1, 2, 0, 0, 2, 2, 1, 1, 2, &
+                                                               2, 2, 3, 0, 0, 3, 3, 1, 1, 3], [ndim, n_polynomials])
+   integer, parameter :: most_divisions = 7      !! of a leaf
+   integer, parameter :: sides_of_circle = 32    !! for each edge of a leaf along it
+
+   ! A rule of six points for a triangle, exact to the fourth degree (Dunavant 1985)
+   real(dp), parameter :: outer = 0.091576213509770743_dp, outer_weight = 0.109951743655321868_dp
+   real(dp), parameter :: inner = 0.445948490915964886_dp, inner_weight = 0.223381589678011466_dp
+
+contains
+
+   !> The polynomials at a place in a leaf.
+   pure function polynomials_at(xi) result(value)
+      real(dp), intent(in) :: xi(ndim)           !! local coordinate in the leaf, 0 to 1
+      real(dp) :: value(n_polynomials)
+      real(dp) :: p(0:3, ndim)
+      integer :: k
+      associate (x => 2*xi - 1)
+         p(0, :) = 1
+         p(1, :) = x
+         p(2, :) = (3*x**2 - 1)/2
+         p(3, :) = (5*x**3 - 3*x)/2
+      end associate
+      value = [(p(degree(1, k), 1)*p(degree(2, k), 2), k=1, n_polynomials)]
+   end function polynomials_at
+
+   !> Integrals of the gradients of the biquadratic functions, by local coordinates, over what has these moments, over the area of the leaf [-]:
+   !> by their coefficients, which follow from integrals over the whole leaf by three points in each direction.
+   pure function integrals_of_gradients(moments) result(integrals)
+      real(dp), intent(in) :: moments(:)         !! of the polynomials [-]
+      real(dp) :: integrals(points_of_quadratic, ndim)
+      real(dp), parameter :: at(3) = 0.5_dp + [-0.5_dp, 0.0_dp, 0.5_dp]*sqrt(0.6_dp), weight(3) = [5, 8, 5]/18.0_dp
+      integer :: i, j
+      integrals = 0
+      do j = 1, 3
+         do i = 1, 3
+            integrals = integrals + weight(i)*weight(j)*quadratic_gradients([at(i), at(j)], 1.0_dp) &
+                        *sum((2*degree(1, :n_of_gradients) + 1)*(2*degree(2, :n_of_gradients) + 1) &
+                             *first_polynomials([at(i), at(j)])*moments(:n_of_gradients))
+         end do
+      end do
+   contains
+      !> Those of which gradients are made.
+      pure function first_polynomials(xi) result(value)
+         real(dp), intent(in) :: xi(ndim)
+         real(dp) :: value(n_of_gradients), every(n_polynomials)
+         every = polynomials_at(xi)
+         value = every(:n_of_gradients)
+      end function first_polynomials
+   end function integrals_of_gradients
+
+   !> Integrals of the polynomials over what is in each piece of a leaf, of a body if its outline is given, over the area of the leaf [-],
+   !> (polynomials, pieces).
+   pure function moments_of_pieces(cut, forest, leaf, body) result(moments)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      type(outline_t), intent(in), optional :: body
+      real(dp), allocatable :: moments(:, :)
+      real(dp), allocatable :: segment(:, :, :)
+      integer :: k
+      allocate (moments(n_polynomials, cut%pieces_of(leaf)), source=0.0_dp)
+      segment = cut%segments_near(leaf)
+      if (present(body)) then
+         do k = 1, size(body%rings)
+            call add_sides(body%rings(k), forest%position(forest%place_of(leaf)), forest%size_of(leaf), segment)
+         end do
+      end if
+      do k = 1, size(segment, 3)
+         segment(:, :, k) = (segment(:, :, k) - spread(forest%position(forest%place_of(leaf)), 2, 2))/forest%size_of(leaf)
+      end do
+      call add_square(cut, forest, leaf, segment, [0.0_dp, 0.0_dp], 1.0_dp, most_divisions, moments, body)
+   end function moments_of_pieces
+
+   !> Add the sides of a ring that may meet a square.
+   pure subroutine add_sides(ring, lower, edge, segment)
+      type(ring_t), intent(in) :: ring
+      real(dp), intent(in) :: lower(ndim), edge  !! of the square [m]
+      real(dp), allocatable, intent(inout) :: segment(:, :, :) !! [m], (ndim, 2, segments)
+      real(dp), parameter :: pi = acos(-1.0_dp)
+      real(dp), allocatable :: corner(:, :)
+      integer :: n, k, next
+      if (ring%is_circle) then
+         if (abs(norm2(lower + edge/2 - ring%center) - ring%radius) > edge) return
+         n = max(64, sides_of_circle*ceiling(2*pi*ring%radius/edge))
+         corner = ring%corners(n)
+         do k = 1, n
+            corner(:, k) = ring%center + sqrt(2*pi/(n*sin(2*pi/n)))*(corner(:, k) - ring%center)
+         end do
+      else
+         corner = ring%points
+      end if
+      do k = 1, size(corner, 2)
+         next = mod(k, size(corner, 2)) + 1
+         if (any(max(corner(:, k), corner(:, next)) < lower .or. min(corner(:, k), corner(:, next)) > lower + edge)) cycle
+         segment = reshape([segment, corner(:, k), corner(:, next)], [ndim, 2, size(segment, 3) + 1])
+      end do
+   end subroutine add_sides
+
+   !> Add what is in a square of a leaf.
+   pure recursive subroutine add_square(cut, forest, leaf, segment, lower, edge, divisions, moments, body)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: segment(:, :, :)   !! of lines, in local coordinates, (ndim, 2, segments)
+      real(dp), intent(in) :: lower(ndim), edge  !! of the square
+      integer, intent(in) :: divisions           !! that are left
+      real(dp), intent(inout) :: moments(:, :)
+      type(outline_t), intent(in), optional :: body
+      real(dp) :: corner(ndim, 4)
+      real(dp), allocatable :: part(:, :)
+      integer :: k, side
+      logical :: ends
+      integer, allocatable :: met(:)
+      met = pack([(k, k=1, size(segment, 3))], [(meets(segment(:, :, k), lower, edge), k=1, size(segment, 3))])
+      corner = spread(lower, 2, 4) + edge*reshape([0, 0, 1, 0, 1, 1, 0, 1], [ndim, 4])
+      if (size(met) == 0) then
+         call add_polygon(cut, forest, leaf, corner, moments, body)
+         return
+      end if
+      ends = size(met) > 1 .or. any([(all(segment(:, k, met(1)) > lower .and. segment(:, k, met(1)) < lower + edge), k=1, 2)])
+      if (ends .and. divisions > 0) then
+         do k = 1, 4
+            call add_square(cut, forest, leaf, segment, lower + edge/2*corner_offset(k), edge/2, divisions - 1, moments, body)
+         end do
+         return
+      end if
+      do side = -1, 1, 2
+         part = one_side(corner, segment(:, 1, met(1)), side*(segment(:, 2, met(1)) - segment(:, 1, met(1))))
+         if (size(part, 2) > 2) call add_polygon(cut, forest, leaf, part, moments, body)
+      end do
+   end subroutine add_square
+
+   !> Whether a segment runs through the inside of a square.
+   pure logical function meets(segment, lower, edge)
+      real(dp), intent(in) :: segment(ndim, 2), lower(ndim), edge
+      real(dp), parameter :: hair = 1e-9_dp
+      real(dp) :: from, to, at(2)
+      integer :: d
+      from = 0
+      to = 1
+      meets = .true.
+      do d = 1, ndim
+         associate (a => segment(d, 1) - lower(d), way => segment(d, 2) - segment(d, 1))
+            if (abs(way) > hair*edge) then
+               at = [(hair*edge - a)/way, (edge*(1 - hair) - a)/way]
+               from = max(from, minval(at))
+               to = min(to, maxval(at))
+            else
+               meets = meets .and. a > hair*edge .and. a < edge*(1 - hair)
+            end if
+         end associate
+      end do
+      meets = meets .and. to > from
+   end function meets
+
+   !> What of a convex polygon is to the left of a line (Sutherland & Hodgman 1974).
+   pure function one_side(points, on, direction) result(kept)
+      real(dp), intent(in) :: points(:, :)       !! (ndim, any number)
+      real(dp), intent(in) :: on(ndim)           !! a point of the line
+      real(dp), intent(in) :: direction(ndim)
+      real(dp), allocatable :: kept(:, :)
+      real(dp) :: height(size(points, 2)), list(ndim, 2*size(points, 2))
+      integer :: i, before, n
+      height = [(direction(1)*(points(2, i) - on(2)) - direction(2)*(points(1, i) - on(1)), i=1, size(points, 2))]
+      n = 0
+      do i = 1, size(points, 2)
+         before = merge(size(points, 2), i - 1, i == 1)
+         if ((height(i) > 0) .neqv. (height(before) > 0)) then
+            n = n + 1
+            list(:, n) = points(:, before) + height(before)/(height(before) - height(i))*(points(:, i) - points(:, before))
+         end if
+         if (height(i) > 0) then
+            n = n + 1
+            list(:, n) = points(:, i)
+         end if
+      end do
+      kept = list(:, :n)
+   end function one_side
+
+   !> Add the integrals over a convex polygon to those of the piece in which its middle is, if that is in the body.
+   pure subroutine add_polygon(cut, forest, leaf, points, moments, body)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: points(:, :)       !! in local coordinates, anticlockwise, (ndim, 3 or more)
+      real(dp), intent(inout) :: moments(:, :)
+      type(outline_t), intent(in), optional :: body
+      real(dp) :: x(ndim), first(ndim), second(ndim)
+      integer :: piece, i
+      x = forest%position(forest%place_of(leaf)) + forest%size_of(leaf)*sum(points, dim=2)/size(points, 2)
+      if (present(body)) then
+         if (.not. body%covers(x)) return
+      end if
+      piece = 1
+      if (cut%pieces_of(leaf) > 1) piece = cut%piece_at(forest, leaf, x)
+      do i = 3, size(points, 2)
+         first = points(:, i - 1) - points(:, 1)
+         second = points(:, i) - points(:, 1)
+         moments(:, piece) = moments(:, piece) + (first(1)*second(2) - first(2)*second(1))/2*( &
+                             outer_weight*mean_over(points(:, [1, i - 1, i]), outer) &
+                             + inner_weight*mean_over(points(:, [1, i - 1, i]), inner))
+      end do
+   end subroutine add_polygon
+
+   !> The sum of the polynomials over the three points of a triangle of which two coordinates are the same.
+   pure function mean_over(corner, part) result(value)
+      real(dp), intent(in) :: corner(ndim, 3)
+      real(dp), intent(in) :: part               !! the coordinates that are the same
+      real(dp) :: value(n_polynomials)
+      integer :: k
+      value = 0
+      do k = 1, 3
+         value = value + polynomials_at(part*sum(corner, dim=2) + (1 - 3*part)*corner(:, k))
+      end do
+   end function mean_over
+end module hampm_piece_moments
