@@ -345,6 +345,7 @@ contains
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
+      domain%quadratic = motion%grid%is_quadratic()
       domain%setback = setback_of_quadratic(motion, tip)
       domain%face_of_line = merge(1.0_dp, -1.0_dp, tip%end == last_point)  ! the left one, as one walks along the crack
       domain%half = tip%is_half()

@@ -42,7 +42,8 @@ module hampm_domain_integral
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, in small strain [Pa]
-      real(dp) :: setback(modes) = 0             !! of quadratic cells, else 0 [cells]
+      logical :: quadratic = .false.             !! whether cells are quadratic
+      real(dp) :: setback(modes) = 0             !! of these, else 0 [cells]
    contains
       procedure :: in_axes
       procedure :: lag

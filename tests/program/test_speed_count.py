@@ -10,8 +10,8 @@ sys.path.insert(0, str(BENCH))
 
 from instructions import can_count, instructions  # noqa: E402
 
-LIMIT = 1.25  # over the least that a step needs
-TOTAL_LIMIT = 0.5  # of the total frame over the updated one, for a linear law
+LIMIT = 1.0  # over the least that a step needs where particles stand
+TOTAL_LIMIT = 0.457  # of the total frame over the least of the updated one, for a linear law: half of what a step there took as particles stand
 CELLS = 50  # along an edge: 10 000 particles
 
 
