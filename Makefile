@@ -22,7 +22,7 @@ counted_simulation := -fno-lto -fno-inline
 # One loop with switches, of which the passes of the schemes are to be made loops of their own: it is larger than what compilers put
 # in the place of a call by themselves
 one_for_each := -fno-lto -finline-limit=20000 --param inline-unit-growth=5000 --param large-function-growth=5000 \
-                --param large-function-insns=100000
+                --param large-function-insns=100000 --param large-stack-frame-growth=100000
 release_interleaved_kernels := $(one_for_each)
 counted_interleaved_kernels := $(one_for_each)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan

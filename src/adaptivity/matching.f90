@@ -174,16 +174,18 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
       real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :)
+      logical :: are_whole                       ! quadratic cells that nothing cuts, whose particles have all children
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
          gradients = velocity_gradients(m, marked)
          twist = twists(m, marked)
       end if
-      if (m%grid%is_quadratic()) values = values_of_children(m, marked)
+      are_whole = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
+      if (are_whole) values = values_of_children(m, marked)
       call split(m%particles, marked, gradients, twist, first_child, failure)
       if (failure%failed()) return
-      if (m%grid%is_quadratic()) call give_to_children(values, marked, first_child, m)
+      if (are_whole) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked

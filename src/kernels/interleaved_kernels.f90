@@ -8,6 +8,7 @@ module hampm_interleaved_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: edge_margin
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force, n_sums
+   use hampm_pass, only: pass_t
    implicit none
    private
    public :: pass_over_rows, most_blocks, largest_rounding, of_offset, of_displacement, of_velocity, of_gradient, of_weight, &
@@ -34,14 +35,17 @@ module hampm_interleaved_kernels
    integer, parameter :: of_mu = 3               !! volume times mu [J]
    integer, parameter :: n_constants = 3
 
+   ! What a pass may do
+   integer, parameter :: kicks = 1, strains = 2, moves = 4, maps_mass = 8, maps_momentum = 16, maps_force = 32
+
 contains
 
    !> Do a pass over the rows of a batch of blocks, which have equal numbers of them. What does not change of the particles of all rows
-   !> may be one row. The nodal fields come as polynomials
-   !> a1 + a2 xi + a3 eta + a4 xi eta: that of the kick [m/s], of the strain [-], and of the move [m]. What cells add to the nodes is kept by block.
-   subroutine pass_over_rows(kick, strain, move, map_mass, map_momentum, map_force, n, rows, room, inverse_size, zeros, kick_by, &
-                             strain_by, move_by, rows_of_c, c, p, contribution, beyond)
-      logical, intent(in) :: kick, strain, move, map_mass, map_momentum, map_force  !! as in `pass_t`
+   !> may be one row. The nodal fields come as polynomials a1 + a2 xi + a3 eta + a4 xi eta: that of the kick [m/s], of the strain [-], and
+   !> of the move [m]. What cells add to the nodes is kept by block.
+   pure subroutine pass_over_rows(pass, n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, rows_of_c, c, p, &
+                                  contribution, beyond)
+      type(pass_t), intent(in) :: pass
       integer, intent(in) :: n                   !! blocks
       integer, intent(in) :: rows                !! of each
       integer, intent(in) :: room                !! rows for which each has room
@@ -53,36 +57,42 @@ contains
       real(dp), intent(inout) :: p(lanes, n_columns, room, n)
       real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
       real(dp), intent(inout) :: beyond(lanes, n) !! sums of how far places are outside their cells [cells]
-      if (strain .and. map_force .and. .not. (kick .or. move .or. map_mass .or. map_momentum)) then
-         call do_rows(.false., .true., .false., .false., .false., .true.)
-      else if (kick .and. move .and. map_mass .and. map_momentum .and. .not. (strain .or. map_force)) then
-         call do_rows(.true., .false., .true., .true., .true., .false.)
-      else if (kick .and. map_momentum .and. .not. (strain .or. move .or. map_mass .or. map_force)) then
-         call do_rows(.true., .false., .false., .false., .true., .false.)
-      else if (strain .and. move .and. map_mass .and. map_momentum .and. .not. kick) then
-         if (map_force) then
-            call do_rows(.false., .true., .true., .true., .true., .true.)
-         else
-            call do_rows(.false., .true., .true., .true., .true., .false.)
-         end if
-      else if (kick .and. strain .and. move .and. map_mass .and. map_momentum .and. map_force) then
-         call do_rows(.true., .true., .true., .true., .true., .true.)
-      else
-         call do_rows(kick, strain, move, map_mass, map_momentum, map_force)
-      end if
-   contains
-      !> The loop.
-      subroutine do_rows(kick, strain, move, map_mass, map_momentum, map_force)
-         logical, intent(in) :: kick, strain, move, map_mass, map_momentum, map_force
-         call loop(kick, strain, move, map_mass, map_momentum, map_force, n, rows, room, inverse_size, zeros, kick_by, &
+      select case (tasks_of(pass))
+      case (strains + maps_force)
+         call loop(strains + maps_force, n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, rows_of_c, c, p, &
+                   contribution, beyond)
+      case (kicks + moves + maps_mass + maps_momentum)
+         call loop(kicks + moves + maps_mass + maps_momentum, n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, &
+                   rows_of_c, c, p, contribution, beyond)
+      case (kicks + maps_momentum)
+         call loop(kicks + maps_momentum, n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, rows_of_c, c, p, &
+                   contribution, beyond)
+      case (strains + moves + maps_mass + maps_momentum)
+         call loop(strains + moves + maps_mass + maps_momentum, n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, &
+                   rows_of_c, c, p, contribution, beyond)
+      case (strains + moves + maps_mass + maps_momentum + maps_force)
+         call loop(strains + moves + maps_mass + maps_momentum + maps_force, n, rows, room, inverse_size, zeros, kick_by, &
                    strain_by, move_by, rows_of_c, c, p, contribution, beyond)
-      end subroutine do_rows
+      case (kicks + strains + moves + maps_mass + maps_momentum + maps_force)
+         call loop(kicks + strains + moves + maps_mass + maps_momentum + maps_force, n, rows, room, inverse_size, zeros, kick_by, &
+                   strain_by, move_by, rows_of_c, c, p, contribution, beyond)
+      case default
+         call loop(tasks_of(pass), n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, rows_of_c, c, p, &
+                   contribution, beyond)
+      end select
    end subroutine pass_over_rows
 
+   !> What a pass does, as a sum.
+   pure integer function tasks_of(pass)
+      type(pass_t), intent(in) :: pass
+      tasks_of = sum([kicks, strains, moves, maps_mass, maps_momentum, maps_force], &
+                     mask=[pass%kick, pass%strain_fraction > 0, pass%move, pass%map_mass, pass%map_momentum, pass%map_force])
+   end function tasks_of
+
    !> The loop of `pass_over_rows`.
-   pure subroutine loop(kick, strain, move, map_mass, map_momentum, map_force, n, rows, room, inverse_size, zeros, kick_by, &
-                        strain_by, move_by, rows_of_c, c, p, contribution, beyond)
-      logical, intent(in) :: kick, strain, move, map_mass, map_momentum, map_force
+   pure subroutine loop(tasks, n, rows, room, inverse_size, zeros, kick_by, strain_by, move_by, rows_of_c, c, p, contribution, &
+                        beyond)
+      integer, intent(in) :: tasks
       integer, intent(in) :: n, rows, room, rows_of_c
       real(dp), intent(in) :: inverse_size, zeros(lanes)
       real(dp), dimension(lanes, corners, ndim, n), intent(in) :: kick_by, strain_by, move_by
@@ -93,7 +103,14 @@ contains
       real(dp), dimension(lanes) :: m1, m2, m3, m4, p1, p2, p3, p4, q1, q2, q3, q4, t11, t12, t22, y11, y12, x12, x22, outside
       real(dp) :: xi, eta, x, y, v1, v2, l11, l12, l21, l22, h11, h21, h12, h22, mass, left, right, w1, w2, w3, w4, &
                   s11, s12, s22, pressure, lambda, mu, over, here
+      logical :: kick, strain, move, map_mass, map_momentum, map_force
       integer :: b, s, l
+      kick = iand(tasks, kicks) > 0
+      strain = iand(tasks, strains) > 0
+      move = iand(tasks, moves) > 0
+      map_mass = iand(tasks, maps_mass) > 0
+      map_momentum = iand(tasks, maps_momentum) > 0
+      map_force = iand(tasks, maps_force) > 0
       do b = 1, n
          m1 = zeros
          m2 = zeros

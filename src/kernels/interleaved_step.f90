@@ -228,11 +228,9 @@ contains
                   end if
                end associate
             end do
-            call pass_over_rows(pass%kick, pass%strain_fraction > 0, pass%move, pass%map_mass, pass%map_momentum, &
-                                pass%map_force, n, self%blocks%rows(b), self%room(b), self%inverse_size, zeros, kick_by, &
-                                strain_by, move_by, self%rows_of_constants(b), &
-                                self%constant(1, 1, self%first_constant(b)), self%row(1, 1, self%blocks%first(b)), contribution, &
-                                beyond)
+            call pass_over_rows(pass, n, self%blocks%rows(b), self%room(b), self%inverse_size, zeros, kick_by, strain_by, move_by, &
+                                self%rows_of_constants(b), self%constant(1, 1, self%first_constant(b)), &
+                                self%row(1, 1, self%blocks%first(b)), contribution, beyond)
             if (pass%map_mass) call add_to_nodes(n, corner, stride, contribution(1, 1, of_mass, 1), self%mass)
             do d = 1, ndim
                if (pass%map_momentum) call add_to_nodes(n, corner, stride, contribution(1, 1, of_momentum + d - 1, 1), &

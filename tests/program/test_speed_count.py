@@ -26,6 +26,7 @@ def test_a_step_takes_hardly_more_instructions_than_the_least():
 @pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
 @pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
 def test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_half():
-    total, updated = (instructions(COUNTED_BENCH, f"program:{frame}:musl:{CELLS}:1") for frame in ("total", "updated"))
-    print(f"{total:.1f} instructions a particle and step, {total / updated:.2f} of those in the updated frame")
-    assert total / updated <= TOTAL_LIMIT
+    total = instructions(COUNTED_BENCH, f"program:total:musl:{CELLS}:1")
+    least = instructions(COUNTED_BENCH, f"minimal:updated:musl:{CELLS}:1")
+    print(f"{total:.1f} instructions a particle and step, {total / least:.2f} of the least in the updated frame")
+    assert total / least <= TOTAL_LIMIT
