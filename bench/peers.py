@@ -89,7 +89,7 @@ def among_themselves(program, turns, folder):
 
 def main():
     arguments = command_line(__doc__, ["others", "own"], "results/peers", ROOT / "build/release/bench_step",
-                             turns=(9, "turns of each"))
+                             turns=(5, "turns of each"))
     if "others" in arguments.part:
         beside_others(arguments.program, arguments.turns, arguments.output)
     if "own" in arguments.part:
