@@ -2,9 +2,11 @@
 !>
 !>   in tiles   where a node needs no more than the cells around it: nodes and particles of a part of the grid after each other;
 !>   in stages  elsewhere: with other mass matrices than the lumped one, hanging nodes, faces in contact, or the energy audit, first
-!>              all nodes and then all particles.
+!>              all nodes and then all particles;
+!>   interleaved  in the updated frame, in tiles and between looks at the particles, where there is nothing but linear material on a
+!>              grid of equal cells (`hampm_interleaved`).
 !>
-!> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
+!> On the first two, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
@@ -31,8 +33,8 @@ module hampm_step
    private
    public :: advance, take_step, report_jump, end_step
 
-   !> Steps after a look at the particles, and before the first, that are done without interleaving: it takes about as long as it saves in so
-   !> many.
+   !> Steps after a look at the particles, and before the first, that are done without interleaving: it takes about as long as it
+   !> saves in so many.
    integer, parameter :: seen_steps = 4
 
 contains
@@ -54,8 +56,9 @@ contains
       type(pass_report_t) :: report
       logical :: new_masses
       m%interleaved%steps_unseen = m%interleaved%steps_unseen + 1
-      if (is_interleaved(m)) then
-         call step_apart(m, dt, failure)
+      call interleave_where_it_pays(m)
+      if (m%interleaved%is_active) then
+         call step_interleaved_particles(m, dt, failure)
          return
       end if
       if (.not. m%mapped) call map_to_grid(m, failure)
@@ -76,23 +79,21 @@ contains
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
 
-   !> Whether the step is done with interleaved particles (`hampm_interleaved`): it is local, has nothing to do besides, and
-   !> particles have not been looked at for some steps.
-   logical function is_interleaved(m)
+   !> Interleave the particles (`hampm_interleaved`) where that can be and pays: steps are local and have nothing to do besides, and
+   !> nobody has looked at the particles for some of them.
+   subroutine interleave_where_it_pays(m)
       type(motion_t), intent(inout) :: m
-      is_interleaved = m%interleaved%is_active
-      if (is_interleaved .or. m%particles%total_frame .or. m%interleaved%steps_unseen <= seen_steps) return
+      if (m%interleaved%is_active .or. m%particles%total_frame .or. m%interleaved%steps_unseen <= seen_steps) return
       if (.not. is_local(m) .or. size(m%loads) + m%springs%n > 0 .or. m%blocks%by_group) return
       if (.not. can_be_interleaved(m%particles, m%materials, m%grid)) return
       call interleave(m%particles, m%materials, m%grid, m%blocks, m%constraints, m%scheme, m%interleaved)
-      is_interleaved = m%interleaved%is_active
-      if (.not. is_interleaved) return
+      if (.not. m%interleaved%is_active) return
       m%mapped = .false.
       call map_interleaved(m%scheme, m%interleaved)
-   end function is_interleaved
+   end subroutine interleave_where_it_pays
 
    !> Do a step with interleaved particles.
-   subroutine step_apart(m, dt, failure)
+   subroutine step_interleaved_particles(m, dt, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
@@ -109,7 +110,7 @@ contains
       m%steps = m%steps + 1
       m%sorted = .false.
       if (.not. moves%fit) call sort_anew(m, failure)
-   end subroutine step_apart
+   end subroutine step_interleaved_particles
 
    !> Bring the particles up to date, and interleave them anew the next time, with a margin for those that move on.
    subroutine give_up_places(m)
