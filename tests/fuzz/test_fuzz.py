@@ -7,6 +7,7 @@ import sys
 import checkpoint_files
 import growth_scenes
 import h5py
+import interleaved_scenes
 import meeting_scenes
 import mutations
 import pytest
@@ -73,9 +74,10 @@ def test_cracks_that_grow_at_random(program, cases):
 
 @pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 15), pytest.param(DEBUG_PROGRAM, 20, marks=pytest.mark.verify)],
                          ids=["release", "debug"])
-@pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes], ids=["shapes", "meeting", "rest"])
+@pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes, interleaved_scenes], ids=["shapes", "meeting", "rest", "interleaved"])
 def test_bodies_at_random(program, cases, scenes):
-    """Shapes have their areas, bodies that meet keep their momentum, energy balances close, and cracks at rest grow at their toughness."""
+    """Shapes have their areas, bodies that meet keep their momentum, energy balances close, cracks at rest grow at their toughness, and interleaved particles
+    move as others do."""
     ends, findings = try_scenes(program, cases, 1, scenes.scene, scenes.look)
     assert not findings
     assert ends[0] >= cases // 4
