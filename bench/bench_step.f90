@@ -67,11 +67,7 @@ contains
       type(string_t), intent(in) :: names(:)
       type(case_t), allocatable :: cases(:)
       integer :: r, k
-      allocate (cases(size(names)))
-      do k = 1, size(names)
-         call build(names(k)%text, cases(k))
-         call take_steps(1, cases(k))
-      end do
+      call build_all(names, cases)
       do r = 1, repetitions
          do k = 1, size(cases)
             call measure(cases(k))
@@ -79,16 +75,24 @@ contains
       end do
    end subroutine time_cases
 
-   !> Measure the cases whose numbers are read.
-   subroutine take_turns(names)
+   !> Build cases, and let each take a step.
+   subroutine build_all(names, cases)
       type(string_t), intent(in) :: names(:)
-      type(case_t), allocatable :: cases(:)
-      integer :: k, status
+      type(case_t), allocatable, intent(out) :: cases(:)
+      integer :: k
       allocate (cases(size(names)))
       do k = 1, size(names)
          call build(names(k)%text, cases(k))
          call take_steps(1, cases(k))
       end do
+   end subroutine build_all
+
+   !> Measure the cases whose numbers are read.
+   subroutine take_turns(names)
+      type(string_t), intent(in) :: names(:)
+      type(case_t), allocatable :: cases(:)
+      integer :: k, status
+      call build_all(names, cases)
       do
          read (*, *, iostat=status) k
          if (status /= 0 .or. k < 1 .or. k > size(cases)) exit

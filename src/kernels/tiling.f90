@@ -12,7 +12,7 @@ module hampm_tiling
    use hampm_cell_blocks, only: cell_blocks_t
    implicit none
    private
-   public :: tiling_t, stage_t, plan_tiles, plan_for_sums
+   public :: tiling_t, plan_tiles, plan_for_sums
 
    integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
 
