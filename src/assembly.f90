@@ -18,6 +18,7 @@ module hampm_assembly
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
+   use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
    use hampm_joints, only: sheets_of_bodies
    use hampm_outline, only: edge_part_t, outline_t
@@ -131,7 +132,13 @@ contains
          implicit%fixed_step = scene%method%time_step
          allocate (integrator, source=implicit)
       else if (scene%method%time_steps == 'local') then
-         allocate (subcycled_t :: integrator)
+         associate (materials => materials_of(scene))
+            if (scene%method%frame == 'total' .and. all(materials%linear)) then
+               allocate (local_leapfrog_t :: integrator)
+            else
+               allocate (subcycled_t :: integrator)
+            end if
+         end associate
       else
          allocate (explicit_t :: integrator)
       end if

@@ -16,10 +16,10 @@
 !> In cells that are alone with their own group this is the step of musl. With M lumped in 3. it would dissipate; forces that act at
 !> the beginning of an interval only, as here, make the whole symplectic, as long as particles stay where they are.
 module hampm_subcycled
-   use hampm_kinds, only: dp, ndim, corners, long
-   use hampm_cell_blocks, only: cell_blocks_t, smallest_occupied_cell, lanes, of_momentum, of_force
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_momentum, of_force
    use hampm_failure, only: failure_t
-   use hampm_integrator, only: integrator_t, steps_for
+   use hampm_local_steps, only: local_steps_t
    use hampm_time_history, only: time_history_t
    use hampm_loads, only: place_loads, add_load, book_work
    use hampm_mass_matrix, only: nodes_per_chunk
@@ -38,10 +38,8 @@ module hampm_subcycled
    private
    public :: subcycled_t
 
-   real(dp), parameter :: farthest = 0.5_dp      !! that particles may move in a coarse step, in smallest cells
-
    !> Which cells take which steps, with the workspace of a coarse step.
-   type, extends(integrator_t) :: subcycled_t
+   type, extends(local_steps_t) :: subcycled_t
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
       type(batch_t), allocatable, private :: batches(:)
       type(node_list_t), allocatable, private :: due(:)       !! the nodes whose velocities change at each turn, (0:largest)
@@ -56,56 +54,10 @@ module hampm_subcycled
       real(dp), allocatable, private :: load(:, :, :)         !! of each load with a factor of 1 [N], (ndim, n_points, loads)
       real(dp), allocatable, private :: partial_power(:)      !! workspace, by chunks of nodes
    contains
-      procedure :: choose_steps
       procedure :: advance
    end type subcycled_t
 
 contains
-
-   !> Choose how many finest steps a coarse one takes, and how many coarse ones fill a time: those that do the least work.
-   subroutine choose_steps(self, m, time, limit, steps, dt)
-      class(subcycled_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: time               !! [s]
-      real(dp), intent(in) :: limit              !! longest that a finest step may be [s]
-      integer(long), intent(out) :: steps        !! coarse ones
-      real(dp), intent(out) :: dt                !! finest step [s]
-      real(dp) :: work, least
-      integer(long) :: k
-      integer :: g
-      self%largest = 0
-      steps = steps_for(time, limit)
-      least = steps*turns(m%blocks, 0)
-      do g = 1, m%blocks%groups%largest
-         if (.not. moves_little(m, 2**g*limit)) exit
-         k = steps_for(time, 2**g*limit)
-         work = k*turns(m%blocks, g)
-         if (work >= least) cycle
-         least = work
-         self%largest = g
-         steps = k
-      end do
-      dt = time/(steps*2**self%largest)
-   end subroutine choose_steps
-
-   !> How many turns the blocks have in all in a coarse step of 2**largest finest ones.
-   pure real(dp) function turns(blocks, largest)
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: largest
-      integer :: b
-      turns = 0
-      do b = 1, blocks%n
-         turns = turns + 2.0_dp**(largest - min(largest, blocks%groups%by_size(blocks%cells(1, b))))
-      end do
-   end function turns
-
-   !> Whether no particle moves further in the grid than it may in a time.
-   pure logical function moves_little(m, time) result(little)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: time               !! [s]
-      little = m%particles%total_frame
-      if (.not. little) little = maxval(abs(m%particles%velocity))*time <= farthest*smallest_occupied_cell(m%grid, m%blocks)
-   end function moves_little
 
    !> Advance by a coarse step, of 2**largest steps `dt`.
    subroutine advance(self, m, dt, failure)

@@ -17,7 +17,7 @@ module hampm_cell_blocks
    implicit none
    private
    public :: cell_blocks_t, quadratic_cell_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
-             smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
+             are_in_row, smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
 
    integer, parameter :: lanes = 4               !! cells of a block
 

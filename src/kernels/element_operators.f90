@@ -34,7 +34,8 @@ module hampm_element_operators
    use hampm_quadratic_pass, only: pass_between_quadratic
    implicit none
    private
-   public :: element_operators_t, find_operators, add_up, pass_or_apply, pass_or_apply_everywhere, give_to_particles, keep_gains
+   public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_or_apply, pass_or_apply_everywhere, &
+             give_to_particles, keep_gains
 
    !> Part of the mass of a cell that each of its corners needs to have: a particle then is no smaller than about this part of the
    !> nodal sums that it is found from, so that it keeps ten of their sixteen digits.
@@ -90,8 +91,10 @@ contains
       operators%is_active = .true.
       !$omp parallel do schedule(static)
       do k = 1, size(operators%blocks)
-         call sum_block(p, blocks, operators%blocks(k), operators%masses(:, :, operators%blocks(k)), &
-                        operators%moments(:, :, operators%blocks(k)))
+         associate (listed => operators%blocks(k))
+            call sum_masses(p, blocks, listed, operators%masses(:, :, listed))
+            call sum_moments(p, blocks, listed, blocks%material(listed), operators%moments(:, :, listed))
+         end associate
       end do
       call clear_sums(operators)
    end subroutine find_operators
@@ -116,30 +119,42 @@ contains
       end do
    end subroutine choose_blocks
 
-   !> Sum mass matrices and moments of the cells of a block.
-   pure subroutine sum_block(p, blocks, b, masses, moments)
+   !> Sum the mass matrices of the cells of a block.
+   pure subroutine sum_masses(p, blocks, b, masses)
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: b
-      real(dp), intent(out) :: masses(lanes, n_masses), moments(lanes, n_moments)
-      real(dp) :: matrix(lanes, corners, corners), xi(ndim)
-      integer :: l, i
+      real(dp), intent(out) :: masses(lanes, n_masses)  !! [kg]
+      real(dp) :: matrix(lanes, corners, corners)
+      integer :: l
       call cell_matrices(p, blocks, b, matrix)
       do l = 1, lanes
          associate (m => matrix(l, :, :))
             masses(l, :) = [m(:, 1), m(2:, 2), m(3:, 3), m(4:, 4)]
          end associate
       end do
+   end subroutine sum_masses
+
+   !> Sum the moments of the volume of a material in the cells of a block.
+   pure subroutine sum_moments(p, blocks, b, material, moments)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: b
+      integer, intent(in) :: material
+      real(dp), intent(out) :: moments(lanes, n_moments) !! [m3]
+      real(dp) :: xi(ndim)
+      integer :: l, i
       moments = 0
       do l = 1, count(blocks%cells(:, b) > 0)
          associate (e => blocks%cells(l, b))
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               if (p%material(i) /= material) cycle
                xi = p%local(i, :)
                moments(l, :) = moments(l, :) + p%volume(i)*[1.0_dp, xi(1), xi(2), xi(1)**2, xi(1)*xi(2), xi(2)**2]
             end do
          end associate
       end do
-   end subroutine sum_block
+   end subroutine sum_moments
 
    !> Add what a pass does at some points to the sums.
    pure subroutine add_up(pass, dt, points, f, operators)

@@ -1,0 +1,138 @@
+!> Local time stepping by leapfrog steps (Diaz & Grote 2009), in the total frame with laws that are linear: time steps that fit the
+!> size of the cells, without a particle.
+!>
+!> There the material point method is a finite element method, whose quadrature points are the particles
+!> (`hampm_element_operators`): a step of `musl` kicks the particles by q = D**-1 f, maps them, by which the nodes gain B f with B
+!> = D**-1 M D**-1, and moves and strains them by what the nodes have then. Here a coarse step is such a step, as long as the
+!> largest cells may take, in which f is the mean force of a motion within it that takes short steps where cells are small
+!> (`hampm_mean_force`). So all else is as in ordinary steps, particles are brought up to date at looks only, and what is at rest
+!> by these is so by common steps.
+module hampm_local_leapfrog
+   use hampm_kinds, only: dp, ndim
+   use hampm_element_operators, only: pass_or_apply_everywhere
+   use hampm_failure, only: failure_t
+   use hampm_fine_region, only: fine_region_t, find_region
+   use hampm_loads, only: place_loads, add_load, book_work
+   use hampm_local_steps, only: local_steps_t
+   use hampm_mean_force, only: mean_force_t, make_room, add_mean_change
+   use hampm_motion, only: motion_t, map_to_grid, assemble_sums, pass_on
+   use hampm_nodal_fields, only: v_n, v_next, v_mapped
+   use hampm_nodal_kernels, only: divide_by_mass
+   use hampm_nodal_motion, only: find_velocity, accelerate
+   use hampm_step, only: take_step, end_step
+   use hampm_step_groups, only: limit_groups
+   use hampm_time_history, only: time_history_t
+   implicit none
+   private
+   public :: local_leapfrog_t
+
+   !> What changes within a coarse step, with its workspace.
+   type, extends(local_steps_t) :: local_leapfrog_t
+      integer, private :: sorts = -1             !! which sort of the particles the following belongs to
+      type(mean_force_t), private :: mean
+   contains
+      procedure :: advance
+   end type local_leapfrog_t
+
+contains
+
+   !> Advance by a coarse step, of 2**largest steps `dt`. Velocities are those in the middle between two places: they are kicked
+   !> for half of the last step and half of this one, at the start of a run for the latter only.
+   subroutine advance(self, m, dt, failure)
+      class(local_leapfrog_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: step, kick, work
+      step = 2**self%largest*dt
+      if (self%largest == 0) then
+         call take_step(m, dt, failure)
+         m%last_dt = step
+         return
+      end if
+      if (.not. m%mapped) call map_to_grid(m)
+      kick = 0.5_dp*(m%last_dt + step)
+      call assemble_sums(m, mass=.not. m%weighed, momentum=.true., force=.true.)
+      m%weighed = .true.
+      call find_mean_force(self, m, dt, kick)
+      call kick_nodes(m, kick, failure)
+      associate (kick_and_map => m%scheme%passes(1), strain_and_move => m%scheme%passes(2))
+         call pass_or_apply_everywhere(m%operators, kick_and_map, kick, m%materials, m%particles, m%blocks, m%fields)
+         call assemble_sums(m, mass=.false., momentum=.true., force=.false.)
+         call solve_velocity(m, v_mapped, failure)
+         call pass_or_apply_everywhere(m%operators, strain_and_move, step, m%materials, m%particles, m%blocks, m%fields)
+      end associate
+      m%operators%is_behind = m%operators%is_active
+      call book_work(m%loads, m%time, step, m%fields%velocity(:, :, v_mapped), work)
+      m%external_work = m%external_work + work
+      m%last_dt = step
+      if (.not. failure%failed()) call end_step(m, dt, 2**self%largest, .false., failure)
+   end subroutine advance
+
+   !> Find the mean nodal forces over a coarse step, those of the loads included.
+   subroutine find_mean_force(c, m, dt, kick)
+      type(local_leapfrog_t), intent(inout) :: c
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: kick               !! for how long they act [s]
+      integer :: k
+      if (c%sorts /= m%blocks%sorts .or. c%mean%region%largest /= c%largest) call rebuild(c, m)
+      associate (f => m%fields, all => m%fields%mass_matrix%all)
+         call place_loads(m%loads, m%grid, m%particles)
+         do k = 1, size(m%loads)
+            call add_load(m%loads(k), mean_factor(m%loads(k)%history, m%time - 0.5_dp*m%last_dt, kick), f%force)
+         end do
+         call m%grid%dofs%condense(all, ndim, f%force)
+         call divide_by_mass(all%n_nodes, all%nodes, m%constraints%free, f%mass_matrix%inverse_lumped, f%force, f%acceleration)
+         call m%grid%dofs%distribute(all, ndim, f%acceleration)
+         call add_mean_change(c%mean, m%materials, m%blocks, dt, f%acceleration, f%force)
+      end associate
+   end subroutine find_mean_force
+
+   !> The mean factor of a load while it acts. The forces at a time stand for those between the middles of the steps before and
+   !> after it.
+   pure real(dp) function mean_factor(history, start, duration)
+      type(time_history_t), intent(in) :: history
+      real(dp), intent(in) :: start, duration    !! [s]
+      mean_factor = (history%integral(start + duration) - history%integral(start))/duration
+   end function mean_factor
+
+   !> After a sort, or where the length of the coarse step has changed: find what changes in it.
+   subroutine rebuild(c, m)
+      type(local_leapfrog_t), intent(inout) :: c
+      type(motion_t), intent(inout) :: m
+      type(fine_region_t) :: region
+      c%sorts = m%blocks%sorts
+      associate (blocks => m%blocks, matrix => m%fields%mass_matrix)
+         call limit_groups(m%grid, blocks%occupied(:blocks%n_occupied), c%largest, blocks%groups)
+         call find_region(c%largest, blocks, m%grid%dofs, matrix%all, m%constraints%free, matrix%inverse_lumped, m%particles, &
+                          region)
+      end associate
+      call make_room(region, c%mean)
+   end subroutine rebuild
+
+   !> Velocities of the nodes and, by the mean forces, their accelerations and the velocities that move the particles. Book what the
+   !> damping takes.
+   subroutine kick_nodes(m, kick, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: kick               !! for how long forces act [s]
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: damping_power, mapping_power
+      type(failure_t) :: unsolved
+      call solve_velocity(m, v_n, failure)
+      call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, kick, .false., m%fields, damping_power, mapping_power, &
+                      unsolved)
+      call pass_on(m, m%steps + 1, unsolved, failure)
+      m%damping_loss = m%damping_loss + kick*damping_power
+   end subroutine kick_nodes
+
+   !> Velocities of the nodes from their momentum.
+   subroutine solve_velocity(m, which, failure)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: which               !! `v_n` or `v_mapped`
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unsolved
+      call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, v_mapped, unsolved)
+      call pass_on(m, m%steps + 1, unsolved, failure)
+   end subroutine solve_velocity
+end module hampm_local_leapfrog

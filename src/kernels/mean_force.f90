@@ -1,0 +1,203 @@
+!> The mean force over a coarse step of local time stepping by leapfrog steps: what lets large cells take long steps beside small
+!> ones.
+!>
+!> Of the nodal equations s'' = B f(s), f being linear in the displacements s and B = D**-1 M D**-1 (`hampm_local_leapfrog`), a
+!> coarse step T takes s(t + T) - 2 s(t) + s(t - T). In the part of it that is linear this is that of a motion which starts from
+!> rest at s(t), s(t + T) - s(t) twice, in which forces of cells that need no shorter steps are held (Diaz & Grote 2009, by levels
+!> Diaz & Grote 2015). Each level of cells halves the step of the coarser ones. The effective acceleration of level g at a
+!> displacement d, with the force c of coarser cells, is
+!>
+!>    a_g(d, c) = (a_(g-1)(d, c_g) + a_(g-1)(d + h a_(g-1)(d, c_g), c_g))/2,   c_g = c + f_g(d),   h = theta (2**(g-1) dt)**2/2,
+!>    a_0(d, c) = B (c + f_0(d)).
+!>
+!> Written out, forces are evaluated 2**largest times, those of cells of group g each 2**g finest steps, and what acts on the nodes
+!> is the mean. All is linear and symmetric, so that the motion keeps an energy for ever. theta, a little above 1, keeps vibrations
+!> whose period is that of a longer step from growing (Grote, Michel & Sauter 2021). Where all forces are in equilibrium no node is
+!> displaced, and the mean force is the force.
+module hampm_mean_force
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_cell_blocks, only: cell_blocks_t, lanes
+   use hampm_fine_kernels, only: place_nodes, force_cells, kick_cells, gather, add_scaled, add_product
+   use hampm_fine_region, only: fine_region_t, distribute, condense
+   use hampm_mass_matrix, only: nodes_per_chunk
+   use hampm_material, only: material_t
+   use hampm_particle_pass, only: blocks_per_task
+   implicit none
+   private
+   public :: mean_force_t, make_room, add_mean_change
+
+   real(dp), parameter :: theta = 1.05_dp
+   integer, parameter :: worth_threads = 2*nodes_per_chunk !! points or blocks that are shared between threads
+
+   !> What is displaced and summed up within a coarse step, by points of the region and, in its blocks of cells, at corners.
+   type :: mean_force_t
+      type(fine_region_t) :: region
+      real(dp), allocatable, private :: displacement(:, :)  !! [m], (ndim, points)
+      real(dp), allocatable, private :: first(:, :)         !! acceleration without displacement [m/s2], (ndim, nodes)
+      real(dp), allocatable, private :: change(:, :)        !! sums of the force or momentum of the cells around [N], (ndim, points)
+      real(dp), allocatable, private :: kick(:, :)          !! change of D**-1 f [m/s2], (ndim, points)
+      real(dp), allocatable, private :: force_sum(:, :)     !! of the changes of the force in all finest steps [N], (ndim, nodes)
+      real(dp), allocatable, private :: acceleration_sum(:, :) !! of those of the acceleration [m/s2], (ndim, nodes)
+      integer, allocatable, private :: start(:)             !! where in the next two what was kept at a turn stands, (0:largest)
+      real(dp), allocatable, private :: displacement_then(:, :) !! kept at the last turns, (ndim, ..)
+      real(dp), allocatable, private :: sum_then(:, :)
+      real(dp), allocatable, private :: force(:, :, :, :)   !! change [N], (lanes, corners, ndim, 0:blocks)
+      real(dp), allocatable, private :: momentum(:, :, :, :) !! M times `kick` [N], (lanes, corners, ndim, 0:blocks)
+   end type mean_force_t
+
+contains
+
+   !> Room for what is summed up in a region.
+   subroutine make_room(region, mean)
+      type(fine_region_t), intent(in) :: region
+      type(mean_force_t), intent(out) :: mean
+      integer :: t
+      mean%region = region
+      associate (n => size(region%nodes%point), all => region%outside, forced => region%nodes%forced)
+         allocate (mean%displacement(ndim, all), mean%change(ndim, all), mean%kick(ndim, all), source=0.0_dp)
+         allocate (mean%first(ndim, n), mean%force_sum(ndim, n), mean%acceleration_sum(ndim, n), source=0.0_dp)
+         allocate (mean%start(0:region%largest), source=[1, (1 + sum(forced(:t - 1)), t=1, region%largest)])
+         allocate (mean%displacement_then(ndim, sum(forced) + forced(region%largest - 1)), &
+                   mean%sum_then(ndim, sum(forced) + forced(region%largest - 1)), source=0.0_dp)
+      end associate
+      associate (n => size(region%in_row))
+         allocate (mean%force(lanes, corners, ndim, 0:n), mean%momentum(lanes, corners, ndim, 0:n), source=0.0_dp)
+      end associate
+   end subroutine make_room
+
+   !> Add to the nodal forces by what their mean over a coarse step of 2**largest steps `dt` differs from them.
+   subroutine add_mean_change(mean, materials, blocks, dt, acceleration, force)
+      type(mean_force_t), intent(inout) :: mean
+      type(material_t), intent(in) :: materials(:)
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: acceleration(:, :) !! D**-1 f, hanging nodes included [m/s2], (ndim, n_points)
+      real(dp), intent(inout) :: force(:, :)     !! f [N], (ndim, n_points)
+      integer :: s
+      call find_first(mean, blocks, acceleration)
+      mean%force = 0
+      mean%momentum = 0
+      mean%kick = 0
+      mean%force_sum = 0
+      mean%acceleration_sum = 0
+      do s = 1, 2**mean%region%largest - 1
+         associate (turn => trailz(s))
+            call displace(mean, dt, s, turn)
+            call find_forces(mean, materials, blocks, turn)
+            call find_accelerations(mean, turn)
+         end associate
+      end do
+      associate (nodes => mean%region%nodes%point)
+         force(:, nodes) = force(:, nodes) + scale(mean%force_sum, -mean%region%largest)
+      end associate
+   end subroutine add_mean_change
+
+   !> The accelerations B f where no node is displaced.
+   subroutine find_first(mean, blocks, acceleration)
+      type(mean_force_t), intent(inout) :: mean
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: acceleration(ndim, *) !! D**-1 f [m/s2]
+      integer :: b
+      associate (region => mean%region, last => mean%region%largest - 1)
+         !$omp parallel do schedule(static) if (region%kicked(last) > worth_threads)
+         do b = 1, region%kicked(last), blocks_per_task
+            call kick_cells(b, min(b + blocks_per_task - 1, region%kicked(last)), region%masses, blocks%nodes, blocks%in_row, &
+                            acceleration, mean%momentum)
+         end do
+         call sum_at_points(mean, region%nodes%moved(last), region%hanging%moved(last), mean%momentum)
+         mean%first = region%inverse_mass*mean%change(:, :size(region%nodes%point))
+      end associate
+   end subroutine find_first
+
+   !> Displace the nodes of the cells whose turn it is: by the mean acceleration in the first half of the interval of which the
+   !> second half begins, from where its first half began. That was at the last turn of a larger group.
+   subroutine displace(mean, dt, s, turn)
+      type(mean_force_t), intent(inout) :: mean
+      real(dp), intent(in) :: dt                 !! [s]
+      integer, intent(in) :: s                   !! finest steps since the beginning of the coarse one
+      integer, intent(in) :: turn                !! the largest group whose turn it is
+      integer :: before, i, n
+      before = mean%region%largest
+      if (ibclr(s, turn) > 0) before = trailz(ibclr(s, turn))
+      associate (forced => mean%region%nodes%forced(turn))
+         !$omp parallel do schedule(static) private(n) if (forced > worth_threads)
+         do i = 1, forced, nodes_per_chunk
+            n = min(nodes_per_chunk, forced - i + 1)
+            call place_nodes(ndim*n, 0.5_dp*theta*(2**turn*dt)**2, 0.5_dp**turn, mean%first(1, i), &
+                             mean%sum_then(1, mean%start(before) + i - 1), mean%acceleration_sum(1, i), &
+                             mean%displacement_then(1, mean%start(before) + i - 1), mean%displacement(1, i), &
+                             mean%sum_then(1, mean%start(turn) + i - 1), mean%displacement_then(1, mean%start(turn) + i - 1))
+         end do
+      end associate
+      call distribute(mean%region, mean%region%hanging%forced(turn), mean%displacement)
+   end subroutine displace
+
+   !> Find by what the forces of the cells whose turn it is change, and the kicks D**-1 f of their nodes.
+   subroutine find_forces(mean, materials, blocks, turn)
+      type(mean_force_t), intent(inout) :: mean
+      type(material_t), intent(in) :: materials(:)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: turn
+      integer :: b, g, first
+      associate (region => mean%region, n_blocks => mean%region%forced(turn), n => mean%region%nodes%forced(turn))
+         !$omp parallel do schedule(static) if (n_blocks > worth_threads)
+         do b = 1, n_blocks, blocks_per_task
+            call force_cells(b, min(b + blocks_per_task - 1, n_blocks), region%first_part, region%material, materials, &
+                             region%moments, blocks%inverse_size, region%corner, region%in_row, mean%displacement, mean%force)
+         end do
+         call sum_at_points(mean, n, region%hanging%forced(turn), mean%force)
+         first = 1
+         do g = 0, turn
+            if (region%nodes%forced(g) < first) cycle
+            call add_scaled(ndim*(region%nodes%forced(g) - first + 1), 2.0_dp**g, mean%change(1, first), mean%force_sum(1, first))
+            first = region%nodes%forced(g) + 1
+         end do
+         mean%kick(:, :n) = region%inverse_mass(:, :n)*mean%change(:, :n)
+         call distribute(region, region%hanging%forced(turn), mean%kick)
+      end associate
+   end subroutine find_forces
+
+   !> Find by what the accelerations B f change where they do.
+   subroutine find_accelerations(mean, turn)
+      type(mean_force_t), intent(inout) :: mean
+      integer, intent(in) :: turn
+      integer :: b, g, first
+      associate (region => mean%region, n_blocks => mean%region%kicked(turn))
+         !$omp parallel do schedule(static) if (n_blocks > worth_threads)
+         do b = 1, n_blocks, blocks_per_task
+            call kick_cells(b, min(b + blocks_per_task - 1, n_blocks), region%masses, region%corner, region%in_row, mean%kick, &
+                            mean%momentum)
+         end do
+         call sum_at_points(mean, region%nodes%moved(turn), region%hanging%moved(turn), mean%momentum)
+         first = 1
+         do g = 0, turn
+            if (region%nodes%moved(g) < first) cycle
+            call add_product(ndim*(region%nodes%moved(g) - first + 1), 2.0_dp**g, region%inverse_mass(1, first), &
+                             mean%change(1, first), mean%acceleration_sum(1, first))
+            first = region%nodes%moved(g) + 1
+         end do
+      end associate
+   end subroutine find_accelerations
+
+   !> Sum at the first nodes and hanging nodes what the cells around them hold, and condense it.
+   subroutine sum_at_points(mean, n_nodes, n_hanging, held)
+      type(mean_force_t), intent(inout) :: mean
+      integer, intent(in) :: n_nodes, n_hanging
+      real(dp), intent(in) :: held(*)            !! vectors at the corners of blocks
+      integer :: i, k
+      associate (region => mean%region, before => size(mean%region%nodes%point))
+         !$omp parallel do schedule(static) if (n_nodes > worth_threads)
+         do i = 1, n_nodes, nodes_per_chunk
+            call gather(i, min(i + nodes_per_chunk - 1, n_nodes), region%place, held, mean%change)
+         end do
+         call gather(before + 1, before + n_hanging, region%place, held, mean%change)
+         do k = 1, size(region%crowded, 1)
+            associate (point => region%crowded(k, 1))
+               if (point <= n_nodes .or. (point > before .and. point <= before + n_hanging)) &
+                  mean%change(:, point) = mean%change(:, point) + held(region%crowded(k, 2) + [0, lanes*corners])
+            end associate
+         end do
+         call condense(region, n_hanging, mean%change)
+      end associate
+   end subroutine sum_at_points
+end module hampm_mean_force

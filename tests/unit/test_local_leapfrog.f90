@@ -1,0 +1,175 @@
+!> Local time stepping by leapfrog steps, against its definition in plain recursion over particles, and against common steps.
+program test_local_leapfrog
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_constraints, only: constrain_box
+   use hampm_failure, only: failure_t
+   use hampm_fine_region, only: fine_region_t, find_region
+   use hampm_forest, only: forest_t
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_material, only: new_material
+   use hampm_mean_force, only: mean_force_t, make_room, add_mean_change
+   use hampm_motion, only: motion_t, map_to_grid, assemble_sums
+   use hampm_refined, only: refine_box
+   use hampm_samples, only: rectangle_t, place_bodies, start
+   use hampm_sorting, only: sort_into_cells
+   use hampm_step_groups, only: limit_groups
+   use hampm_text, only: to_text
+   implicit none
+
+   real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
+   real(dp), parameter :: limit = 1/sqrt(2.6_dp) !! shear wave speed with E = 1, nu = 0.3
+   real(dp), parameter :: theta = 1.05_dp        !! of the definition
+
+   call repeat_random_numbers()
+   call test_definition()
+   call finish()
+
+contains
+
+   !> A body of cells of several sizes.
+   subroutine place(levels, m)
+      integer, intent(in) :: levels
+      type(motion_t), intent(out) :: m
+      type(forest_t) :: forest
+      type(failure_t) :: failure
+      integer :: points
+      forest = forest_t([0.0_dp, 0.0_dp], cell, [8, 6])
+      call refine_box(forest, [2.45_dp, 2.45_dp], [3.55_dp, 3.55_dp], levels)
+      points = 2*2**levels
+      call place_bodies(forest, new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
+                        [rectangle_t([1.0_dp, 2.0_dp], [7.0_dp, 4.0_dp], points*[6, 2])], m)
+      m%particles%total_frame = .true.
+      m%blocks%by_group = .true.
+      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
+      call start(m, 'musl')
+   end subroutine place
+
+   !> The mean force is the one that the definition has, for random forces, whatever the levels and the limit of the groups.
+   subroutine test_definition()
+      type(motion_t) :: m
+      type(fine_region_t) :: region
+      type(mean_force_t) :: mean
+      real(dp), allocatable :: force(:, :), asked(:, :), kick(:, :), found(:, :)
+      real(dp) :: dt
+      integer :: levels, largest
+      do levels = 1, 4
+         call place(levels, m)
+         call map_to_grid(m)
+         call assemble_sums(m, mass=.true., momentum=.true., force=.true.)
+         dt = 0.5_dp*cell*2.0_dp**(-levels)/limit
+         do largest = 1, m%blocks%groups%largest
+            call limit_groups(m%grid, m%blocks%occupied(:m%blocks%n_occupied), largest, m%blocks%groups)
+            associate (f => m%fields, list => m%fields%mass_matrix%all)
+               call find_region(largest, m%blocks, m%grid%dofs, list, m%constraints%free, f%mass_matrix%inverse_lumped, &
+                                m%particles, region)
+               call make_room(region, mean)
+               allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+               allocate (kick, found, source=force)
+               call random_number(force)
+               force(:, m%grid%dofs%n_nodes + 1:) = 0
+               kick = over_mass(m, force)
+               asked = effective(m, largest, dt, 0*force, force)
+               call add_mean_change(mean, m%materials, m%blocks, dt, kick, force)
+               found = kicked(m, force)
+            end associate
+            call check_close(maxval(abs(found - asked))/maxval(abs(asked)), 0.0_dp, 1.0e-12_dp, &
+                             to_text(levels)//' levels, groups up to '//to_text(largest)//': the mean force is as defined')
+            deallocate (force, kick, found)
+         end do
+      end do
+   end subroutine test_definition
+
+   !> The effective acceleration of a group.
+   recursive function effective(m, group, dt, d, c) result(a)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: group
+      real(dp), intent(in) :: dt, d(:, :), c(:, :)
+      real(dp) :: a(ndim, size(d, 2)), held(ndim, size(d, 2)), half(ndim, size(d, 2))
+      held = c + forces(m, group, d)
+      if (group == 0) then
+         a = kicked(m, held)
+      else
+         half = effective(m, group - 1, dt, d, held)
+         a = 0.5_dp*(half + effective(m, group - 1, dt, d + 0.5_dp*theta*(2**(group - 1)*dt)**2*half, held))
+      end if
+   end function effective
+
+   !> D**-1 f with hanging nodes.
+   function over_mass(m, force) result(a)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: force(:, :)
+      real(dp) :: a(ndim, size(force, 2))
+      integer :: k
+      a = 0
+      do k = 1, m%fields%mass_matrix%all%n_nodes
+         associate (i => m%fields%mass_matrix%all%nodes(k))
+            a(:, i) = m%constraints%free(:, i)*force(:, i)/m%fields%mass_matrix%lumped(i)
+         end associate
+      end do
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, a)
+   end function over_mass
+
+   !> D**-1 M D**-1 f.
+   function kicked(m, force) result(a)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: force(:, :)
+      real(dp) :: a(ndim, size(force, 2)), q(ndim, size(force, 2)), momentum(ndim, size(force, 2)), n(4), v(ndim)
+      integer :: i, c
+      q = over_mass(m, force)
+      momentum = 0
+      do i = 1, m%particles%n
+         associate (nodes => m%grid%element_nodes(:, m%particles%cell(i)))
+            n = shapes(m%particles%local(i, :))
+            v = matmul(q(:, nodes), n)
+            do c = 1, 4
+               momentum(:, nodes(c)) = momentum(:, nodes(c)) + m%particles%mass(i)*n(c)*v
+            end do
+         end associate
+      end do
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, momentum)
+      a = over_mass(m, momentum)
+   end function kicked
+
+   !> By what the forces of the cells of a group change where nodes are displaced.
+   function forces(m, group, d) result(force)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: group
+      real(dp), intent(in) :: d(:, :)
+      real(dp) :: force(ndim, size(d, 2)), u(ndim, size(d, 2)), h(ndim, ndim), stress(ndim, ndim), slope(ndim, 4)
+      integer :: i, c
+      force = 0
+      u = d
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
+      do i = 1, m%particles%n
+         associate (e => m%particles%cell(i), material => m%materials(m%particles%material(i)))
+            if (m%blocks%groups%of_cell(e) /= group) cycle
+            slope = slopes(m%particles%local(i, :))/m%grid%element_size(e)
+            h = matmul(u(:, m%grid%element_nodes(:, e)), transpose(slope))
+            stress = material%mu*(h + transpose(h))
+            do c = 1, ndim
+               stress(c, c) = stress(c, c) + material%lambda*(h(1, 1) + h(2, 2))
+            end do
+            do c = 1, 4
+               force(:, m%grid%element_nodes(c, e)) = force(:, m%grid%element_nodes(c, e)) &
+                                                      - m%particles%volume(i)*matmul(stress, slope(:, c))
+            end do
+         end associate
+      end do
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
+   end function forces
+
+   !> Shape functions, and their derivatives.
+   pure function shapes(xi) result(n)
+      real(dp), intent(in) :: xi(ndim)
+      real(dp) :: n(4)
+      n = [(1 - xi(1))*(1 - xi(2)), xi(1)*(1 - xi(2)), (1 - xi(1))*xi(2), xi(1)*xi(2)]
+   end function shapes
+
+   pure function slopes(xi) result(n)
+      real(dp), intent(in) :: xi(ndim)
+      real(dp) :: n(ndim, 4)
+      n(1, :) = [xi(2) - 1, 1 - xi(2), -xi(2), xi(2)]
+      n(2, :) = [xi(1) - 1, -xi(1), 1 - xi(1), xi(1)]
+   end function slopes
+end program test_local_leapfrog
