@@ -36,8 +36,8 @@ module hampm_local_leapfrog
 
 contains
 
-   !> Advance by a coarse step, of 2**largest steps `dt`. Velocities are those in the middle between two places: they are kicked
-   !> for half of the last step and half of this one, at the start of a run for the latter only.
+   !> Advance by a coarse step, of 2**largest steps `dt`. Velocities are those of the middle between two places; at the start of a run,
+   !> at which they are given, they are kicked for half a step.
    subroutine advance(self, m, dt, failure)
       class(local_leapfrog_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
@@ -47,14 +47,14 @@ contains
       step = 2**self%largest*dt
       if (self%largest == 0) then
          call take_step(m, dt, failure)
-         m%last_dt = step
          return
       end if
       if (.not. m%mapped) call map_to_grid(m)
-      kick = 0.5_dp*(m%last_dt + step)
+      kick = step
+      if (m%steps == 0) kick = 0.5_dp*step
       call assemble_sums(m, mass=.not. m%weighed, momentum=.true., force=.true.)
       m%weighed = .true.
-      call find_mean_force(self, m, dt, kick)
+      call find_mean_force(self, m, dt, step, kick)
       call kick_nodes(m, kick, failure)
       associate (kick_and_map => m%scheme%passes(1), strain_and_move => m%scheme%passes(2))
          call pass_or_apply_everywhere(m%operators, kick_and_map, kick, m%materials, m%particles, m%blocks, m%fields)
@@ -65,22 +65,22 @@ contains
       m%operators%is_behind = m%operators%is_active
       call book_work(m%loads, m%time, step, m%fields%velocity(:, :, v_mapped), work)
       m%external_work = m%external_work + work
-      m%last_dt = step
       if (.not. failure%failed()) call end_step(m, dt, 2**self%largest, .false., failure)
    end subroutine advance
 
    !> Find the mean nodal forces over a coarse step, those of the loads included.
-   subroutine find_mean_force(c, m, dt, kick)
+   subroutine find_mean_force(c, m, dt, step, kick)
       type(local_leapfrog_t), intent(inout) :: c
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(in) :: kick               !! for how long they act [s]
+      real(dp), intent(in) :: step               !! coarse one [s]
+      real(dp), intent(in) :: kick               !! for how long they act, until the middle of the step [s]
       integer :: k
       if (c%sorts /= m%blocks%sorts .or. c%mean%region%largest /= c%largest) call rebuild(c, m)
       associate (f => m%fields, all => m%fields%mass_matrix%all)
          call place_loads(m%loads, m%grid, m%particles)
          do k = 1, size(m%loads)
-            call add_load(m%loads(k), mean_factor(m%loads(k)%history, m%time - 0.5_dp*m%last_dt, kick), f%force)
+            call add_load(m%loads(k), mean_factor(m%loads(k)%history, m%time + 0.5_dp*step - kick, kick), f%force)
          end do
          call m%grid%dofs%condense(all, ndim, f%force)
          call divide_by_mass(all%n_nodes, all%nodes, m%constraints%free, f%mass_matrix%inverse_lumped, f%force, f%acceleration)
@@ -89,8 +89,7 @@ contains
       end associate
    end subroutine find_mean_force
 
-   !> The mean factor of a load while it acts. The forces at a time stand for those between the middles of the steps before and
-   !> after it.
+   !> The mean factor of a load while it acts. The forces at a time stand for those in half a step before and half a step after it.
    pure real(dp) function mean_factor(history, start, duration)
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: start, duration    !! [s]

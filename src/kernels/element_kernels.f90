@@ -9,7 +9,7 @@ module hampm_element_kernels
    use hampm_pass, only: pass_t
    implicit none
    private
-   public :: n_masses, n_moments, apply_operators, apply_mass, apply_stiffness_of, add_to_sum
+   public :: n_masses, n_moments, apply_operators, apply_mass, apply_stiffness, apply_anisotropic_stiffness, add_to_sum
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
@@ -42,8 +42,13 @@ contains
          if (pass%strain_fraction > 0) then
             factor = pass%strain_fraction*dt*inverse_size(:, b)
             call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
-            call apply_stiffness_of(materials(material(b)), inverse_size(1, b), a, moments(1, 1, b), &
-                                    contribution(1, 1, of_force, b))
+            if (materials(material(b))%isotropic) then
+               call apply_stiffness(materials(material(b))%lambda, materials(material(b))%mu, inverse_size(1, b), a, &
+                                    moments(1, 1, b), contribution(1, 1, of_force, b))
+            else
+               call apply_anisotropic_stiffness(materials(material(b))%stiffness, inverse_size(1, b), a, moments(1, 1, b), &
+                                                contribution(1, 1, of_force, b))
+            end if
          end if
       end do
    end subroutine apply_operators
@@ -68,20 +73,6 @@ contains
          end do
       end do
    end subroutine apply_mass
-
-   !> Add to the internal forces (7) what a strain of particles of a linear material does.
-   pure subroutine apply_stiffness_of(material, inverse_size, a, moments, sums)
-      type(material_t), intent(in) :: material
-      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
-      real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
-      real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(inout) :: sums(lanes, corners, ndim)
-      if (material%isotropic) then
-         call apply_stiffness(material%lambda, material%mu, inverse_size, a, moments, sums)
-      else
-         call apply_anisotropic_stiffness(material%stiffness, inverse_size, a, moments, sums)
-      end if
-   end subroutine apply_stiffness_of
 
    !> Add to the internal forces (7) what a strain of linear elastic particles of one material does. L = grad of a field is linear
    !> in the local coordinates, so that the sums of V times stress, and of the same times a local coordinate, need the moments of V

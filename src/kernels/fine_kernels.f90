@@ -3,7 +3,7 @@
 module hampm_fine_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes
-   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, apply_stiffness_of
+   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, apply_stiffness, apply_anisotropic_stiffness
    use hampm_material, only: material_t
    use hampm_particle_kernels, only: take_corners
    implicit none
@@ -52,7 +52,13 @@ contains
          force(:, :, :, b) = 0
          call take_corners(1, inverse_size(1, b), d, nodes(1, 1, b), in_row(b), a)
          do k = first_part(b), first_part(b + 1) - 1
-            call apply_stiffness_of(materials(material(k)), inverse_size(1, b), a, moments(1, 1, k), force(1, 1, 1, b))
+            associate (law => materials(material(k)))
+               if (law%isotropic) then
+                  call apply_stiffness(law%lambda, law%mu, inverse_size(1, b), a, moments(1, 1, k), force(1, 1, 1, b))
+               else
+                  call apply_anisotropic_stiffness(law%stiffness, inverse_size(1, b), a, moments(1, 1, k), force(1, 1, 1, b))
+               end if
+            end associate
          end do
       end do
    end subroutine force_cells

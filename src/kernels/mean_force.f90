@@ -24,9 +24,9 @@ module hampm_mean_force
    use hampm_particle_pass, only: blocks_per_task
    implicit none
    private
-   public :: mean_force_t, make_room, add_mean_change
+   public :: mean_force_t, make_room, add_mean_change, theta
 
-   real(dp), parameter :: theta = 1.05_dp
+   real(dp), parameter :: least_theta = 1.05_dp, theta_by_level = 0.05_dp
    integer, parameter :: worth_threads = 2*nodes_per_chunk !! points or blocks that are shared between threads
 
    !> What is displaced and summed up within a coarse step, by points of the region and, in its blocks of cells, at corners.
@@ -46,6 +46,12 @@ module hampm_mean_force
    end type mean_force_t
 
 contains
+
+   !> By what steps in the first half of an interval of 2**(turn + 1) finest steps are exaggerated.
+   pure real(dp) function theta(turn, largest)
+      integer, intent(in) :: turn, largest
+      theta = least_theta + (largest - 1 - turn)*theta_by_level
+   end function theta
 
    !> Room for what is summed up in a region.
    subroutine make_room(region, mean)
@@ -123,7 +129,7 @@ contains
          !$omp parallel do schedule(static) private(n) if (forced > worth_threads)
          do i = 1, forced, nodes_per_chunk
             n = min(nodes_per_chunk, forced - i + 1)
-            call place_nodes(ndim*n, 0.5_dp*theta*(2**turn*dt)**2, 0.5_dp**turn, mean%first(1, i), &
+            call place_nodes(ndim*n, 0.5_dp*theta(turn, mean%region%largest)*(2**turn*dt)**2, 0.5_dp**turn, mean%first(1, i), &
                              mean%sum_then(1, mean%start(before) + i - 1), mean%acceleration_sum(1, i), &
                              mean%displacement_then(1, mean%start(before) + i - 1), mean%displacement(1, i), &
                              mean%sum_then(1, mean%start(turn) + i - 1), mean%displacement_then(1, mean%start(turn) + i - 1))

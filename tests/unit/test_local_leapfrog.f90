@@ -7,7 +7,7 @@ program test_local_leapfrog
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: new_material
-   use hampm_mean_force, only: mean_force_t, make_room, add_mean_change
+   use hampm_mean_force, only: mean_force_t, make_room, add_mean_change, theta
    use hampm_motion, only: motion_t, map_to_grid, assemble_sums
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start
@@ -18,7 +18,6 @@ program test_local_leapfrog
 
    real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
    real(dp), parameter :: limit = 1/sqrt(2.6_dp) !! shear wave speed with E = 1, nu = 0.3
-   real(dp), parameter :: theta = 1.05_dp        !! of the definition
 
    call repeat_random_numbers()
    call test_definition()
@@ -69,7 +68,7 @@ contains
                call random_number(force)
                force(:, m%grid%dofs%n_nodes + 1:) = 0
                kick = over_mass(m, force)
-               asked = effective(m, largest, dt, 0*force, force)
+               asked = effective(m, largest, largest, dt, 0*force, force)
                call add_mean_change(mean, m%materials, m%blocks, dt, kick, force)
                found = kicked(m, force)
             end associate
@@ -81,17 +80,18 @@ contains
    end subroutine test_definition
 
    !> The effective acceleration of a group.
-   recursive function effective(m, group, dt, d, c) result(a)
+   recursive function effective(m, group, largest, dt, d, c) result(a)
       type(motion_t), intent(in) :: m
-      integer, intent(in) :: group
+      integer, intent(in) :: group, largest
       real(dp), intent(in) :: dt, d(:, :), c(:, :)
       real(dp) :: a(ndim, size(d, 2)), held(ndim, size(d, 2)), half(ndim, size(d, 2))
       held = c + forces(m, group, d)
       if (group == 0) then
          a = kicked(m, held)
       else
-         half = effective(m, group - 1, dt, d, held)
-         a = 0.5_dp*(half + effective(m, group - 1, dt, d + 0.5_dp*theta*(2**(group - 1)*dt)**2*half, held))
+         half = effective(m, group - 1, largest, dt, d, held)
+         a = 0.5_dp*(half + effective(m, group - 1, largest, dt, &
+                                      d + 0.5_dp*theta(group - 1, largest)*(2**(group - 1)*dt)**2*half, held))
       end if
    end function effective
 
