@@ -133,7 +133,7 @@ contains
          allocate (integrator, source=implicit)
       else if (scene%method%time_steps == 'local') then
          associate (materials => materials_of(scene))
-            if (scene%method%frame == 'total' .and. all(materials%linear)) then
+            if (scene%method%frame == 'total' .and. all(materials%linear) .and. steps_stay(scene)) then
                allocate (local_leapfrog_t :: integrator)
             else
                allocate (subcycled_t :: integrator)
@@ -143,6 +143,19 @@ contains
          allocate (explicit_t :: integrator)
       end if
    end subroutine choose_integrator
+
+   !> Whether all steps are equal: the mesh stays, and samples and snapshots are at multiples of one of their intervals. Where the
+   !> length of leapfrog steps changes often, vibrations of the small cells grow.
+   pure logical function steps_stay(scene)
+      type(scene_t), intent(in) :: scene
+      real(dp) :: ratio
+      steps_stay = scene%refine%indicator == 'none' .or. scene%refine%indicator == 'tip'
+      associate (history => scene%output%history_interval, snapshot => scene%output%snapshot_interval)
+         if (snapshot <= 0) return
+         ratio = max(history, snapshot)/min(history, snapshot)
+         steps_stay = steps_stay .and. abs(ratio - anint(ratio)) < 1.0e-9_dp*ratio
+      end associate
+   end function steps_stay
 
    !> Fail where the part of some node in the mass of a particle, which may stand at the very edge of a cell and be split, would
    !> be no normal number.

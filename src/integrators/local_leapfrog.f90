@@ -60,6 +60,7 @@ contains
          call pass_or_apply_everywhere(m%operators, kick_and_map, kick, m%materials, m%particles, m%blocks, m%fields)
          call assemble_sums(m, mass=.false., momentum=.true., force=.false.)
          call solve_velocity(m, v_mapped, failure)
+         m%fields%velocity(:, :, v_next) = m%fields%velocity(:, :, v_mapped)
          call pass_or_apply_everywhere(m%operators, strain_and_move, step, m%materials, m%particles, m%blocks, m%fields)
       end associate
       m%operators%is_behind = m%operators%is_active

@@ -1,4 +1,10 @@
-!> Local time stepping by leapfrog steps, against its definition in plain recursion over particles, and against common steps.
+!> Local time stepping by leapfrog steps:
+!>
+!>    definition  the mean force is that of a plain recursion over particles;
+!>    rest        equilibrium by common steps is equilibrium;
+!>    energy      of a vibrating body neither grows nor decays over many periods;
+!>    motion      is that of short common steps, the closer the shorter the steps: with second order;
+!>    same bytes  on any number of threads.
 program test_local_leapfrog
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
@@ -6,14 +12,18 @@ program test_local_leapfrog
    use hampm_fine_region, only: fine_region_t, find_region
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_loads, only: load_on_particles
    use hampm_material, only: new_material
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change, theta
    use hampm_motion, only: motion_t, map_to_grid, assemble_sums
    use hampm_refined, only: refine_box
-   use hampm_samples, only: rectangle_t, place_bodies, start
+   use hampm_local_leapfrog, only: local_leapfrog_t
+   use hampm_motion, only: update_particles
+   use hampm_samples, only: rectangle_t, place_bodies, run_steps, start, total_energy
    use hampm_sorting, only: sort_into_cells
    use hampm_step_groups, only: limit_groups
    use hampm_text, only: to_text
+   use hampm_threads, only: use_threads
    implicit none
 
    real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
@@ -21,6 +31,10 @@ program test_local_leapfrog
 
    call repeat_random_numbers()
    call test_definition()
+   call test_rest()
+   call test_energy()
+   call test_convergence()
+   call test_threads()
    call finish()
 
 contains
@@ -78,6 +92,130 @@ contains
          end do
       end do
    end subroutine test_definition
+
+   !> Do some coarse steps.
+   subroutine run_coarsely(m, dt, largest, steps)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! finest step [s]
+      integer, intent(in) :: largest, steps
+      type(local_leapfrog_t) :: c
+      type(failure_t) :: failure
+      integer :: k
+      c%largest = largest
+      do k = 1, steps
+         call c%advance(m, dt, failure)
+         if (failure%failed()) exit
+      end do
+      call check(.not. failure%failed(), 'coarse steps')
+      call update_particles(m)
+   end subroutine run_coarsely
+
+   !> Longest step of the finest cells, for a courant number of 0.5 [s].
+   pure real(dp) function longest(levels)
+      integer, intent(in) :: levels
+      longest = 0.5_dp*cell*2.0_dp**(-levels)/limit
+   end function longest
+
+   !> Start to vibrate in bending, clamped at one end.
+   subroutine vibrate(m)
+      type(motion_t), intent(inout) :: m
+      m%particles%velocity(:, 2) = 1.0e-8_dp*(m%particles%reference(:, 1) - 1)**2
+      m%mapped = .false.
+   end subroutine vibrate
+
+   !> A load at the free end that acts at once.
+   subroutine pull(m)
+      type(motion_t), intent(inout) :: m
+      deallocate (m%loads)
+      allocate (m%loads(1))
+      m%loads(1)%force = [0.0_dp, 1.0e-8_dp]
+      call load_on_particles(m%particles, [6.5_dp, 2.0_dp], [7.0_dp, 4.0_dp], m%loads(1))
+   end subroutine pull
+
+   !> What common steps have damped until it rests stays where it is.
+   subroutine test_rest()
+      type(motion_t) :: m
+      real(dp), allocatable :: before(:, :, :)
+      real(dp) :: change
+      integer :: levels
+      do levels = 1, 3
+         call place(levels, m)
+         call pull(m)
+         m%damping_rate = 1
+         call run_steps(m, longest(levels), 400*2**levels)
+         before = m%particles%gradient
+         call run_coarsely(m, longest(levels), m%blocks%groups%largest, 50)
+         change = maxval(abs(m%particles%gradient - before))
+         call check_close(change/maxval(abs(before)), 0.0_dp, 1.0e-6_dp, to_text(levels)//' levels: rest stays')
+      end do
+   end subroutine test_rest
+
+   !> The mean energy in the last of many coarse steps is that in the first of them.
+   subroutine test_energy()
+      type(motion_t) :: m
+      real(dp) :: first, last
+      integer, parameter :: averaged = 300
+      integer :: levels
+      do levels = 1, 3
+         call place(levels, m)
+         call vibrate(m)
+         first = mean_energy(m, levels, averaged)
+         call run_coarsely(m, longest(levels), m%blocks%groups%largest, 1500)
+         last = mean_energy(m, levels, averaged)
+         call check_close(last/first, 1.0_dp, 1.0e-3_dp, to_text(levels)//' levels: the energy does not drift')
+      end do
+   end subroutine test_energy
+
+   real(dp) function mean_energy(m, levels, steps)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: levels, steps
+      integer :: k
+      mean_energy = 0
+      do k = 1, steps
+         call run_coarsely(m, longest(levels), m%blocks%groups%largest, 1)
+         mean_energy = mean_energy + total_energy(m)/steps
+      end do
+   end function mean_energy
+
+   !> Some bending, with coarse steps and with very short common ones.
+   subroutine test_convergence()
+      type(motion_t) :: m, exact
+      real(dp) :: error(2)
+      integer :: k
+      integer, parameter :: steps = 24
+      call place(3, exact)
+      call vibrate(exact)
+      call run_steps(exact, longest(3)/8, 8*4*steps)
+      do k = 1, 2
+         call place(3, m)
+         call vibrate(m)
+         call run_coarsely(m, longest(3)/k, 2, k*steps)
+         error(k) = norm2(m%particles%gradient - exact%particles%gradient)/norm2(exact%particles%gradient)
+      end do
+      write (*, '(a,2es10.2)') 'error of the strains', error
+      call check(error(1) < 0.02_dp, 'the strains are those of common steps')
+      call check_close(log(error(1)/error(2))/log(2.0_dp), 2.0_dp, 0.5_dp, 'they converge with second order')
+   end subroutine test_convergence
+
+   subroutine test_threads()
+      type(motion_t) :: alone, together
+      call place(4, alone)
+      call vibrate(alone)
+      alone%damping_rate = 0.1_dp
+      together = alone
+      call run_coarsely(alone, longest(4), alone%blocks%groups%largest, 10)
+      call use_threads(2, together%particles%n)
+      call run_coarsely(together, longest(4), together%blocks%groups%largest, 10)
+      call use_threads(1, together%particles%n)
+      call check(same_numbers(alone%particles%displacement(:, 2), together%particles%displacement(:, 2)) .and. &
+                 same_numbers(alone%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
+                 same_numbers([alone%damping_loss], [together%damping_loss]), 'the same bytes on one and two threads')
+   end subroutine test_threads
+
+   logical function same_numbers(a, b)
+      real(dp), intent(in) :: a(:), b(:)
+      same_numbers = all(transfer(a, [0_long]) == transfer(b, [0_long]))
+   end function same_numbers
 
    !> The effective acceleration of a group.
    recursive function effective(m, group, largest, dt, d, c) result(a)
