@@ -111,17 +111,19 @@ contains
       call make_room(region, c%mean)
    end subroutine rebuild
 
-   !> Velocities of the nodes and, by the mean forces, their accelerations and the velocities that move the particles. Book what the
-   !> damping takes.
+   !> Velocities of the nodes and, by the mean forces, their accelerations. Damping acts on the mean of the velocities before and
+   !> after, (v' - v)/T = f/D - alpha (v + v')/2, with which the limit of the step is that without it. Book what it takes.
    subroutine kick_nodes(m, kick, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: kick               !! for how long forces act [s]
       type(failure_t), intent(inout) :: failure
-      real(dp) :: damping_power, mapping_power
+      real(dp) :: damping_power, mapping_power, share
       type(failure_t) :: unsolved
       call solve_velocity(m, v_n, failure)
-      call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, kick, .false., m%fields, damping_power, mapping_power, &
-                      unsolved)
+      share = 1/(1 + 0.5_dp*m%damping_rate*kick)
+      if (m%damping_rate > 0) m%fields%force = share*m%fields%force
+      call accelerate(m%grid, m%solver, m%constraints%free, share*m%damping_rate, kick, .false., m%fields, damping_power, &
+                      mapping_power, unsolved)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + kick*damping_power
    end subroutine kick_nodes
