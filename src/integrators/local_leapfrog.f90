@@ -125,7 +125,7 @@ contains
       call accelerate(m%grid, m%solver, m%constraints%free, share*m%damping_rate, kick, .false., m%fields, damping_power, &
                       mapping_power, unsolved)
       call pass_on(m, m%steps + 1, unsolved, failure)
-      m%damping_loss = m%damping_loss + kick*damping_power
+      m%damping_loss = m%damping_loss + kick*damping_power/share
    end subroutine kick_nodes
 
    !> Velocities of the nodes from their momentum.

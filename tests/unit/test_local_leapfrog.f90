@@ -141,8 +141,8 @@ contains
       do levels = 1, 3
          call place(levels, m)
          call pull(m)
-         m%damping_rate = 0.1_dp
-         call run_steps(m, longest(levels), 600*2**levels)
+         m%damping_rate = 0.05_dp
+         call run_steps(m, longest(levels), 1500*2**levels)
          before = m%particles%gradient
          call run_coarsely(m, longest(levels), m%blocks%groups%largest, 50)
          change = maxval(abs(m%particles%gradient - before))
