@@ -113,6 +113,7 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/meeting_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/interleaved_scenes.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/local_scenes.py --program build/checked/hampm --cases 2000 --seed 100
 	$(PYTHON) tests/fuzz/sweep_files.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/checkpoint_files.py --program build/checked/hampm --cases 10000 --seed 100
 	build/checked/hampm input/edge_crack.nml --output results --force --quiet

@@ -19,6 +19,7 @@ module hampm_assembly
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
    use hampm_local_leapfrog, only: local_leapfrog_t
+   use hampm_local_step_choice, only: takes_leapfrog_steps, time_between_outputs
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
    use hampm_joints, only: sheets_of_bodies
    use hampm_outline, only: edge_part_t, outline_t
@@ -131,31 +132,14 @@ contains
          implicit%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
          implicit%fixed_step = scene%method%time_step
          allocate (integrator, source=implicit)
+      else if (takes_leapfrog_steps(scene)) then
+         allocate (integrator, source=local_leapfrog_t(time_between_outputs=time_between_outputs(scene)))
       else if (scene%method%time_steps == 'local') then
-         associate (materials => materials_of(scene))
-            if (scene%method%frame == 'total' .and. all(materials%linear) .and. steps_stay(scene)) then
-               allocate (local_leapfrog_t :: integrator)
-            else
-               allocate (subcycled_t :: integrator)
-            end if
-         end associate
+         allocate (subcycled_t :: integrator)
       else
          allocate (explicit_t :: integrator)
       end if
    end subroutine choose_integrator
-
-   !> Whether all steps are equal: the mesh stays, and samples and snapshots are at multiples of one of their intervals. Where the
-   !> length of leapfrog steps changes often, vibrations of the small cells grow.
-   pure logical function steps_stay(scene)
-      type(scene_t), intent(in) :: scene
-      real(dp) :: ratio
-      steps_stay = scene%refine%indicator == 'none' .or. scene%refine%indicator == 'tip'
-      associate (history => scene%output%history_interval, snapshot => scene%output%snapshot_interval)
-         if (snapshot <= 0) return
-         ratio = max(history, snapshot)/min(history, snapshot)
-         steps_stay = steps_stay .and. abs(ratio - anint(ratio)) < 1.0e-9_dp*ratio
-      end associate
-   end function steps_stay
 
    !> Fail where the part of some node in the mass of a particle, which may stand at the very edge of a cell and be split, would
    !> be no normal number.

@@ -13,6 +13,7 @@ module hampm_local_steps
 
    !> Steps that fit the size of the cells.
    type, abstract, extends(integrator_t) :: local_steps_t
+      real(dp) :: time_between_outputs = 0       !! of which times to the next one are multiples, by steps of one length; 0 else [s]
    contains
       procedure :: choose_steps
    end type local_steps_t
@@ -27,23 +28,43 @@ contains
       real(dp), intent(in) :: limit              !! longest that a finest step may be [s]
       integer(long), intent(out) :: steps        !! coarse ones
       real(dp), intent(out) :: dt                !! finest step [s]
-      real(dp) :: work, least
-      integer(long) :: k
+      real(dp) :: work, least, part
+      integer(long) :: k, parts
       integer :: g
+      call divide(self, time, parts, part)
       self%largest = 0
-      steps = steps_for(time, limit)
+      steps = steps_for(part, limit)
       least = steps*turns(m%blocks, 0)
       do g = 1, m%blocks%groups%largest
          if (.not. moves_little(m, 2**g*limit)) exit
-         k = steps_for(time, 2**g*limit)
+         k = steps_for(part, 2**g*limit)
          work = k*turns(m%blocks, g)
          if (work >= least) cycle
          least = work
          self%largest = g
          steps = k
       end do
-      dt = time/(steps*2**self%largest)
+      dt = part/(steps*2**self%largest)
+      steps = parts*steps
    end subroutine choose_steps
+
+   !> Divide a time into parts for which steps are chosen, always the same where it is a multiple of that between outputs.
+   subroutine divide(self, time, parts, part)
+      class(local_steps_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      integer(long), intent(out) :: parts
+      real(dp), intent(out) :: part              !! [s]
+      real(dp), parameter :: rounding = 1e-6_dp  ! of a part, that is no time of its own
+      parts = 1
+      part = time
+      if (.not. self%time_between_outputs > 0) return
+      parts = max(1_long, nint(time/self%time_between_outputs, long))
+      if (abs(parts*self%time_between_outputs - time) <= rounding*self%time_between_outputs) then
+         part = self%time_between_outputs
+      else
+         parts = 1
+      end if
+   end subroutine divide
 
    !> How many turns the blocks have in all in a coarse step of 2**largest finest ones.
    pure real(dp) function turns(blocks, largest)

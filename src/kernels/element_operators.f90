@@ -201,8 +201,8 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       integer :: k, b
       associate (all => f%mass_matrix%all)
-         !$omp parallel do schedule(static)
-         do k = 1, all%n_points, nodes_per_chunk
+         !$omp parallel do schedule(static) if (operators%is_active)
+         do k = 1, merge(all%n_points, 0, operators%is_active), nodes_per_chunk
             call add_up(pass, dt, all%nodes(k:min(k + nodes_per_chunk - 1, all%n_points)), f, operators)
          end do
       end associate

@@ -3,6 +3,7 @@ module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
    use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
+   use hampm_local_step_choice, only: takes_leapfrog_steps
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
    use hampm_outer_nodes, only: least_fill
@@ -30,8 +31,8 @@ module hampm_largest_step
    !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
    !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
-   !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
-   real(dp), parameter :: of_local_steps = 0.54_dp
+   !> What steps that fit the size of the cells leave of the limit, by impulses and by leapfrog steps (docs/local_time_steps.md)
+   real(dp), parameter :: of_impulses = 0.54_dp, of_leapfrog_steps = 0.9_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> What edges in any direction leave of the limit of those along the grid lines
@@ -67,7 +68,7 @@ contains
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(scene%growth) > 0) limit = limit*of_growth
-         if (method%time_steps == 'local') limit = limit*of_local_steps
+         if (method%time_steps == 'local') limit = limit*merge(of_leapfrog_steps, of_impulses, takes_leapfrog_steps(scene))
          if (size(scene%paths) > 0 .or. size(scene%growth) > 0) limit = limit*shorter_step
       end associate
       limit = rounded_down(limit)

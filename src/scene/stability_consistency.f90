@@ -100,6 +100,8 @@ contains
       if (settings%count_of('damping') > 0) known = known .and. settings%good(settings%find('damping', 1), 'rate')
       if (settings%count_of('refine') > 0) known = known .and. settings%good(settings%find('refine', 1), 'indicator') &
                                                    .and. settings%good(settings%find('refine', 1), 'max_level')
+      if (settings%count_of('output') > 0) known = known .and. settings%good(settings%find('output', 1), 'history_interval') &
+                                                   .and. settings%good(settings%find('output', 1), 'snapshot_interval')
       do i = 1, size(scene%bodies)
          if (.not. known) return
          associate (body => scene%bodies(i))

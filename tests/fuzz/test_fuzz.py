@@ -8,6 +8,7 @@ import checkpoint_files
 import growth_scenes
 import h5py
 import interleaved_scenes
+import local_scenes
 import meeting_scenes
 import mutations
 import pytest
@@ -81,6 +82,13 @@ def test_bodies_at_random(program, cases, scenes):
     ends, findings = try_scenes(program, cases, 1, scenes.scene, scenes.look)
     assert not findings
     assert ends[0] >= cases // 4
+
+
+@pytest.mark.parametrize("cases", [4, pytest.param(40, marks=pytest.mark.verify)])
+def test_local_time_steps_at_random(cases):
+    ends, findings = try_scenes(PROGRAM, cases, 3, local_scenes.scene, local_scenes.look)
+    assert not findings
+    assert ends[0] >= cases // 2
 
 
 def test_checkpoints_that_are_changed_are_refused():

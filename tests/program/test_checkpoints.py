@@ -114,6 +114,8 @@ SCENES = {
     "refined zz": (FLIGHT, "refine.indicator=zz", "refine.tolerance=0.1", "refine.max_level=2", "refine.interval=11",
                    "method.mass=blend"),
     "local steps": (FLIGHT, "method.time_steps=local", *REFINED, "refine.max_level=3", "energy_release.estimators="),
+    "local steps without particles": (TWO_TIPS, "method.time_steps=local", "refine.indicator=tip", "refine.max_level=3",
+                                      "energy_release.estimators='nodal_force'", "damping.rate=1e4", "output.history_interval=1e-6"),
     "contact": (CLOSED,),
     "contact full": (CLOSED, "method.mass=full", "method.frame=total"),
     "contact refined": (CLOSED, "refine.indicator=tip", "refine.max_level=2"),

@@ -1,7 +1,8 @@
 !> Local time stepping by leapfrog steps:
 !>
 !>    definition  the mean force is that of a plain recursion over particles;
-!>    rest        equilibrium by common steps is equilibrium;
+!>    stability   no vibration of the mesh grows, up to 0.9 of the limit of common steps;
+!>    rest        equilibrium by statics and by common steps is equilibrium;
 !>    energy      of a vibrating body neither grows nor decays over many periods;
 !>    motion      is that of short common steps, the closer the shorter the steps: with second order;
 !>    same bytes  on any number of threads.
@@ -12,6 +13,7 @@ program test_local_leapfrog
    use hampm_fine_region, only: fine_region_t, find_region
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_lapack, only: dsyev
    use hampm_loads, only: load_on_particles
    use hampm_material, only: new_material
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change, theta
@@ -32,6 +34,7 @@ program test_local_leapfrog
 
    call repeat_random_numbers()
    call test_definition()
+   call test_stability()
    call test_rest()
    call test_energy()
    call test_convergence()
@@ -40,18 +43,27 @@ program test_local_leapfrog
 
 contains
 
-   !> A body of cells of several sizes.
-   subroutine place(levels, m)
+   !> A body of cells of several sizes: small ones in its middle, or a few at a corner.
+   subroutine place(levels, m, at_corner)
       integer, intent(in) :: levels
+      logical, intent(in), optional :: at_corner
       type(motion_t), intent(out) :: m
       type(forest_t) :: forest
       type(failure_t) :: failure
-      integer :: points
+      integer :: points, long, k
       forest = forest_t([0.0_dp, 0.0_dp], cell, [8, 6])
-      call refine_box(forest, [2.45_dp, 2.45_dp], [3.55_dp, 3.55_dp], levels)
+      if (present(at_corner)) then
+         long = 4
+         do k = 1, levels
+            call refine_box(forest, [1.0_dp, 2.0_dp], [1.0_dp, 2.0_dp] + 2.0_dp**(1 - k), k)
+         end do
+      else
+         long = 6
+         call refine_box(forest, [2.45_dp, 2.45_dp], [3.55_dp, 3.55_dp], levels)
+      end if
       points = 2*2**levels
       call place_bodies(forest, new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
-                        [rectangle_t([1.0_dp, 2.0_dp], [7.0_dp, 4.0_dp], points*[6, 2])], m)
+                        [rectangle_t([1.0_dp, 2.0_dp], [1.0_dp + long, 4.0_dp], points*[long, 2])], m)
       m%particles%total_frame = .true.
       m%blocks%by_group = .true.
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
@@ -93,6 +105,76 @@ contains
          end do
       end do
    end subroutine test_definition
+
+   !> A coarse step T takes s(t + T) - 2 s(t) + s(t - T) = T^2 A s, A being the effective acceleration: bounded for ever where all eigenvalues
+   !> of -T^2 A are between 0 and 4. Those of common steps are so up to 1.03 h/c_s (docs/mass.md).
+   subroutine test_stability()
+      type(motion_t) :: m
+      real(dp), allocatable :: unit(:, :), stiffness(:, :), a(:, :), eigenvalues(:)
+      real(dp), parameter :: courant = 0.9_dp*1.03_dp
+      integer :: levels, j, d
+      do levels = 1, 3
+         call place(levels, m, at_corner=.true.)
+         call map_to_grid(m)
+         call assemble_sums(m, mass=.true., momentum=.true., force=.true.)
+         associate (largest => m%blocks%groups%largest, list => m%fields%mass_matrix%all, &
+                    dt => courant*cell*2.0_dp**(-levels)/limit)
+            call limit_groups(m%grid, m%blocks%occupied(:m%blocks%n_occupied), largest, m%blocks%groups)
+            allocate (a(ndim*list%n_nodes, ndim*list%n_nodes))
+            stiffness = a
+            do j = 1, list%n_nodes
+               do d = 1, ndim
+                  allocate (unit(ndim, m%grid%n_points), source=0.0_dp)
+                  unit(d, list%nodes(j)) = m%constraints%free(d, list%nodes(j))
+                  associate (column => ndim*(j - 1) + d)
+                     stiffness(:, column) = -at_nodes(m, all_forces(m, unit))
+                     a(:, column) = -(2**largest*dt)**2*at_nodes(m, effective(m, largest, largest, dt, unit, 0*unit))
+                  end associate
+                  deallocate (unit)
+               end do
+            end do
+            call find_eigenvalues(stiffness, a, eigenvalues)
+            write (*, '(i2,a,2f9.4)') largest, ' groups, T^2 times eigenvalues', minval(eigenvalues), maxval(eigenvalues)
+            call check(minval(eigenvalues) > 0 .and. maxval(eigenvalues) < 3.95_dp, to_text(levels)//' levels: stable')
+            deallocate (a)
+         end associate
+      end do
+   end subroutine test_stability
+
+   !> The vectors of the nodes that move.
+   pure function at_nodes(m, x) result(values)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: x(:, :)
+      real(dp), allocatable :: values(:)
+      associate (list => m%fields%mass_matrix%all)
+         values = reshape(x(:, list%nodes(:list%n_nodes)), [ndim*list%n_nodes])
+      end associate
+   end function at_nodes
+
+   !> Eigenvalues of A = Q K, K and Q being symmetric and K positive: with K = V k V', those of k**(-1/2) V' K A V k**(-1/2). Where k is
+   !> 0 nothing moves.
+   subroutine find_eigenvalues(stiffness, a, eigenvalues)
+      real(dp), intent(in) :: stiffness(:, :), a(:, :)
+      real(dp), allocatable, intent(out) :: eigenvalues(:)
+      real(dp), allocatable :: vectors(:, :), moving(:, :), product(:, :)
+      real(dp) :: values(size(a, 1)), work(10*size(a, 1))
+      integer :: k, n, info
+      vectors = stiffness
+      call dsyev('V', 'L', size(a, 1), vectors, size(a, 1), values, work, size(work), info)
+      call check(info == 0, 'eigenvectors of the stiffness')
+      n = count(values > 1.0e-10_dp*maxval(values))
+      allocate (moving(size(a, 1), n))
+      do k = 1, n
+         associate (at => size(values) - n + k)
+            moving(:, k) = vectors(:, at)/sqrt(values(at))
+         end associate
+      end do
+      product = matmul(transpose(moving), matmul(stiffness, matmul(a, moving)))
+      call check(maxval(abs(product - transpose(product))) < 1.0e-12_dp, 'Q is symmetric')
+      allocate (eigenvalues(n))
+      call dsyev('N', 'L', n, product, n, eigenvalues, work, size(work), info)
+      call check(info == 0, 'eigenvalues of the effective acceleration')
+   end subroutine find_eigenvalues
 
    !> Do some coarse steps.
    subroutine run_coarsely(m, dt, largest, steps)
@@ -264,7 +346,7 @@ contains
       momentum = 0
       do i = 1, m%particles%n
          associate (nodes => m%grid%element_nodes(:, m%particles%cell(i)))
-            n = shapes(m%particles%local(i, :))
+            n = shapes([m%particles%local(i, 1), m%particles%local(i, 2)])
             v = matmul(q(:, nodes), n)
             do c = 1, 4
                momentum(:, nodes(c)) = momentum(:, nodes(c)) + m%particles%mass(i)*n(c)*v
@@ -288,7 +370,7 @@ contains
       do i = 1, m%particles%n
          associate (e => m%particles%cell(i), material => m%materials(m%particles%material(i)))
             if (m%blocks%groups%of_cell(e) /= group) cycle
-            slope = slopes(m%particles%local(i, :))/m%grid%element_size(e)
+            slope = slopes([m%particles%local(i, 1), m%particles%local(i, 2)])/m%grid%element_size(e)
             h = matmul(u(:, m%grid%element_nodes(:, e)), transpose(slope))
             stress = material%mu*(h + transpose(h))
             do c = 1, ndim
@@ -302,6 +384,19 @@ contains
       end do
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end function forces
+
+   !> By what the forces of all cells change, on nodes that are free.
+   function all_forces(m, d) result(force)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: d(:, :)
+      real(dp) :: force(ndim, size(d, 2))
+      integer :: group
+      force = 0
+      do group = 0, m%blocks%groups%largest
+         force = force + forces(m, group, d)
+      end do
+      force = m%constraints%free*force
+   end function all_forces
 
    !> Shape functions, and their derivatives.
    pure function shapes(xi) result(n)

@@ -1,0 +1,51 @@
+!> Which time steps that fit the size of the cells a scene takes: leapfrog steps, or impulses (docs/local_time_steps.md).
+module hampm_local_step_choice
+   use hampm_kinds, only: dp
+   use hampm_scene, only: scene_t
+   use hampm_scene_materials, only: materials_of
+   implicit none
+   private
+   public :: takes_leapfrog_steps, time_between_outputs
+
+   real(dp), parameter :: same = 1e-9_dp         !! part of a time by which a multiple of another may be off
+
+contains
+
+   !> Whether steps of one length by element operators do: in the total frame with linear laws, where the mesh stays and outputs are
+   !> evenly spaced. Where the length of leapfrog steps changes often, vibrations of the small cells grow.
+   pure logical function takes_leapfrog_steps(scene)
+      type(scene_t), intent(in) :: scene
+      takes_leapfrog_steps = scene%method%time_steps == 'local' .and. scene%method%frame == 'total' &
+                             .and. (scene%refine%indicator == 'none' .or. scene%refine%indicator == 'tip')
+      if (.not. takes_leapfrog_steps) return
+      associate (materials => materials_of(scene))
+         takes_leapfrog_steps = all(materials%linear) .and. time_between_outputs(scene) > 0
+      end associate
+   end function takes_leapfrog_steps
+
+   !> The longest time of which the times between samples and between snapshots are multiples, 0 if it is less than a thousandth of
+   !> one of them [s].
+   pure real(dp) function time_between_outputs(scene) result(time)
+      type(scene_t), intent(in) :: scene
+      integer, parameter :: most = 1000
+      real(dp) :: times(2), rest, next
+      associate (output => scene%output)
+         times = output%history_interval
+         if (output%snapshot_interval > 0) times(2) = output%snapshot_interval
+         times = min(times, scene%run%end_time)
+      end associate
+      time = 0
+      if (.not. all(times > 0)) return           ! mistakes in the namelist
+      time = minval(times)
+      next = maxval(times)
+      do                                         ! Euclid
+         rest = abs(next - anint(next/time)*time)
+         if (rest <= same*maxval(times)) exit
+         next = time
+         time = rest
+      end do
+      associate (parts => anint(minval(times)/time))
+         time = merge(minval(times)/parts, 0.0_dp, parts <= most)
+      end associate
+   end function time_between_outputs
+end module hampm_local_step_choice

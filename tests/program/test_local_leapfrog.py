@@ -1,0 +1,97 @@
+"""Time steps that fit the size of the cells by leapfrog steps, in the total frame: rest, work, and outputs of all kinds (docs/local_time_steps.md)."""
+
+import h5py
+import numpy as np
+import pytest
+
+from paths import REGRESSION
+
+BEAM = REGRESSION / "dcb_refined/case.nml"
+LOCAL = ("method.frame=total", "method.time_steps=local", "energy_release.estimators='nodal_force','domain_integral'")
+COMMON = (*LOCAL, "method.time_steps=global")
+# A plate in plane strain of two materials, one of them oblique, with a crack between them from one side, that rests on an edge
+PLATE = """\
+&run plane = 'strain'  thickness = 0.01  end_time = 4e-4 /
+&grid lower = -2e-3, -2e-3  cell = 1e-3  cells = 24, 20 /
+&material name = 'a'  young = 3e9  poisson = 0.45  density = 1200 /
+&material name = 'b'  law = 'orthotropic'  young_1 = 9e9  young_2 = 4e9  young_3 = 4e9  shear_12 = 1.5e9  poisson_12 = 0.3
+          poisson_13 = 0.3  poisson_23 = 0.3  angle = 30  density = 1500 /
+&body material = 'a'  lower = 0, 0  upper = 0.02, 8e-3 /
+&body material = 'b'  lower = 0, 8e-3  upper = 0.02, 0.016 /
+&constraint lower = 0, 0  upper = 0.02, 0  fix = 'xy' /
+&load kind = 'traction'  lower = 0, 0.016  upper = 0.02, 0.016  force = 20, 100  history = 'ramp'  rise_time = 3e-5 /
+&load kind = 'gravity'  acceleration = 0, -1e3 /
+&damping rate = 1.2e5 /
+&refine indicator = 'tip'  rings = 2  max_level = 3 /
+&crack kind = 'line'  tip = 8e-3, 4e-3  length = 8e-3 /
+&output history_interval = 4e-6 /
+"""
+
+
+@pytest.fixture
+def history(hampm, tmp_path):
+    """`history(scene, *settings)`: the columns of the history of a run."""
+    def run(scene, *settings):
+        words = [word for setting in settings for word in ("--set", setting)]
+        result = hampm(scene, "--force", "--quiet", "--set", "output.file=out.h5", *words)
+        assert result.returncode == 0, result.stderr
+        with h5py.File(tmp_path / "out.h5") as file:
+            return {name: column[:] for name, column in file["history"].items()}
+    return run
+
+
+def checked(hampm, scene, *settings):
+    words = [word for setting in settings for word in ("--set", setting)]
+    return hampm(scene, "--check", *words).stdout
+
+
+def test_a_beam_comes_to_the_rest_of_common_steps(history):
+    """The six levels of docs/local_time_steps.md, in fewer rings."""
+    settings = ("refine.rings=2", "run.end_time=1.6e-3", "output.history_interval=1e-5")
+    local, common = history(BEAM, *LOCAL, *settings), history(BEAM, *COMMON, *settings)
+    for name in ("G_nodal_force_I", "J"):
+        assert local[name][-1] == pytest.approx(common[name][-1], rel=1e-5)  # asked 1e-4
+    assert local["kinetic_energy"][-1] < 1e-7 * local["strain_energy"][-1]
+    error = local["kinetic_energy"] + local["strain_energy"] + local["damping_loss"] - local["external_work"]
+    # at a sudden load kinetic energy in the middle of long steps lags behind; what is left at rest is of the first step
+    assert np.max(np.abs(error)) < 5e-3 * local["external_work"][-1] and abs(error[-1]) < 1e-3 * local["external_work"][-1]
+
+
+def test_a_plate_of_two_materials_comes_to_the_rest_of_common_steps(hampm, history, tmp_path):
+    (tmp_path / "plate.nml").write_text(PLATE)
+    assert "leapfrog steps" in checked(hampm, "plate.nml", *LOCAL)
+    local, common = history("plate.nml", *LOCAL), history("plate.nml", *COMMON)
+    for name in ("J", "K_I", "K_II", "G_nodal_force_I", "strain_energy", "external_work"):
+        assert local[name][-1] == pytest.approx(common[name][-1], rel=1e-4), name
+    # on the way there
+    assert np.sqrt(np.mean((local["K_I"] - common["K_I"])**2)) < 0.01 * np.max(np.abs(common["K_I"]))
+
+
+@pytest.mark.parametrize(("samples", "snapshots"), [("1e-6", "2.5e-6"), ("3.7e-6", "19e-6"), ("2e-6", "2e-3"), ("1.7e-5", "0")])
+def test_outputs_that_have_a_time_in_common_leave_the_steps_equal(hampm, history, samples, snapshots):
+    """An undamped beam under a sudden load, 3000 and more coarse steps: steps of changing length were unstable after some hundreds."""
+    settings = ("refine.max_level=3", "refine.rings=2", "damping.rate=0", "run.end_time=2e-3", f"output.history_interval={samples}",
+                f"output.snapshot_interval={snapshots}")
+    assert "leapfrog steps" in checked(hampm, BEAM, *LOCAL, *settings)
+    columns = history(BEAM, *LOCAL, *settings)
+    total = columns["kinetic_energy"] + columns["strain_energy"] - columns["external_work"]
+    assert np.max(np.abs(total)) < 0.02 * np.max(columns["external_work"])
+    n = len(total) // 4
+    assert np.std(total[-n:]) < 1.5 * np.std(total[:n])
+
+
+@pytest.mark.parametrize("settings", [("output.snapshot_interval=3.14159265358979e-6",), ("method.frame=updated",), ("refine.indicator=gradient",),
+                                      ("material.law=neo_hookean",)], ids=lambda settings: settings[0].split("=")[0])
+def test_what_takes_impulses(hampm, settings):
+    text = checked(hampm, BEAM, *LOCAL, "method.courant=0", *settings)
+    assert "local steps     impulses, particle by particle" in text
+
+
+def test_longer_steps_are_allowed_than_by_impulses(hampm):
+    limits = {}
+    for frame, steps in (("total", "global"), ("total", "local"), ("updated", "local")):
+        words = [word for setting in (*LOCAL, f"method.frame={frame}", f"method.time_steps={steps}", "damping.rate=0", "method.courant=9")
+                 for word in ("--set", setting)]
+        limits[frame, steps] = float(hampm(BEAM, "--check", *words).stderr.split("must be at most ")[1].split(",")[0])
+    assert limits["total", "local"] == pytest.approx(0.9 * limits["total", "global"], rel=2e-3)
+    assert limits["updated", "local"] == pytest.approx(0.54 * limits["total", "global"], rel=2e-3)
