@@ -58,22 +58,9 @@ contains
       do k = 1, size(scene%materials)
          if (has_history(scene%materials(k)%law)) call settings%complain(mistakes, settings%find('material', k), 'law', &
             'must be ''linear_elastic'', ''orthotropic'' or ''neo_hookean'' '//intro//': particles of these cells remember nothing')
-         if (scene%materials(k)%law == 'neo_hookean' .and. are_cut(scene)) call settings%complain(mistakes, &
-            settings%find('material', k), 'law', 'must be ''linear_elastic'' or ''orthotropic'' '//intro// &
-            ' where cracks or edges cut cells: that pieces of cells are in balance is shown for linear laws only')
          call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': they do not lock')
       end do
    end subroutine check_materials
-
-   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
-   pure logical function are_cut(scene)
-      type(scene_t), intent(in) :: scene
-      integer :: k
-      are_cut = size(scene%paths) > 0
-      do k = 1, size(scene%bodies)
-         are_cut = are_cut .or. scene%bodies(k)%outline%is_there()
-      end do
-   end function are_cut
 
    !> Rectangles fill cells, other shapes are at rest; with enough particles in each cell.
    pure subroutine check_bodies(scene, settings, mistakes)
