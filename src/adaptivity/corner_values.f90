@@ -1,5 +1,7 @@
-!> Quadratic cells as the gradient indicator looks at them: fields have values at the corners of cells, as in bilinear cells of the same size. The
-!> other nodes of a cell, in the middle of its sides and inside it, get what follows from its corners. One in the middle of a side that is a corner of
+!> Quadratic cells as the gradient indicator looks at them: fields have values at the corners of cells, as in bilinear cells of the
+!> same size. The
+!> other nodes of a cell, in the middle of its sides and inside it, get what follows from its corners. One in the middle of a side
+!> that is a corner of
 !> finer cells has a value of its own, as in the bilinear transition element.
 !>
 !> In a grid of bilinear cells all nodes are corners, and nothing here has anything to do.
@@ -34,7 +36,8 @@ contains
       end do
    end function are_corners
 
-   !> Give sums at the other points, as masses are, to the corners: those in the middle of a cell to its sides, those of sides to their ends.
+   !> Give sums at the other points, as masses are, to the corners: those in the middle of a cell to its sides, those of sides to
+   !> their ends.
    pure subroutine gather_at_corners(grid, is_corner, sums)
       type(grid_t), intent(in) :: grid
       logical, intent(in) :: is_corner(:)
@@ -58,7 +61,8 @@ contains
       end do
    end subroutine gather_at_corners
 
-   !> Give the other points the mean of the ends of their side, and those in the middle of cells that of their sides: the function that is
+   !> Give the other points the mean of the ends of their side, and those in the middle of cells that of their sides: the function
+   !> that is
    !> bilinear in the cell.
    pure subroutine spread_from_corners(grid, is_corner, values)
       type(grid_t), intent(in) :: grid

@@ -1,4 +1,5 @@
-!> The refinement parameter R of Tan & Nairn, (20)-(23): how far the mean of a field around a node is from its value there. Quadratic cells have it
+!> The refinement parameter R of Tan & Nairn, (20)-(23): how far the mean of a field around a node is from its value there.
+!> Quadratic cells have it
 !> at their corners, over distances of whole cells: of a field it is what bilinear cells of the same size have.
 module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
@@ -17,7 +18,8 @@ contains
 
    !> A field at the points of the grid. 'energy_density' [J/m3] is the paper's and extrapolated as there, by the lumped mass
    !> matrix; 'stress_norm' [Pa] and 'speed' [m/s] are recovered by patches, which sees no kinks at edges of bodies and of cells.
-   !> In quadratic cells the former has the lumped masses of bilinear cells of their size, the latter are recovered by quadratic functions.
+   !> In quadratic cells the former has the lumped masses of bilinear cells of their size, the latter are recovered by quadratic
+   !> functions.
    subroutine nodal_field(m, name, phi)
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: name
@@ -55,7 +57,8 @@ contains
       end if
    end subroutine nodal_field
 
-   !> Means of a field, weighted by mass and the bilinear functions of quadratic cells, at the corners of these; bilinear between them.
+   !> Means of a field, weighted by mass and the bilinear functions of quadratic cells, at the corners of these; bilinear between
+   !> them.
    subroutine lumped_at_corners(m, value, phi)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: value(:)           !! at the particles
@@ -81,7 +84,8 @@ contains
       end associate
    end subroutine lumped_at_corners
 
-   !> A field that is recovered at the corners of quadratic cells by quadratic functions, whose means are the values at the other nodes.
+   !> A field that is recovered at the corners of quadratic cells by quadratic functions, whose means are the values at the other
+   !> nodes.
    subroutine recovered_at_corners(m, value, phi)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: value(:)           !! at the particles
@@ -121,7 +125,8 @@ contains
       end function mean_at
    end subroutine recovered_at_corners
 
-   !> R of each active node (23), of quadratic cells of each corner and between these what follows from them, 0 where the field is: the mean of phi at the distance of the smallest cell at the node to both
+   !> R of each active node (23), of quadratic cells of each corner and between these what follows from them, 0 where the field is:
+   !> the mean of phi at the distance of the smallest cell at the node to both
    !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated. Beyond the edge of
    !> the body or a cut it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped
    !> matrix has made flat there, is mirrored too; other fields go on linearly.

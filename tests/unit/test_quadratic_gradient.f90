@@ -1,6 +1,9 @@
-!> The refinement parameter R of quadratic cells. Of a stress whose norm is quadratic it is the closed form at every corner inside, whatever the sizes of
-!> the cells around: (h**2/2) (s_xx + s_yy)/2 over s, where h is the smallest of them, as in bilinear cells of this size, in which phi would be exact. Of a
-!> quadratic energy density it is that of the paper's means, which bilinear cells of this size have: phi is the density plus h**2/12 (e_xx + e_yy).
+!> The refinement parameter R of quadratic cells. Of a stress whose norm is quadratic it is the closed form at every corner inside,
+!> whatever the sizes of
+!> the cells around: (h**2/2) (s_xx + s_yy)/2 over s, where h is the smallest of them, as in bilinear cells of this size, in which
+!> phi would be exact. Of a
+!> quadratic energy density it is that of the paper's means, which bilinear cells of this size have: phi is the density plus
+!> h**2/12 (e_xx + e_yy).
 program test_quadratic_gradient
    use hampm_kinds, only: dp, ndim
    use hampm_cell_values, only: mean_of_nodes
