@@ -1,6 +1,7 @@
 """Accuracy against cost: errors of what loads a crack, in a beam and in a plate, and the processor time they take.
 
     static    G of the beam at rest against the converged value: the largest error in the last tenth of the run, with its sign
+    tension   G of a crack in the middle of a plate in tension, at rest, where nothing bends, against integral equations
     dynamic   G(t) of the undamped beam against converged finite elements: rms difference below 50 kHz in the first 0.6 ms, over the peak
     impact    K_I(t) of Chen's plate, which a step of tension hits, against independent finite elements: rms difference of the means
               over 0.2 us in the first 13.95 us, until the wave that closes the crack, over the peak
@@ -28,7 +29,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tables import ROOT, command_line, rewrite
-from tradeoff_matrix import AT_REST, BASE, FAMILIES, IMPLICIT, Family
+from tradeoff_matrix import AT_REST, BASE, FAMILIES, IMPLICIT, QUADRATIC, REFINED, Family
 
 sys.path.insert(0, str(ROOT / "postprocess"))
 import numpy as np  # noqa: E402
@@ -42,28 +43,34 @@ class Study(NamedTuple):
     """A scene, what its runs are given, and what is read from them."""
 
     scene: Path
-    depth: float       # of what `cells` of a family counts: an arm of the beam, half the width of the plate [m]
+    depth: float       # of what `cells` of a family counts: an arm of the beam, half the width of the plate, an eighth of the crack [m]
     grid: tuple        # root cells in each direction: so many times `cells`, and so many more
     settings: dict     # what every run is given
     estimators: dict   # estimator -> column of the history; of the first one the errors of all families are listed
     accuracies: tuple  # for which the cheapest settings are told [%]
+    converged: float = 0  # at rest: G/G_ref, or G where there is no G_ref [J/m2]
 
 
-def beam(accuracies, damping, end, interval):
+def beam(accuracies, damping, end, interval, converged=0):
     """A study of the double cantilever beam: damping rate [1/s], end and time between samples [s]."""
     columns = {"nodal_force": "G_nodal_force_I", "domain_integral": "G_domain_I"}
     settings = {"energy_release.estimators": ",".join(columns), "output.snapshot_interval": 0.0, "damping.rate": damping,
                 "run.end_time": end, "output.history_interval": interval}
-    return Study(ROOT / "input/dcb.nml", 0.01, ((10, 0), (1, 1)), settings, columns, accuracies)
+    return Study(ROOT / "input/dcb.nml", 0.01, ((10, 0), (1, 1)), settings, columns, accuracies, converged)
 
 
+CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
+IN_TENSION = 176.00073**2 / 70e9  # G of the plate under 1 kPa, by K of tests/reference/cracks/a2_slanted_centre_plate.csv [J/m2]
 STUDIES = {
-    "static": beam((5, 2, 1, 0.5, 0.3, 0.1), 3.2e4, 1e-3, 1e-5),  # critical damping of the first mode
+    "static": beam((5, 2, 1, 0.5, 0.3, 0.1), 3.2e4, 1e-3, 1e-5, CONVERGED),  # critical damping of the first mode
+    "tension": Study(ROOT / "tests/regression/centre_crack/case.nml", 0.002, ((22, 0), (42, 0)),
+                     {"energy_release.estimators": "nodal_force,domain_integral", "energy_release.radii": "4e-3,5e-3,6e-3",
+                      "output.snapshot_interval": 0.0},
+                     {"nodal_force": "G_nodal_force_I", "domain_integral": "G_domain_I"}, (5, 2, 1, 0.5, 0.3, 0.1), IN_TENSION),
     "dynamic": beam((5, 2, 1, 0.5), 0.0, 7e-4, 1e-6),
     "impact": Study(ROOT / "input/chen.nml", 0.01, ((1, 1), (2, 1)),
                     {"energy_release.estimators": "domain_integral", "output.history_interval": 4e-8, "method.scheme": "usavg"},
                     {"domain_integral": "K_I"}, (2, 1, 0.5, 0.35))}
-CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
 EARLY, CUTOFF = 6e-4, 5e4  # what counts of G(t): until [s], below [Hz]
 WINDOW, CLOSING = 2e-7, 1.395e-5  # means of K_I(t) over [s], until [s]
 REFERENCES = {"dynamic": (ROOT / "tests/reference/dcb_dynamic_undamped.csv", 1),
@@ -79,7 +86,7 @@ class Run(NamedTuple):
 
     seconds: float
     particles: float
-    curves: dict     # estimator -> G/G_ref or K_I: in the last tenth, or at the times of the reference; None where the run failed
+    curves: dict     # estimator -> G/G_ref, G or K_I: in the last tenth, or at the times of the reference; None where the run failed
     message: str
 
 
@@ -120,16 +127,21 @@ def settings_of(study, family, k):
 
 
 def read(path, study):
-    """Number of particles at the end, and the curves of G/G_ref or K_I by each estimator."""
+    """Number of particles at the end, and the curves of G/G_ref, G or K_I by each estimator."""
     history = History(path)
     particles, columns = float(history.columns["particles"][-1]), STUDIES[study].estimators
     if study == "impact":
         times = reference_curve(study)[0]
         return particles, {name: np.interp(times, history.times, moving_mean(history.times, history.columns[column], WINDOW))
                            for name, column in columns.items()}
-    times = history.times[-1] * np.linspace(0.9, 1.0, 21) if study == "static" else reference_curve(study)[0]
+    if history.is_static:
+        times = history.times[-1:]
+    elif STUDIES[study].converged:
+        times = history.times[-1] * np.linspace(0.9, 1.0, 21)
+    else:
+        times = reference_curve(study)[0]
     times = times[times <= history.times[-1]]
-    return particles, {name: np.interp(times, history.times, history.g_ratio(column)) for name, column in columns.items()}
+    return particles, {name: np.interp(times, history.times, history.columns[column] / history.g_scale()) for name, column in columns.items()}
 
 
 @cache
@@ -140,8 +152,8 @@ def reference_curve(study):
 
 def error_of(curve, study):
     """Error of a curve in percent, as the study defines it."""
-    if study == "static":
-        errors = 100 * (curve / CONVERGED - 1)
+    if STUDIES[study].converged:
+        errors = 100 * (curve / STUDIES[study].converged - 1)
         return float(max(errors, key=abs))
     times, asked = reference_curve(study)
     counts = times <= (CLOSING if study == "impact" else EARLY)
@@ -219,8 +231,8 @@ def rows_of(study, families, measured):
         yield from curve_rows(study, family.group, family.name, single)
         if not family.finer:
             for count in BATCHES:
-                group = "batch, refined" if family.rings else "batch, uniform"
-                if family.group in (AT_REST, IMPLICIT):
+                group = "batch, refined" if family.group == REFINED else "batch, uniform"
+                if family.group in (AT_REST, IMPLICIT, QUADRATIC):
                     group = f"batch, {family.group}"
                 yield from curve_rows(study, group, f"{family.name}, batch of {count}", list(batches(single, count)))
 

@@ -1,13 +1,15 @@
 """The matrix of the trade-off study: families of settings, each on cells that become finer.
 
 A family is what stays the same while cells become finer; its error and its cost are curves. They compute the double cantilever
-beam of input/dcb.nml, whose arm is `cells` cells deep, or the plate of input/chen.nml, half of which is `cells` cells wide. Unless
-a family says otherwise it takes the defaults: the total frame, and nine tenths of the largest stable time step (courant = 0).
+beam of input/dcb.nml, whose arm is `cells` cells deep, the plate of input/chen.nml, half of which is `cells` cells wide, or that of
+tests/regression/centre_crack, a quarter of half of whose crack is `cells` cells long. Unless a family says otherwise it takes the defaults:
+bilinear cells, the total frame, and nine tenths of the largest stable time step (courant = 0).
 """
 
 from typing import NamedTuple
 
 YARDSTICK = "uniform"  # the group that others are compared with: uniform cells, lumped mass matrix, one run
+REFINED = "refined at the tip"
 COARSE = (2, 3, 4, 6, 8, 12, 16)
 SLOW = COARSE[:-1]  # of settings that take several times as long
 FINE = (*COARSE, 20, 24, 28, 32, 40)
@@ -71,7 +73,7 @@ def refined():
 
 def tip(name, levels, depths, cells, settings=None):
     """A family that is refined around the tip from the start."""
-    return Family("refined at the tip", name, {"refine.indicator": "tip", "refine.max_level": levels, **(settings or {})}, cells, depths)
+    return Family(REFINED, name, {"refine.indicator": "tip", "refine.max_level": levels, **(settings or {})}, cells, depths)
 
 
 # Refinement that finds its place by itself needs a load that rises slowly, and begins at rest (docs/adaptivity.md)
@@ -89,6 +91,22 @@ def adaptive():
                  finer=tuple({"refine.r_crit": r} for r in (0.08, 0.04, 0.02, 0.01)))
 
 
+QUADRATIC = "the paper's third alternative"  # the group of quadratic cells
+NINE_NODES = {"grid.order": 2, "body.points_per_cell": 3}
+
+
+def graded(group, name, settings, levels, rings, cells):
+    """A family that is refined around the tip by zones of as many rings on all cells, which so become smaller with these."""
+    return Family(group, f"{name}, tip, {levels} levels, {rings} rings",
+                  {**settings, "refine.indicator": "tip", "refine.max_level": levels, "refine.rings": rings}, cells)
+
+
+def graded_motion():
+    """Explicit steps in bilinear cells that are graded as quadratic ones are."""
+    for levels, cells in {1: COARSE, 2: COARSE, 3: SLOW}.items():
+        yield graded(REFINED, "explicit", {}, levels, 4, cells)
+
+
 AT_REST = "at rest"      # the group of equilibrium, without a motion
 REST = {"method.time": "static", "damping.rate": 0, "output.history_interval": 1e-3}
 
@@ -102,6 +120,34 @@ def at_rest():
     for n in (2, 4):
         yield Family(AT_REST, f"static, zz, n = {n}", {**REST, "refine.indicator": "zz", "refine.max_level": 8}, (n,) * 5,
                      finer=tuple({"refine.tolerance": tolerance} for tolerance in (0.12, 0.06, 0.03, 0.02, 0.015)))
+    for levels, rings in ((2, 4), (4, 4), (4, 8), (6, 4), (6, 8)):
+        yield graded(AT_REST, "static", REST, levels, rings, FINE[:-1])
+
+
+def quadratic_at_rest():
+    """Quadratic cells: uniform, graded towards the tip, and where the error is."""
+    yield Family(QUADRATIC, "quadratic", {**REST, **NINE_NODES}, (2, 3, 4, 6, 8, 12, 16, 24, 32))
+    for levels, rings in ((2, 2), (4, 1), (4, 2), (6, 1), (6, 2), (8, 2), (8, 4)):
+        yield graded(QUADRATIC, "quadratic", {**REST, **NINE_NODES}, levels, rings, (2, 3, 4, 6, 8, 12))
+    for n in (2, 4):
+        yield Family(QUADRATIC, f"quadratic, zz, n = {n}", {**REST, **NINE_NODES, "refine.indicator": "zz", "refine.max_level": 12}, (n,) * 5,
+                     finer=tuple({"refine.tolerance": tolerance} for tolerance in (0.04, 0.02, 0.01, 0.005, 0.0025)))
+
+
+def tension():
+    """A crack in the middle of a plate in tension, at rest: uniform cells, and cells that are graded towards the tips."""
+    settings = {"method.time": "static", "damping.rate": 0, "output.history_interval": 0}
+    yield Family(YARDSTICK, "uniform", settings, (1, 2, 3, 4, 6, 8, 12, 16))
+    for levels, rings in ((2, 4), (2, 8), (4, 4), (4, 8), (6, 4), (6, 8)):
+        yield graded(REFINED, "bilinear", settings, levels, rings, (1, 2, 3, 4, 6, 8))
+    yield Family("adaptive", "zz, n = 1", {**settings, "refine.indicator": "zz", "refine.max_level": 10}, (1,) * 5,
+                 finer=tuple({"refine.tolerance": tolerance} for tolerance in (0.12, 0.06, 0.03, 0.02, 0.015)))
+    settings = {**settings, **NINE_NODES}
+    yield Family(QUADRATIC, "quadratic", settings, (1, 2, 3, 4, 6, 8))
+    for levels, rings in ((2, 2), (4, 1), (4, 2), (6, 1), (6, 2), (8, 2), (8, 4)):
+        yield graded(QUADRATIC, "quadratic", settings, levels, rings, (1, 2, 3, 4))
+    yield Family(QUADRATIC, "quadratic, zz, n = 1", {**settings, "refine.indicator": "zz", "refine.max_level": 12}, (1,) * 5,
+                 finer=tuple({"refine.tolerance": tolerance} for tolerance in (0.04, 0.02, 0.01, 0.005, 0.0025)))
 
 
 IMPLICIT = "implicit steps"
@@ -115,9 +161,39 @@ def implicit_beam():
         for levels, cells in {2: COARSE, 3: SLOW, 4: SLOW}.items():
             yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, full, tip, {levels} levels, 2 n rings",
                          {**settings, "refine.indicator": "tip", "refine.max_level": levels}, cells, 2)
+    for step in (1e-6, 5e-7):  # and what quadratic cells are given
+        for mass, more in (("lumped", {}), ("blend 5/18", {"method.blend": BEST_BLEND})):
+            settings = {**of_step(step), "method.mass": mass.split()[0], **more}
+            name = f"implicit {1e6 * step:g} us, {mass}"
+            yield Family(IMPLICIT, name, settings, COARSE)
+            for levels, rings in ((1, 8), (2, 4), (3, 4), (4, 4), (3, 8)):
+                yield graded(IMPLICIT, name, settings, levels, rings, COARSE)
+
+
+def of_step(step):
+    """Implicit steps of so many seconds."""
+    return {"method.time": "implicit", "method.time_step": step, "output.history_interval": max(step, 1e-6)}
+
+
+def quadratic_motion():
+    """Quadratic cells in implicit steps and in explicit ones: uniform, and graded towards the tip."""
+    cells = (2, 3, 4, 6, 8)
+    for step in (2e-6, 1e-6, 5e-7):
+        for mass in ("lumped",) if step > 5e-7 else ("lumped", "full"):
+            settings = {**of_step(step), **NINE_NODES, "method.mass": mass}
+            name = f"quadratic, implicit {1e6 * step:g} us, {mass}"
+            yield Family(QUADRATIC, name, settings, cells)
+            for levels, rings in ((2, 1), (2, 2), (3, 1), (4, 1), (4, 2)):
+                yield graded(QUADRATIC, name, settings, levels, rings, cells[:-1])
+    for scheme in ("musl", "usf"):
+        settings = {**NINE_NODES, "method.scheme": scheme}
+        yield Family(QUADRATIC, f"quadratic, explicit {scheme}", settings, (*cells, 12))
+        for levels, rings in ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (4, 1)):
+            yield graded(QUADRATIC, f"quadratic, explicit {scheme}", settings, levels, rings, cells[:-1])
 
 
 PLATE = (25, 50, 100, 150, 200)  # the tip of its crack is on a line of the grid
+QUADRATIC_PLATE = (25, 50, 75)
 
 
 def impact():
@@ -134,8 +210,19 @@ def impact():
     for courant in (1, 2):
         yield Family(IMPLICIT, f"implicit, courant {courant}, full", {"method.time": "implicit", "method.mass": "full",
                                                                       "method.courant": courant}, PLATE[:3])
+    for levels in (1, 2):
+        yield graded(REFINED, "lumped", {}, levels, 4, PLATE[:3])
+    yield Family(QUADRATIC, "quadratic, lumped", NINE_NODES, QUADRATIC_PLATE)
+    yield graded(QUADRATIC, "quadratic, lumped", NINE_NODES, 1, 2, QUADRATIC_PLATE)
+    yield graded(QUADRATIC, "quadratic, lumped", NINE_NODES, 2, 1, QUADRATIC_PLATE[:-1])
+    yield Family(QUADRATIC, "quadratic, fmpm 2", {**NINE_NODES, "method.mass": "fmpm", "method.order": 2}, QUADRATIC_PLATE)
+    yield Family(QUADRATIC, "quadratic, blend 5/18", {**NINE_NODES, "method.mass": "blend", "method.blend": BEST_BLEND}, QUADRATIC_PLATE[:-1])
+    for step in (2e-8, 1e-8):
+        settings = {**NINE_NODES, "method.time": "implicit", "method.time_step": step}
+        yield Family(QUADRATIC, f"quadratic, implicit {1e6 * step:g} us, lumped", settings, QUADRATIC_PLATE[:-1])
 
 
-FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive(), *at_rest()],
-            "dynamic": [*uniform(), *masses(), *refined(), *implicit_beam()],
+FAMILIES = {"static": [*uniform(), *masses(), *refined(), *adaptive(), *at_rest(), *quadratic_at_rest()],
+            "tension": [*tension()],
+            "dynamic": [*uniform(), *masses(), *refined(), *graded_motion(), *implicit_beam(), *quadratic_motion()],
             "impact": [*impact()]}

@@ -188,7 +188,7 @@ draw_stability() {
 # What accuracy costs: as long as `make tradeoff`, unless that has left its tables
 draw_tradeoff() {
     [ -f results/tradeoff/impact.csv ] || "$python" bench/tradeoff.py --output results/tradeoff
-    for study in static dynamic impact; do
+    for study in static tension dynamic impact; do
         "$python" postprocess/plot_work_precision.py results/tradeoff/$study.csv --family group --error sustained_percent --dpi 110 \
             --output results/tradeoff/$study.png
     done

@@ -1,12 +1,15 @@
 !> The refinement parameter R of Tan & Nairn, (20)-(23): how far the mean of a field around a node is from its value there.
+!> Quadratic cells have it
+!> at their corners, over distances of whole cells: of a field it is what bilinear cells of the same size have.
 module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions
+   use hampm_basis, only: shape_functions, inside_cell, points_of_quadratic
    use hampm_cell_values, only: is_occupied
+   use hampm_corner_values, only: are_corners, gather_at_corners, spread_from_corners, sides_of_cell, middle_of_cell
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
    use hampm_motion, only: motion_t, refresh_grid
-   use hampm_recovery, only: recover
+   use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
    private
    public :: nodal_field, refinement_parameter
@@ -15,6 +18,8 @@ contains
 
    !> A field at the points of the grid. 'energy_density' [J/m3] is the paper's and extrapolated as there, by the lumped mass
    !> matrix; 'stress_norm' [Pa] and 'speed' [m/s] are recovered by patches, which sees no kinks at edges of bodies and of cells.
+   !> In quadratic cells the former has the lumped masses of bilinear cells of their size, the latter are recovered by quadratic
+   !> functions.
    subroutine nodal_field(m, name, phi)
       type(motion_t), intent(inout) :: m
       character(*), intent(in) :: name
@@ -39,14 +44,89 @@ contains
          end associate
       end do
       call refresh_grid(m)
-      if (is_energy) then
+      if (m%grid%is_quadratic()) then
+         if (is_energy) then
+            call lumped_at_corners(m, value, phi)
+         else
+            call recovered_at_corners(m, value, phi)
+         end if
+      else if (is_energy) then
          call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
       else
          call recover(m%grid, m%particles, m%blocks, m%fields%mass_matrix, 1, value, phi)
       end if
    end subroutine nodal_field
 
-   !> R of each active node (23), 0 where the field is: the mean of phi at the distance of the smallest cell at the node to both
+   !> Means of a field, weighted by mass and the bilinear functions of quadratic cells, at the corners of these; bilinear between
+   !> them.
+   subroutine lumped_at_corners(m, value, phi)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: value(:)           !! at the particles
+      real(dp), intent(out) :: phi(:)            !! (n_points)
+      real(dp) :: mass(m%grid%n_points), n(corners)
+      logical :: is_corner(m%grid%n_points)
+      integer :: i
+      phi = 0
+      mass = 0
+      associate (grid => m%grid, p => m%particles)
+         do i = 1, p%n
+            n = p%mass(i)*shape_functions(inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+            associate (at => grid%element_nodes(:, p%cell(i)))
+               phi(at) = phi(at) + n*value(i)
+               mass(at) = mass(at) + n
+            end associate
+         end do
+         is_corner = are_corners(grid, m%blocks)
+         call gather_at_corners(grid, is_corner, phi)
+         call gather_at_corners(grid, is_corner, mass)
+         where (mass > 0) phi = phi/mass
+         call spread_from_corners(grid, is_corner, phi)
+      end associate
+   end subroutine lumped_at_corners
+
+   !> A field that is recovered at the corners of quadratic cells by quadratic functions, whose means are the values at the other
+   !> nodes.
+   subroutine recovered_at_corners(m, value, phi)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: value(:)           !! at the particles
+      real(dp), intent(out) :: phi(:)            !! (n_points)
+      real(dp) :: coefficient(n_terms, 1, m%grid%n_nodes), edge(m%grid%n_nodes)
+      logical :: is_corner(m%grid%n_points)
+      integer :: at(points_of_quadratic), e, k
+      phi = 0
+      associate (grid => m%grid)
+         call recover_quadratic(grid, m%particles, m%blocks, 1, value, coefficient, edge)
+         is_corner = are_corners(grid, m%blocks)
+         where (is_corner(:grid%n_nodes)) phi(:grid%n_nodes) = coefficient(1, 1, :)
+         do e = 1, grid%n_elements, corners
+            if (all(m%blocks%count_in(e:e + corners - 1) == 0)) cycle
+            at = grid%support_of(e)
+            do k = 1, size(sides_of_cell, 2)
+               associate (middle => sides_of_cell(1, k))
+                  if (.not. is_corner(at(middle))) phi(at(middle)) = mean_at(middle, sides_of_cell(2:, k))
+               end associate
+            end do
+            phi(at(middle_of_cell)) = mean_at(middle_of_cell, [1, 3, 7, 9])
+         end do
+      end associate
+   contains
+      !> Mean at a point of the cell of the functions at some of its corners.
+      real(dp) function mean_at(point, of) result(mean)
+         integer, intent(in) :: point, of(:)
+         real(dp) :: x(ndim)
+         integer :: c
+         mean = 0
+         do c = 1, size(of)
+            associate (corner => at(of(c)))
+               x = (m%grid%node_position(:, at(point)) - m%grid%node_position(:, corner))/edge(corner)
+               mean = mean + dot_product(terms_at(x), coefficient(:, 1, corner))/size(of)
+            end associate
+         end do
+      end function mean_at
+   end subroutine recovered_at_corners
+
+   !> R of each active node (23), of quadratic cells of each corner and between these what follows from them, 0 where the field is:
+   !> the mean of phi at the distance of the smallest cell at the node to both
    !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated. Beyond the edge of
    !> the body or a cut it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped
    !> matrix has made flat there, is mirrored too; other fields go on linearly.
@@ -56,14 +136,15 @@ contains
       real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
       real(dp), allocatable, intent(out) :: r(:) !! [-], (n_points)
       real(dp) :: mean
-      logical :: is_energy
+      logical :: is_energy, is_corner(m%grid%n_points)
       integer :: a, d
       is_energy = name == 'energy_density'
       allocate (r(m%grid%n_points), source=0.0_dp)
+      is_corner = are_corners(m%grid, m%blocks)
       associate (all => m%fields%mass_matrix%all)
          do a = 1, all%n_nodes
             associate (node => all%nodes(a))
-               if (.not. phi(node) > 0) cycle
+               if (.not. (phi(node) > 0 .and. is_corner(node))) cycle
                mean = 0
                do d = 1, ndim
                   mean = mean + mean_beside(m, is_energy .or. m%constraints%fixed(d, node), phi, node, d)/ndim
@@ -72,6 +153,7 @@ contains
             end associate
          end do
       end associate
+      call spread_from_corners(m%grid, is_corner, r)
    end subroutine refinement_parameter
 
    !> Mean of phi on both sides of a node in direction `d`.
@@ -107,8 +189,8 @@ contains
       real(dp), intent(in) :: x(ndim)
       real(dp), intent(out) :: value
       logical, intent(out) :: inside
-      real(dp) :: probe(ndim), shape(corners)
-      integer :: k, d, e, c
+      real(dp) :: probe(ndim)
+      integer :: k, d, e
       value = 0
       do k = 0, corners - 1                      ! a place on the edge between cells is in any of them
          do d = 1, ndim
@@ -118,10 +200,7 @@ contains
          inside = e /= outside
          if (inside) inside = is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))
          if (.not. inside) cycle
-         shape = shape_functions(m%grid%local_coordinate(e, x))
-         do c = 1, corners
-            value = value + shape(c)*phi(m%grid%element_nodes(c, e))
-         end do
+         value = dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
          return
       end do
    end subroutine value_at

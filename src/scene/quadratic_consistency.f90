@@ -45,9 +45,8 @@ contains
       if (scene%method%time == 'implicit' .and. settings%good(method, 'courant') .and. scene%method%courant > 0) &
          call settings%complain(mistakes, method, 'courant', 'must be 0 '//intro//' in implicit steps. Give a time_step')
       refine = settings%find('refine', 1)
-      if (settings%good(refine, 'indicator') .and. scene%refine%indicator == 'gradient') &
-         call settings%complain(mistakes, refine, 'indicator', 'must not be ''gradient'' '//intro//', which takes strain for '// &
-                                'constant in a cell. Use ''zz''')
+      if (settings%good(refine, 'r_coarsen') .and. scene%refine%indicator == 'gradient' .and. scene%refine%r_coarsen > 0) &
+         call settings%complain(mistakes, refine, 'r_coarsen', 'must be 0 '//intro//': their particles do not recombine')
    end subroutine check_method
 
    !> Laws have no history and no share of the dilatation: what particles remember would have to follow each pass.
@@ -59,22 +58,9 @@ contains
       do k = 1, size(scene%materials)
          if (has_history(scene%materials(k)%law)) call settings%complain(mistakes, settings%find('material', k), 'law', &
             'must be ''linear_elastic'', ''orthotropic'' or ''neo_hookean'' '//intro//': particles of these cells remember nothing')
-         if (scene%materials(k)%law == 'neo_hookean' .and. are_cut(scene)) call settings%complain(mistakes, &
-            settings%find('material', k), 'law', 'must be ''linear_elastic'' or ''orthotropic'' '//intro// &
-            ' where cracks or edges cut cells: that pieces of cells are in balance is shown for linear laws only')
          call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': they do not lock')
       end do
    end subroutine check_materials
-
-   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
-   pure logical function are_cut(scene)
-      type(scene_t), intent(in) :: scene
-      integer :: k
-      are_cut = size(scene%paths) > 0
-      do k = 1, size(scene%bodies)
-         are_cut = are_cut .or. scene%bodies(k)%outline%is_there()
-      end do
-   end function are_cut
 
    !> Rectangles fill cells, other shapes are at rest; with enough particles in each cell.
    pure subroutine check_bodies(scene, settings, mistakes)
@@ -131,9 +117,10 @@ contains
       end do
       if (size(scene%growth) > 0 .and. size(scene%paths) == 0) call settings%complain(mistakes, settings%find('grid', 1), &
          'order', 'must be 1 where a crack of kind ''symmetry'' grows; a path may, at rest')
-      if (scene%crack%contact .and. scene%refine%indicator == 'zz') call settings%complain(mistakes, settings%find('crack', 1), &
-         'contact', 'must be ''none'' '//intro//' and &refine indicator = ''zz'': nodes of both faces are to be at the same '// &
-         'places. Use a &crack of kind = ''path'', or indicator = ''tip''')
+      if (scene%crack%contact .and. any(scene%refine%indicator == [character(8) :: 'zz', 'gradient'])) &
+         call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '//intro//' and &refine '// &
+         'indicator = '''//trim(scene%refine%indicator)//''': nodes of both faces are to be at the same places. Use a &crack '// &
+         'of kind = ''path'', or indicator = ''tip''')
       if (scene%energy_release%stress_closure) call settings%complain(mistakes, settings%find('energy_release', 1), 'estimators', &
          'must be others than ''stress_closure'' '//intro//': the paper has it for bilinear cells')
       if (scene%contact%is_wanted()) call settings%complain(mistakes, settings%find('contact', 1), 'bodies', &

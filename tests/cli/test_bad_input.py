@@ -353,7 +353,7 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
      "&crack contact = 'frictionless': must be 'none' with &grid order = 2 and &refine indicator = 'zz'"),
     ("'domain_integral'", "'stress_closure'", "must be others than 'stress_closure' with &grid order = 2"),
-    ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine indicator = 'gradient': must not be 'gradient' with &grid order = 2"),
+    ("&damping", "&refine indicator = 'gradient' r_coarsen = 0.01 /\n&damping", "&refine r_coarsen = 0.01: must be 0 with &grid order = 2"),
     ("velocity = 0.0, 0.0", "spin = 1.0", "&body spin = 1.0: must be 0 with &grid order = 2"),
     ("velocity = 0.0, 0.0", "eigenstrain = 1e-4, 1e-4, 0", "eigenstrain = 1e-4, 1e-4, 0: must be 0 with &grid order = 2"),
 ])

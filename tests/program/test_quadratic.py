@@ -88,6 +88,49 @@ def test_a_mesh_that_refines_while_it_runs_comes_to_rest_at_the_converged_value(
     assert np.max(np.abs(error)) < 1e-12 * np.max(h["external_work"])
 
 
+GRADIENT = "refine.indicator=gradient", "refine.field=stress_norm", "refine.r_crit=0.03", "refine.energy_floor=0.2"
+NEAR_THE_TIP = "refine.region_lower=0.04,0", "refine.region_upper=0.06,0.01"
+
+
+def test_gradients_of_the_stress_lead_to_the_converged_value(hampm, tmp_path):
+    """With these settings bilinear cells come to -0.7 % with half as many particles: they have as many cells."""
+    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=5e-3", "grid.cells=20,3", "output.snapshot_interval=0", *GRADIENT,
+            *NEAR_THE_TIP, "refine.max_level=6")
+    assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-3)
+    assert h["particles"][-1] < 2500
+
+
+@pytest.mark.parametrize(("field", "r_crit", "floor", "share"), [("energy_density", 0.02, 0.05, 0.9), ("stress_norm", 0.003, 0.1, 0.5)])
+def test_gradients_mark_cells_that_they_mark_in_bilinear_cells_of_the_same_size(hampm, tmp_path, field, r_crit, floor, share):
+    """By stress fewer of them: the stress of bilinear cells, which is recovered by linear functions, has kinks where that of quadratic ones has
+    none."""
+    def refined(*settings):
+        run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=1.25e-3", "grid.cells=80,9", "refine.indicator=gradient",
+            f"refine.field={field}", f"refine.r_crit={r_crit}", f"refine.energy_floor={floor}", "refine.max_level=1", *settings)
+        with h5py.File(tmp_path / "out.h5") as file:
+            places = np.split(file["VTKHDF/particles/Points"][:], np.cumsum(file["VTKHDF/particles/NumberOfPoints"][:]))[-2][:, :2]
+        cells, count = np.unique(np.floor(places / 1.25e-3).astype(int), axis=0, return_counts=True)
+        return set(map(tuple, cells[count > np.min(count)]))
+
+    quadratic = refined("output.snapshot_interval=1.5e-3")
+    bilinear = refined("output.snapshot_interval=1.5e-3", "grid.order=1", "body.points_per_cell=2")
+    assert len(quadratic & bilinear) > 0.97 * len(quadratic)
+    assert share * len(bilinear) < len(quadratic) <= len(bilinear)
+
+
+def test_gradients_refine_a_mesh_that_moves(hampm, tmp_path):
+    """As the error estimate does above: the beam that nearly is at rest stays there, and the audit closes."""
+    h = run(hampm, tmp_path, REGRESSION / "dcb_settled/case.nml", "grid.order=2", "body.points_per_cell=3", "method.frame=total",
+            "grid.cell=5e-3", "grid.cells=20,3", "method.courant=0", "method.scheme=usl", "load.history=ramp", "load.rise_time=0.4e-3",
+            "energy_release.estimators=nodal_force,domain_integral,energy_balance", *GRADIENT, *NEAR_THE_TIP, "refine.max_level=3",
+            "refine.start=0.9e-3", "refine.interval=100", "output.history_interval=1e-5")
+    assert np.count_nonzero(np.diff(h["particles"])) > 0 and h["finest_cell"][-1] == 6.25e-4
+    assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=3e-3)
+    assert h["G_nodal_force_I"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=3e-3)
+    error = h["kinetic_energy"] + h["strain_energy"] + h["damping_loss"] + h["numerical_loss"] - h["external_work"]
+    assert np.max(np.abs(error)) < 1e-12 * np.max(h["external_work"])
+
+
 BAR = """\
 &run thickness = 0.01 end_time = 1.0 /
 &grid cell = 5e-3 cells = 4, 12 order = 2 /
@@ -197,6 +240,24 @@ def test_element_operators_do_what_the_passes_over_the_particles_do(hampm, tmp_p
         np.testing.assert_allclose(both[0][column], both[1][column], rtol=0, atol=1e-11 * np.max(np.abs(both[1][column])))
 
 
+FIBRES = "law = 'orthotropic' young_1 = 140e9 young_2 = 9e9 young_3 = 9e9 shear_12 = 5e9 poisson_12 = 0.3 angle = 30"
+
+
+@pytest.mark.parametrize(("mass", "scheme", "points"), [("lumped", "musl", 3), ("full", "usl", 4), ("blend", "usf", 3), ("fmpm", "usavg", 5)])
+def test_element_operators_do_so_with_fibres_in_any_direction(hampm, tmp_path, mass, scheme, points):
+    """A split beam under a moment on one arm, whose fibres couple tension and shear, on cells of three sizes."""
+    text = (REGRESSION / "mixed_mode/case.nml").read_text().replace("young = 70e9\n   poisson = 0.3", FIBRES)
+    assert FIBRES in text
+    (tmp_path / "fibres.nml").write_text(text)
+    settings = ("grid.order=2", "method.frame=total", "method.courant=0", "output.snapshot_interval=0", "output.history_interval=1e-6",
+                "grid.cell=2.5e-3", "grid.cells=21,12", "run.end_time=1.2e-5", "refine.indicator=tip", "refine.rings=1", "refine.max_level=2",
+                f"method.mass={mass}", f"method.scheme={scheme}", f"body.points_per_cell={points}")
+    both = [run(hampm, tmp_path, "fibres.nml", *settings, f"energy_release.estimators={estimators}")
+            for estimators in ("nodal_force", "nodal_force,energy_balance")]
+    for column in ("G_nodal_force_I", "G_nodal_force_II", "kinetic_energy", "strain_energy", "external_work"):
+        np.testing.assert_allclose(both[0][column], both[1][column], rtol=0, atol=1e-12 * np.max(np.abs(both[1][column])))
+
+
 RESUMED = {
     "static": (*QUADRATIC, *BEAM, "method.load_steps=4", "load.history=ramp", "load.rise_time=1.5e-3", "output.snapshot_interval=5e-4"),
     "implicit": (*MOVING, *BEAM[:2], "run.end_time=1e-5", "output.snapshot_interval=5e-6"),
@@ -204,6 +265,10 @@ RESUMED = {
                  "output.history_interval=1e-7"),
     "refining": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-5", "output.snapshot_interval=1e-6",
                  "refine.indicator=zz", "refine.interval=2", "refine.tolerance=0.05", "output.history_interval=1e-7"),
+    "gradients": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-5", "output.snapshot_interval=1e-6",
+                  *GRADIENT, "refine.interval=2", "output.history_interval=1e-7"),
+    "gradients at rest": (*QUADRATIC, *BEAM[:2], "method.load_steps=4", "load.history=ramp", "load.rise_time=1.5e-3",
+                          "output.snapshot_interval=5e-4", *GRADIENT),
     "full": (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "method.mass=full", "run.end_time=1e-6",
              "output.snapshot_interval=5e-7", "output.history_interval=1e-7"),
 }

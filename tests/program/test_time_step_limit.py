@@ -29,8 +29,17 @@ SCENE = """\
 """
 
 
-def scene(steps=400, step=1.0, lower=(2.0, 2.0), size=(8.0, 8.0), **keys):
-    """A block; lengths and times are in cells of size 1 and with Young's modulus and density 1."""
+REFINED = """\
+&crack kind = 'line' tip = 6.0, 6.0 direction = 1.0, 0.0 length = 4.0 /
+&refine indicator = 'tip' max_level = {} rings = {} /
+&energy_release estimators = 'nodal_force' /
+"""
+
+
+def scene(steps=400, step=1.0, lower=(2.0, 2.0), size=(8.0, 8.0), refined=None, **keys):
+    """A block; lengths and times are in cells of size 1 and with Young's modulus and density 1. `refined`: levels and rings around the tip of a
+    crack, where steps are in finest cells."""
+    step *= 0.5 ** (refined[0] if refined else 0)
     upper = [a + b for a, b in zip(lower, size)]
 
     def text(x):
@@ -38,7 +47,7 @@ def scene(steps=400, step=1.0, lower=(2.0, 2.0), size=(8.0, 8.0), **keys):
     keys = {"order": 1, "plane": "strain", "poisson": 0.3, "points": 2, "scheme": "musl", "frame": "total", "mass": "", "courant": 0.0,
             "more": ""} | keys
     return SCENE.format(end=steps * step, interval=steps * step / 8, lower=text(lower), upper=text(upper),
-                        near=text([a + 0.03 for a in lower]), far=text([a + 0.71 * b for a, b in zip(lower, size)]), **keys)
+                        near=text([a + 0.03 for a in lower]), far=text([a + 0.71 * b for a, b in zip(lower, size)]), **keys) + (REFINED.format(*refined) if refined else "")
 
 
 def named_limit(hampm, folder, **keys):
@@ -97,6 +106,20 @@ def test_limit_of_quadratic_cells(hampm, tmp_path, scheme, points, keys):
 def test_limit_of_quadratic_cells_with_other_mass_matrices(hampm, tmp_path, mass, points, keys):
     for scheme in ("musl", "usl"):
         check_limit(hampm, tmp_path, 1.03, order=2, mass=MASSES[mass], scheme=scheme, points=points, **keys)
+
+
+@pytest.mark.parametrize(("levels", "rings", "points"), [(2, 1, 3), (2, 2, 4)])
+@pytest.mark.parametrize("mass", MASSES)
+def test_limit_of_quadratic_cells_of_several_sizes(hampm, tmp_path, mass, levels, rings, points):
+    """Around the tip of a crack, against the limit of uniform cells of the finest size: `usl` has 0.8 of it where cells refine, as bilinear cells of
+    several sizes want it with other mass matrices than the lumped one."""
+    for scheme in ("musl", "usl"):
+        keys = {"order": 2, "mass": MASSES[mass], "scheme": scheme, "points": points, "poisson": 0.3}
+        part = 0.8 if scheme == "usl" and mass != "lumped" else 1
+        uniform, limit = named_limit(hampm, tmp_path, **keys), named_limit(hampm, tmp_path, refined=(levels, rings), **keys)
+        assert limit == pytest.approx(part * uniform, rel=0.01)
+        assert survives(hampm, tmp_path, 0.98 * uniform, refined=(levels, rings), **keys), uniform
+        assert not survives(hampm, tmp_path, 2 * uniform, refined=(levels, rings), **keys), uniform
 
 
 @pytest.mark.parametrize(("poisson", "courant"), [(0.33, 0.85), (0.35, 0.80), (0.40, 0.75)])
