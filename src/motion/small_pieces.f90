@@ -1,9 +1,10 @@
 !> What holds the nodes of small pieces of quadratic cells that cracks or edges cut: a piece that has few particles leaves some motions of its
 !> nine nodes free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of a fuller cell next to it, on the
-!> same side of the crack, are continued. Such springs do not feel any quadratic displacement.
+!> same side of the crack, are continued. Such springs do not feel any quadratic displacement. In motion they have a mass too, which no quadratic
+!> velocity has any of: so the mass matrix is as well-conditioned as that of whole cells.
 !>
 !> Source: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220; here it is the difference of the continued polynomials
-!> itself that is held, at the nodes (Preuss 2018).
+!> itself that is held, at the nodes (Preuss 2018). In the mass matrix: `hampm_mass_ties`.
 module hampm_small_pieces
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t
@@ -18,6 +19,7 @@ module hampm_small_pieces
 
    real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs nothing
    real(dp), parameter :: firmness = 1.0_dp      !! stiffness of a spring, over E' and the thickness
+   real(dp), parameter :: heaviness = 0.1_dp     !! mass of a spring, over that of a full cell
 
 contains
 
@@ -81,10 +83,11 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: e, host             !! the first elements of both
-      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus
+      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density
       integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
       own = grid%support_of(e)
-      modulus = maxval([(modulus_in(e + j), j=0, corners - 1)])
+      modulus = maxval([(largest_in([(materials(k)%plane_modulus(), k=1, size(materials))], e + j), j=0, corners - 1)])
+      density = maxval([(largest_in(materials%density, e + j), j=0, corners - 1)])
       do k = 1, size(own)
          if (own(k) > grid%n_nodes .or. any(grid%support_of(host) == own(k))) cycle
          if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
@@ -104,6 +107,8 @@ contains
             springs%place(:, s) = x
          end associate
          springs%stiffness(s) = firmness*modulus*springs%thickness
+         springs%mass(s) = heaviness*density*springs%thickness*grid%leaf_size(e)**ndim
+         springs%rate(:, s) = 0
          springs%length(s) = grid%leaf_size(e)
          springs%cell(s) = grid%leaf_size(e)
          springs%normal(:, s) = [1, 0]
@@ -120,14 +125,15 @@ contains
          springs%stored(s) = 0
       end do
    contains
-      !> The largest modulus of the particles in an element [Pa]; 0 where there are none.
-      pure real(dp) function modulus_in(element) result(largest)
+      !> The largest value that the materials of the particles in an element have; 0 where there are none.
+      pure real(dp) function largest_in(values, element) result(largest)
+         real(dp), intent(in) :: values(:)       !! by material
          integer, intent(in) :: element
          integer :: i
          largest = 0
          do i = blocks%first_in(element), blocks%last_in(element), blocks%stride_in(element)
-            largest = max(largest, materials(p%material(i))%plane_modulus())
+            largest = max(largest, values(p%material(i)))
          end do
-      end function modulus_in
+      end function largest_in
    end subroutine tie
 end module hampm_small_pieces

@@ -34,6 +34,8 @@ module hampm_largest_step
    real(dp), parameter :: of_local_steps = 0.54_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
+   !> What quadratic cells that are cut leave of it, by edges, cracks and bonds at their tips (docs/quadratic.md)
+   real(dp), parameter :: of_cut_quadratic = 0.7_dp
    !> What edges in any direction leave of the limit of those along the grid lines
    real(dp), parameter :: of_outlines = 0.95_dp
    !> What deformation leaves of the limit where particles have domains; without the small losses of usl energy grows slowly in longer steps,
@@ -68,7 +70,11 @@ contains
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(scene%growth) > 0) limit = limit*of_growth
          if (method%time_steps == 'local') limit = limit*of_local_steps
-         if (size(scene%paths) > 0 .or. size(scene%growth) > 0) limit = limit*shorter_step
+         if (scene%grid%order > 1) then
+            if (cuts_cells(scene)) limit = limit*of_cut_quadratic
+         else if (size(scene%paths) > 0 .or. size(scene%growth) > 0) then
+            limit = limit*shorter_step
+         end if
       end associate
       limit = rounded_down(limit)
    end function courant_limit
@@ -123,7 +129,7 @@ contains
          moduli = material%small_strain_moduli()/(material%density*speed**2)
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
-         if (body%outline%is_there() .and. .not. crosses_cells(scene, body)) then
+         if (body%outline%is_there() .and. .not. crosses_cells(scene, body) .and. scene%grid%order == 1) then
             limit = cut_limit(body%points_per_cell, moduli, mass, strains_last, damping)/speed
             return
          end if
@@ -223,6 +229,13 @@ contains
       type(scene_t), intent(in) :: scene
       several = any(scene%bodies%material_index /= scene%bodies(1)%material_index)
    end function several_materials
+
+   !> Whether cracks of kind 'path' or edges of bodies cut cells.
+   pure logical function cuts_cells(scene) result(cuts)
+      type(scene_t), intent(in) :: scene
+      integer :: k
+      cuts = size(scene%paths) > 0 .or. any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
+   end function cuts_cells
 
    !> Whether cells may refine.
    pure logical function refines(scene)
