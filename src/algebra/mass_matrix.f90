@@ -260,16 +260,28 @@ contains
          end if
       end associate
       if (grid%dofs%n_hanging > 0) call add_left_out(grid, matrix)
-      if (allocated(matrix%diagonal)) call find_diagonal(matrix)
+      if (allocated(matrix%diagonal)) call find_diagonal(grid, matrix)
       matrix%assembled = .true.
       matrix%version = matrix%version + 1
    end subroutine assemble
 
-   !> Find the diagonal of M at the nodes of the coupled region; what hanging nodes give to it is left out.
-   subroutine find_diagonal(matrix)
+   !> Find the diagonal of M at the nodes of the coupled region; of what hanging nodes give to it what each by itself gives.
+   subroutine find_diagonal(grid, matrix)
+      type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
       integer :: k, j
       matrix%diagonal = matrix%row(1, :)
+      associate (region => matrix%coupled, dofs => grid%dofs)
+         do k = region%n_nodes + 1, region%n_points
+            associate (hanging => region%nodes(k))
+               do j = dofs%first_master(hanging - dofs%n_nodes), dofs%first_master(hanging - dofs%n_nodes + 1) - 1
+                  associate (total => matrix%diagonal(dofs%master(j)))
+                     total = total + dofs%weight(j)**2*matrix%row(1, hanging)
+                  end associate
+               end do
+            end associate
+         end do
+      end associate
       do k = 1, matrix%ties%n
          do j = 1, count(matrix%ties%node(:, k) > 0)
             associate (total => matrix%diagonal(matrix%ties%node(j, k)))

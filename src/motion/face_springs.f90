@@ -44,6 +44,7 @@ module hampm_face_springs
    type :: face_springs_t
       real(dp) :: thickness = 0                  !! of the plate [m]
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
+      logical :: are_moving = .true.             !! whether they have masses, where they may
       integer :: n = 0                           !! number of springs
       integer :: n_contact = 0                   !! of which are for contact
       integer, allocatable :: kind(:)            !! `bond` or `contact`
@@ -386,6 +387,7 @@ contains
       type(face_springs_t) :: more
       more%thickness = springs%thickness
       more%are_bounded = springs%are_bounded
+      more%are_moving = springs%are_moving
       more%n = springs%n
       more%n_contact = springs%n_contact
       more%loss = springs%loss

@@ -17,7 +17,8 @@ module hampm_small_pieces
    private
    public :: tie_small_pieces
 
-   real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs nothing
+   real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs no stiffness
+   real(dp), parameter :: enough_in_motion = 0.9_dp !! and no mass
    real(dp), parameter :: firmness = 1.0_dp      !! stiffness of a spring, over E' and the thickness
    real(dp), parameter :: heaviness = 0.1_dp     !! mass of a spring, over that of a full cell
 
@@ -30,18 +31,26 @@ contains
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
-      real(dp) :: fill(grid%n_elements)
+      real(dp) :: fill(grid%n_elements), least, most
+      logical :: moves(grid%n_points)
       integer :: e, host, i
       fill = 0
+      moves = .false.
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
             fill(first) = fill(first) + p%volume(i)/(springs%thickness*grid%leaf_size(first)**ndim)
          end associate
       end do
+      most = merge(enough_in_motion, enough, springs%are_moving)
+      least = merge(-1.0_dp, 0.0_dp, springs%are_moving) ! of a piece without particles too nodes may be masters of hanging ones
       do e = 1, grid%n_elements, corners
-         if (.not. (fill(e) > 0 .and. fill(e) < enough) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
+         if (fill(e) > 0) moves(grid%support_of(e)) = .true.
+      end do
+      call grid%dofs%mark_masters(moves)
+      do e = 1, grid%n_elements, corners
+         if (.not. (fill(e) > least .and. fill(e) < most) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
          host = fullest_beside(grid, fill, e)
-         if (host > 0) call tie(springs, grid, p, blocks, materials, e, host)
+         if (host > 0) call tie(springs, grid, p, blocks, materials, e, host, moves, fill(e) > 0 .and. fill(e) < enough)
       end do
    end subroutine tie_small_pieces
 
@@ -76,20 +85,22 @@ contains
    end function count_common
 
    !> Tie the nodes of a piece that are not those of its host.
-   pure subroutine tie(springs, grid, p, blocks, materials, e, host)
+   pure subroutine tie(springs, grid, p, blocks, materials, e, host, moves, is_stiff)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: e, host             !! the first elements of both
+      logical, intent(in) :: moves(:)            !! which nodes have material, (n_points)
+      logical, intent(in) :: is_stiff            !! else they have only a mass
       real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density
       integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
       own = grid%support_of(e)
       modulus = maxval([(largest_in([(materials(k)%plane_modulus(), k=1, size(materials))], e + j), j=0, corners - 1)])
-      density = maxval([(largest_in(materials%density, e + j), j=0, corners - 1)])
+      density = maxval([(max(largest_in(materials%density, e + j), largest_in(materials%density, host + j)), j=0, corners - 1)])
       do k = 1, size(own)
-         if (own(k) > grid%n_nodes .or. any(grid%support_of(host) == own(k))) cycle
+         if (own(k) > grid%n_nodes .or. .not. moves(own(k)) .or. any(grid%support_of(host) == own(k))) cycle
          if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
          springs%n = springs%n + 1
          s = springs%n
@@ -106,8 +117,8 @@ contains
             springs%share(n + 1:n + j, s) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
             springs%place(:, s) = x
          end associate
-         springs%stiffness(s) = firmness*modulus*springs%thickness
-         springs%mass(s) = heaviness*density*springs%thickness*grid%leaf_size(e)**ndim
+         springs%stiffness(s) = merge(firmness*modulus*springs%thickness, 0.0_dp, is_stiff)
+         springs%mass(s) = merge(heaviness*density*springs%thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
          springs%rate(:, s) = 0
          springs%length(s) = grid%leaf_size(e)
          springs%cell(s) = grid%leaf_size(e)
