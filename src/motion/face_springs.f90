@@ -45,6 +45,8 @@ module hampm_face_springs
       real(dp) :: thickness = 0                  !! of the plate [m]
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
       logical :: are_moving = .true.             !! whether they have masses, where they may
+      integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
+                                                 !! for none
       integer :: n = 0                           !! number of springs
       integer :: n_contact = 0                   !! of which are for contact
       integer, allocatable :: kind(:)            !! `bond` or `contact`
@@ -388,6 +390,7 @@ contains
       more%thickness = springs%thickness
       more%are_bounded = springs%are_bounded
       more%are_moving = springs%are_moving
+      more%alone = springs%alone
       more%n = springs%n
       more%n_contact = springs%n_contact
       more%loss = springs%loss

@@ -24,8 +24,10 @@ module hampm_motion
    use hampm_pass, only: pass_t, scheme_t
    use hampm_quadratic_points, only: weigh_points
    use hampm_schemes, only: new_scheme, new_scheme_of_domains
+   use hampm_small_pieces, only: enough_alone
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_spring_placement, only: rebuild_springs
+   use hampm_text, only: to_text
    use hampm_thin_cells, only: soften_thin_cells
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
@@ -117,7 +119,8 @@ contains
       call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)
-      call new_nodal_fields(m%grid, m%fields, failure)
+      if (m%springs%alone > 0) call report_thin_piece(m, failure)
+      if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
@@ -131,6 +134,17 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Fail because of a piece of a cell that is too small to move by itself.
+   subroutine report_thin_piece(m, failure)
+      type(motion_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      associate (x => m%grid%element_lower(:, m%springs%alone) + m%grid%leaf_size(m%springs%alone)/2)
+         call failure%report(exit_computation, 'the material around ('//to_text(x(1))//', '//to_text(x(2))//') m is less than '// &
+                             to_text(enough_alone)//' of a quadratic cell wide, too little to move. Use smaller cells, &grid '// &
+                             'order = 1, or time = ''static''')
+      end associate
+   end subroutine report_thin_piece
 
    !> Give the mass matrix the masses of springs, and room for its diagonal where quadratic cells are cut.
    subroutine give_ties(m)

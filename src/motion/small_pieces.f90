@@ -15,16 +15,17 @@ module hampm_small_pieces
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: tie_small_pieces
+   public :: tie_small_pieces, enough_alone
 
    real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs no stiffness
    real(dp), parameter :: enough_in_motion = 0.9_dp !! and no mass
+   real(dp), parameter :: enough_alone = 0.6_dp  !! with which it moves by itself, where no cell beside it is fuller
    real(dp), parameter :: firmness = 1.0_dp      !! stiffness of a spring, over E' and the thickness
    real(dp), parameter :: heaviness = 0.1_dp     !! mass of a spring, over that of a full cell
 
 contains
 
-   !> Add the springs of all small pieces.
+   !> Add the springs of all small pieces, and note whether one is alone.
    pure subroutine tie_small_pieces(springs, grid, p, blocks, materials)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
@@ -36,6 +37,7 @@ contains
       integer :: e, host, i
       fill = 0
       moves = .false.
+      springs%alone = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
             fill(first) = fill(first) + p%volume(i)/(springs%thickness*grid%leaf_size(first)**ndim)
@@ -50,6 +52,7 @@ contains
       do e = 1, grid%n_elements, corners
          if (.not. (fill(e) > least .and. fill(e) < most) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
          host = fullest_beside(grid, fill, e)
+         if (host == 0 .and. springs%are_moving .and. fill(e) > 0 .and. fill(e) < enough_alone) springs%alone = e
          if (host > 0) call tie(springs, grid, p, blocks, materials, e, host, moves, fill(e) > 0 .and. fill(e) < enough)
       end do
    end subroutine tie_small_pieces
