@@ -97,11 +97,18 @@ contains
       integer, intent(in) :: e, host             !! the first elements of both
       logical, intent(in) :: moves(:)            !! which nodes have material, (n_points)
       logical, intent(in) :: is_stiff            !! else they have only a mass
-      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density
+      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density, &
+                  moduli(size(materials)), densities(size(materials))
       integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
       own = grid%support_of(e)
-      modulus = maxval([(largest_in([(materials(k)%plane_modulus(), k=1, size(materials))], e + j), j=0, corners - 1)])
-      density = maxval([(max(largest_in(materials%density, e + j), largest_in(materials%density, host + j)), j=0, corners - 1)])
+      moduli = [(materials(k)%plane_modulus(), k=1, size(materials))]
+      densities = [(materials(k)%density, k=1, size(materials))]
+      modulus = 0
+      density = 0
+      do j = 0, corners - 1
+         modulus = max(modulus, largest_in(moduli, e + j))
+         density = max(density, largest_in(densities, e + j), largest_in(densities, host + j))
+      end do
       do k = 1, size(own)
          if (own(k) > grid%n_nodes .or. .not. moves(own(k)) .or. any(grid%support_of(host) == own(k))) cycle
          if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
