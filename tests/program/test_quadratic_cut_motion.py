@@ -138,6 +138,7 @@ def test_the_limit_is_that_of_the_largest_eigenvalue(hampm, tmp_path, shape, sch
     """Runs 2 % below it go on, those 3 % above it blow up."""
     force = "&load kind = 'point' lower = 0.01, 0.013 upper = 0.01, 0.013 force = 1e-6, 3e-7 /\n" \
         "&load kind = 'point' lower = -0.02, 0.003 upper = -0.02, 0.003 force = -4e-7, 8e-7 /\n"
+    force += "&output history_interval = 1e-4 /\n"  # which steps fit in
     named, limit = limits(hampm, tmp_path, moving(SHAPES[shape], EXPLICIT + f" scheme = '{scheme}'", 4e-4, force))
     assert named <= limit
     assert survives(hampm, 0.98 * limit), limit
@@ -147,17 +148,23 @@ def test_the_limit_is_that_of_the_largest_eigenvalue(hampm, tmp_path, shape, sch
 @pytest.mark.parametrize("place", np.concatenate([np.linspace(0.05, 0.95, 13), 10.0 ** -np.arange(1, 5) * 0.3, 1 - 10.0 ** -np.arange(2, 5) * 0.3]))
 def test_an_edge_anywhere_in_its_cells(hampm, tmp_path, place):
     """A plate with one edge at twenty places of a cell, down to a ten-thousandth of it from either side: the limit is at most 3 % below that of whole
-    cells, the one that the program names holds, and the plate keeps its energy in explicit steps."""
+    cells, the one that the program names holds, and in explicit steps of the same courant number energy is off by no more than half as much again as that of
+    a plate of whole cells."""
     corners = np.array([(-0.05, -0.04), (0.02 + place * 1e-2, -0.04), (0.02 + place * 1e-2, 0.04), (-0.05, 0.04)])
     text = moving(polygon(corners), EXPLICIT, 1e-4, tension(corners) + "&output history_interval = 1e-6 /\n")
     named, limit = limits(hampm, tmp_path, text)
-    (tmp_path / "case.nml").write_text(text.replace(polygon(corners), "lower = -0.05, -0.04 upper = 0.02, 0.04"))
+    plain = moving("lower = -0.05, -0.04 upper = 0.02, 0.04", EXPLICIT, 1e-4, tension(corners - [(0, 0), (place * 1e-2, 0), (place * 1e-2, 0), (0, 0)])
+                   + "&output history_interval = 1e-6 /\n")
+    (tmp_path / "case.nml").write_text(plain)
     whole = limit_of_matrices(hampm, named)
     print(place, named, limit, whole)
     assert limit > 0.97 * whole and limit > named
-    row = run(hampm, tmp_path, text)
-    off = row["kinetic_energy"] + row["strain_energy"] - row["external_work"]
-    assert np.max(np.abs(off)) < 0.01 * np.max(row["external_work"])
+    off = []
+    for case in (text, plain):
+        row = run(hampm, tmp_path, case.replace(EXPLICIT, EXPLICIT + f" courant = {0.9 * named}"))
+        off.append(np.max(np.abs(row["kinetic_energy"] + row["strain_energy"] - row["external_work"])) / np.max(row["external_work"]))
+    print(off)
+    assert off[0] < 1.5 * off[1]
 
 
 @pytest.mark.parametrize("points, poisson, plane", [(3, 0.3, "strain"), (4, 0.0, "stress"), (5, 0.45, "strain")])
@@ -233,16 +240,20 @@ def test_k_of_a_slanted_crack_that_a_step_wave_meets(hampm, tmp_path, method):
         assert off < 0.01
 
 
-@pytest.mark.parametrize("crack", [SLANTED, SLANTED + "&refine indicator = 'tip' max_level = 2 rings = 3 /\n"])
-def test_a_damped_plate_comes_to_rest_at_the_k_of_statics(hampm, tmp_path, crack):
-    estimators = "'domain_integral', 'crack_closure'"
+@pytest.mark.parametrize("levels", [0, 2])
+def test_a_damped_plate_comes_to_rest_at_the_k_of_statics(hampm, tmp_path, levels):
+    """In steps that damp what they do not resolve."""
+    crack = SLANTED + f"&refine indicator = 'tip' max_level = {levels} rings = 3 /\n"
+    estimators = "'domain_integral', 'crack_closure'" if levels else "'domain_integral'"
     hold = "&constraint lower = -0.018, -0.018 upper = 0.018, -0.018 fix = 'xy' /\n"
     static = step("time = 'static'", crack + hold, 1.0, estimators).replace("mass = 'full'", "")
-    damped = step("time = 'implicit' time_step = 1e-6", crack + hold + "&damping rate = 1.5e5 /\n&output history_interval = 1e-5 /\n", 6e-4, estimators)
+    damped = step("time = 'implicit' time_step = 1e-6 hht_alpha = -0.3", crack + hold + "&damping rate = 1.5e5 /\n&output history_interval = 1e-5 /\n", 6e-4, estimators)
     rest, row = run(hampm, tmp_path, static), run(hampm, tmp_path, damped)
-    for name in ("K_I", "K_II", "J", "K_I_tip2", "K_II_tip2", "G_closure_I"):
+    names = [name for name in rest if name.startswith(("K_", "J", "G_closure")) and "error" not in name]
+    assert len(names) > 5
+    for name in names:
         print(name, row[name][-1] / rest[name][-1] - 1)
-        assert row[name][-1] == pytest.approx(rest[name][-1], rel=1e-4), name
+        assert row[name][-1] == pytest.approx(rest[name][-1], rel=1e-8), name
 
 
 def test_explicit_and_implicit_steps_agree(hampm, tmp_path):
@@ -250,7 +261,7 @@ def test_explicit_and_implicit_steps_agree(hampm, tmp_path):
     implicit = run(hampm, tmp_path, step("time = 'implicit' time_step = 1e-8", more))
     explicit = run(hampm, tmp_path, step("time = 'explicit'", more))
     for name in ("K_I", "K_II", "strain_energy", "kinetic_energy"):
-        off = np.sqrt(np.mean((explicit[name] - implicit[name])**2)) / np.max(np.abs(implicit[name]))
+        off = np.sqrt(np.mean((explicit[name] - implicit[name])**2)) / np.max(np.abs(implicit[name.replace("K_II", "K_I")]))
         print(name, off)
         assert off < 0.01, name
 
