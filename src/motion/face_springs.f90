@@ -35,7 +35,8 @@ module hampm_face_springs
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
              spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, is_pressed, &
-             keep_springs, make_room, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates
+             keep_springs, make_room, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, &
+             add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -233,6 +234,27 @@ contains
          end do
       end do
    end subroutine add_spring_forces
+
+   !> Add the forces by which springs, as they are, resist a small displacement of the nodes [N].
+   pure subroutine add_spring_resistance(springs, u, force)
+      type(face_springs_t), intent(in) :: springs
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
+      real(dp) :: gain(ndim), f(ndim)
+      integer :: k, j
+      do k = 1, springs%n
+         associate (node => springs%node(:count(springs%node(:, k) > 0), k), share => springs%share(:, k))
+            gain = 0
+            do j = 1, size(node)
+               gain = gain + share(j)*u(:, node(j))
+            end do
+            f = matmul(spring_stiffness(springs, k), gain)
+            do j = 1, size(node)
+               force(:, node(j)) = force(:, node(j)) + share(j)*f
+            end do
+         end associate
+      end do
+   end subroutine add_spring_resistance
 
    !> Let the openings follow a displacement of the nodes, `scale` times a field.
    pure subroutine stretch_springs(springs, field, scale)
