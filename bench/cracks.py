@@ -334,30 +334,42 @@ WAVE = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
 """
 
 
+WAVE_HALF, WAVE_SHIFT = 5e-3 * direction(30), np.array([7e-5, 3e-5])  # of the crack: half of it, and its middle [m]
+WAVE_START = float((12e-3 - WAVE_HALF[1] - WAVE_SHIFT[1]) / 7337.8471)  # when the wave is at the upper tip [s]
+
+
+def wave_scene(cell, mass):
+    """The namelist of the plate that a step of tension goes through."""
+    points = ", ".join(repr(float(x)) for x in np.concatenate([WAVE_SHIFT - WAVE_HALF, WAVE_SHIFT + WAVE_HALF]))
+    return WAVE.format(end=WAVE_START + 2.4e-6, cell=cell, nx=round(32e-3 / cell), ny=round(26e-3 / cell), mass=mass, points=points)
+
+
+def wave_errors(history):
+    """Of the upper and the lower tip: rms of K_I and K_II over the peak, of means over a tenth of the window in which the reference is exact."""
+    table = [row for row in csv.DictReader(line for line in open(REFERENCE / "c4_slanted_crack_step_wave_30deg.csv") if line[0] != "#")]
+    times, errors_of = history["time"] - WAVE_START, {}
+    for tip, end in (("upper", ""), ("lower", "_tip2")):
+        asked = np.array([[float(row[name]) for name in ("t[s]", "K_I[Pa*sqrt(m)]", "K_II[Pa*sqrt(m)]")] for row in table
+                          if row["tip"] == tip])
+        begin, last = ([float(row[name]) for row in table if row["tip"] == tip][0] for name in ("t0[s]", "t_end[s]"))
+        window = 0.1 * (last - begin)
+        asked = asked[(asked[:, 0] > begin + window) & (asked[:, 0] < last - window / 2)]
+        peak = np.max(np.abs(asked[:, 1:]))
+        errors_of[tip] = []
+        for mode in (1, 2):
+            means = [np.mean(history["K_" + mode * "I" + end][np.abs(times - t) <= window / 2]) for t in asked[:, 0]]
+            errors_of[tip].append(np.sqrt(np.mean((np.array(means) - asked[:, mode])**2)) / peak)
+    return errors_of
+
+
 def wave(program, arguments):
     """The reflections from the edges come after the window, and the sides are held as in a plane wave."""
-    table = [row for row in csv.DictReader(line for line in open(REFERENCE / "c4_slanted_crack_step_wave_30deg.csv") if line[0] != "#")]
-    half, shift, speed = 5e-3 * direction(30), np.array([7e-5, 3e-5]), 7337.8471
     out = [("mass", "cell", "tip", "K_I %", "K_II %")]
     for mass, cell in (("lumped", 0.25e-3), ("lumped", 0.125e-3), ("blend", 0.25e-3), ("blend", 0.125e-3)):
-        start = (12e-3 - half[1] - shift[1]) / speed
-        points = ", ".join(repr(float(x)) for x in np.concatenate([shift - half, shift + half]))
-        program(WAVE.format(end=float(start) + 2.4e-6, cell=cell, nx=round(32e-3 / cell), ny=round(26e-3 / cell), mass=mass, points=points))
+        program(wave_scene(cell, mass))
         with h5py.File(program.folder / "cracks.h5") as file:
-            history = {name: column[:] for name, column in file["history"].items()}
-        times = history["time"] - start
-        for tip, end in (("upper", ""), ("lower", "_tip2")):
-            asked = np.array([[float(row[name]) for name in ("t[s]", "K_I[Pa*sqrt(m)]", "K_II[Pa*sqrt(m)]")] for row in table
-                              if row["tip"] == tip])
-            begin, last = ([float(row[name]) for row in table if row["tip"] == tip][0] for name in ("t0[s]", "t_end[s]"))
-            window = 0.1 * (last - begin)
-            asked = asked[(asked[:, 0] > begin + window) & (asked[:, 0] < last - window / 2)]
-            peak = np.max(np.abs(asked[:, 1:]))
-            of_mode = []
-            for mode in (1, 2):
-                means = [np.mean(history["K_" + mode * "I" + end][np.abs(times - t) <= window / 2]) for t in asked[:, 0]]
-                of_mode.append(f"{100 * np.sqrt(np.mean((np.array(means) - asked[:, mode])**2)) / peak:.2f}")
-            out.append((mass, f"{cell:g}", tip, *of_mode))
+            found = wave_errors({name: column[:] for name, column in file["history"].items()})
+        out += [(mass, f"{cell:g}", tip, *(f"{100 * error:.2f}" for error in found[tip])) for tip in found]
     write(out, "wave", arguments.output)
 
 

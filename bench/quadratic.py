@@ -6,6 +6,7 @@
     tension    a crack in the middle of a plate in tension, where nothing bends: the same comparison
     dispersion waves along a bar of such cells for each mass matrix, and the largest stable time step of a block: from matrices, without a run
     paths      cracks that cut cells, in a plate of 40 by 80 mm: K of slanted, edge, kinked and two cracks against integral equations
+    wave       K(t) of a slanted crack that cuts cells and that a step of tension meets, against the closed form
     motion     G(t) of the undamped beam below 50 kHz in 0.6 ms against converged finite elements: implicit steps
 
 Run by `make quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
@@ -198,8 +199,25 @@ def motion(runs):
     write(rows, "motion", runs.program.folder)
 
 
-PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "dispersion": dispersion, "motion": motion}
-PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "paths": paths, "motion": motion}
+def wave(runs):
+    """Cells that are cut, in motion."""
+    from cracks import wave_errors, wave_scene
+    rows = [("cells", "cell [mm]", "levels", "steps", "particles", "CPU [s]", *(f"{tip} tip: K_{mode} [%]" for tip in ("upper", "lower") for mode in ("I", "II")))]
+    file = runs.program.folder / "wave.nml"
+    explicit, implicit = ["method.mass=full"], ["method.mass=full", "method.time=implicit", "method.time_step=1e-8"]
+    for order, cell, levels, settings in (("quadratic", 1, 0, explicit), ("quadratic", 1, 2, implicit), ("quadratic", 0.5, 0, explicit),
+                                          ("quadratic", 0.5, 0, implicit), ("bilinear", 0.25, 0, [])):
+        file.write_text(wave_scene(cell * 1e-3, "lumped"))
+        h, _, seconds = runs(file, [*ORDERS[order], "output.file=quadratic.h5", "method.frame=total", *around_tip(levels, 3), *settings])
+        found = wave_errors(h)
+        rows.append((order, cell, levels, "implicit" if settings == implicit else "usavg", int(h["particles"][-1]), f"{seconds:.1f}",
+                     *(f"{100 * error:.2f}" for tip in ("upper", "lower") for error in found[tip])))
+        print("  ".join(map(str, rows[-1])), flush=True)
+    write(rows, "wave", runs.program.folder)
+
+
+PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "dispersion": dispersion, "paths": paths, "motion": motion,
+         "wave": wave}
 
 if __name__ == "__main__":
     ARGUMENTS = command_line(__doc__, list(PARTS), "results/quadratic")

@@ -80,6 +80,7 @@ contains
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
       motion%springs%are_bounded = scene%method%time == 'explicit'
+      motion%springs%are_moving = scene%method%time /= 'static'
       call place_particles(scene, motion, failure)
       if (failure%failed()) return
       call check_masses(motion%particles, failure)

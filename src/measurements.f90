@@ -136,7 +136,8 @@ contains
       type(motion_t), intent(in) :: motion
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, constraints_t(), m%extrapolation, failure)
+      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, constraints_t(), m%extrapolation, failure, &
+                           motion%fields%mass_matrix%ties)
    end subroutine rebuild_extrapolation
 
    !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the scene: the resultant of the loads

@@ -8,6 +8,7 @@ module hampm_mass_factorisation
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t, coupled_cells
+   use hampm_mass_ties, only: mass_ties_t, nodes_of_ties
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t
    implicit none
@@ -27,6 +28,7 @@ module hampm_mass_factorisation
       logical :: by_umfpack = .true.             !! else by banded Cholesky
       integer :: analyses = 0                    !! how often the pattern has been analysed
       integer :: factorisations = 0              !! how often the numbers have been factorised
+      type(mass_ties_t) :: ties                  !! of the grid
       integer, private :: of_direction(ndim) = 0 !! which factor belongs to a direction
       type(factor_t), allocatable, private :: factors(:)
       integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, each as its first element, when the pattern
@@ -158,24 +160,25 @@ contains
       allocate (self%factors(k))
       do k = 1, size(self%factors)
          d = findloc(self%of_direction, k, dim=1)
-         call analyse_factor(self%factors(k), grid, coupled, nodes, fixed(d:d, :), self%by_umfpack, failure)
+         call analyse_factor(self%factors(k), grid, coupled, nodes, fixed(d:d, :), self%by_umfpack, self%ties, failure)
       end do
       self%analyses = self%analyses + 1
    end subroutine analyse
 
    !> Number the unknowns of a direction and analyse the pattern of their matrix.
-   subroutine analyse_factor(factor, grid, coupled, nodes, fixed, by_umfpack, failure)
+   subroutine analyse_factor(factor, grid, coupled, nodes, fixed, by_umfpack, ties, failure)
       type(factor_t), intent(inout) :: factor
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: coupled(:)
       integer, intent(in) :: nodes(:)            !! of the coupled cells
       logical, intent(in) :: fixed(:, :)         !! (1, n_nodes)
       logical, intent(in) :: by_umfpack
+      type(mass_ties_t), intent(in) :: ties
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: part
       call number_unknowns(nodes, fixed, factor%unknowns)
       if (factor%unknowns%n == 0) return
-      call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix)
+      call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_ties(ties))
       allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
       factor%factorised%by_umfpack = by_umfpack
       call factor%factorised%analyse(factor%matrix, part)
@@ -205,6 +208,13 @@ contains
       end do
       do i = 1, size(rest)
          call factor%matrix%add(i, i, max(rest(i), 0.0_dp))
+      end do
+      do k = 1, mass%ties%n
+         n = count(mass%ties%node(:, k) > 0)
+         associate (share => mass%ties%share(:n, k))
+            call add_element(factor%unknowns, mass%ties%node(:n, k), mass%ties%mass(k)*spread(share, 1, n)*spread(share, 2, n), &
+                             factor%matrix)
+         end associate
       end do
    end subroutine fill
 

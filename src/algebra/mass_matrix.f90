@@ -9,10 +9,12 @@
 !> 1/floor times the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
 !>
 !> A quadratic cell is stored as four elements, its quarters, one after the other, and has one matrix of its nine nodes. Nine particles
-!> with their weights have the eigenvalue 1/36 and are used as they are, too.
+!> with their weights have the eigenvalue 1/36 and are used as they are, too. Where such cells are cut the functions of some nodes have integrals
+!> below 0, and nothing is lumped: there are ties (`hampm_mass_ties`) instead, and residuals are weighed by the diagonal of M.
 module hampm_mass_matrix
    use hampm_kinds, only: dp
    use hampm_grid, only: grid_t
+   use hampm_mass_ties, only: mass_ties_t
    use hampm_node_list, only: node_list_t, list_marked
    use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
@@ -48,6 +50,8 @@ module hampm_mass_matrix
                                                         !! `nodes_per_chunk`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
+      type(mass_ties_t) :: ties                         !! masses beside those of the cells
+      real(dp), allocatable :: diagonal(:)              !! of M [kg], (n_points); not allocated where D is above 0 everywhere
       real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
       ! By cells (`cell_of`), not allocated where all is lumped
       real(dp), allocatable :: cell(:, :, :)            !! M [kg], (nodes of a cell, nodes of a cell, cells)
@@ -256,9 +260,36 @@ contains
          end if
       end associate
       if (grid%dofs%n_hanging > 0) call add_left_out(grid, matrix)
+      if (allocated(matrix%diagonal)) call find_diagonal(grid, matrix)
       matrix%assembled = .true.
       matrix%version = matrix%version + 1
    end subroutine assemble
+
+   !> Find the diagonal of M at the nodes of the coupled region; of what hanging nodes give to it what each by itself gives.
+   subroutine find_diagonal(grid, matrix)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(inout) :: matrix
+      integer :: k, j
+      matrix%diagonal = matrix%row(1, :)
+      associate (region => matrix%coupled, dofs => grid%dofs)
+         do k = region%n_nodes + 1, region%n_points
+            associate (hanging => region%nodes(k))
+               do j = dofs%first_master(hanging - dofs%n_nodes), dofs%first_master(hanging - dofs%n_nodes + 1) - 1
+                  associate (total => matrix%diagonal(dofs%master(j)))
+                     total = total + dofs%weight(j)**2*matrix%row(1, hanging)
+                  end associate
+               end do
+            end associate
+         end do
+      end associate
+      do k = 1, matrix%ties%n
+         do j = 1, count(matrix%ties%node(:, k) > 0)
+            associate (total => matrix%diagonal(matrix%ties%node(j, k)))
+               total = total + matrix%ties%mass(k)*matrix%ties%share(j, k)**2
+            end associate
+         end do
+      end do
+   end subroutine find_diagonal
 
    !> Put on the diagonals of the rows what is lumped of the cells whose nodes may hang: it is given to nodes first.
    subroutine add_left_out(grid, matrix)

@@ -17,6 +17,7 @@ module hampm_mass_solver
    use hampm_grid, only: grid_t
    use hampm_mass_factorisation, only: mass_factorisation_t
    use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_chunk
+   use hampm_mass_ties, only: mass_ties_t, add_tied_product
    use hampm_nodal_rows, only: unlike_neighbours, multiply_rows
    use hampm_nodal_vectors, only: chunk_count, chunk_size, dot_of_nodes, divide, weigh, combine, clear
    use hampm_text, only: to_text
@@ -60,13 +61,14 @@ contains
 
    !> A solver for a grid, new or in the place of that for another grid, whose counts go on. Fails where the memory does not
    !> suffice.
-   subroutine new_mass_solver(by, order, grid, constraints, s, failure)
+   subroutine new_mass_solver(by, order, grid, constraints, s, failure, ties)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
       type(grid_t), intent(in) :: grid
       type(constraints_t), intent(in) :: constraints
       type(mass_solver_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      type(mass_ties_t), intent(in), optional :: ties !! of the grid
       type(mass_solver_t) :: fresh
       integer :: status
       fresh%solutions = s%solutions
@@ -78,6 +80,7 @@ contains
       s%by = by
       s%order = order
       s%direct%by_umfpack = by == by_umfpack
+      if (present(ties)) s%direct%ties = ties
       s%constraints = constraints
       if (.not. allocated(s%constraints%fixed)) allocate (s%constraints%fixed(ndim, grid%n_nodes), source=.false.)
       if (by == by_lumped) return
@@ -134,7 +137,12 @@ contains
       case default
          call divide(size(matrix%apart), matrix%apart, matrix%inverse_lumped, b, x)
          call hold(s%constraints, x)
-         if (matrix%coupled%n_nodes > 0) call iterate(s, grid, matrix, b, x, failure)
+         if (matrix%coupled%n_nodes == 0) return
+         if (allocated(matrix%diagonal)) then
+            call iterate(s, grid, matrix, matrix%diagonal, b, x, failure)
+         else
+            call iterate(s, grid, matrix, matrix%lumped, b, x, failure)
+         end if
       end select
    end subroutine solve_mass
 
@@ -164,6 +172,11 @@ contains
       do a = 1, matrix%coupled%n_nodes
          s%inverse(:, matrix%coupled%nodes(a)) = matrix%inverse_lumped(matrix%coupled%nodes(a))
       end do
+      if (allocated(matrix%diagonal)) then
+         do a = 1, matrix%coupled%n_nodes
+            s%inverse(:, matrix%coupled%nodes(a)) = 1/matrix%diagonal(matrix%coupled%nodes(a))
+         end do
+      end if
       call hold(s%constraints, s%inverse)
       if (s%layout /= matrix%layout .and. s%factorised) s%factorised = s%direct%fits(matrix)
       s%layout = matrix%layout
@@ -193,10 +206,12 @@ contains
 
    !> Preconditioned conjugate gradients, each component by itself (Saad 2003, algorithm 9.1). The residual is kept divided
    !> by D: r = D^-1 (b - M x), and so is the product with the direction, q = D^-1 M d. Fixed components of either are 0.
-   subroutine iterate(s, grid, matrix, b, x, failure)
+   subroutine iterate(s, grid, matrix, diagonal, b, x, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: diagonal(:)           !! D: the lumped masses or, where these may be below 0, the diagonal of M [kg],
+                                                    !! (n_points)
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(failure_t), intent(inout) :: failure
@@ -209,19 +224,19 @@ contains
          s%factorised = .true.
       end if
       call hold(s%constraints, x)
-      call start_residual(s, grid, matrix, b, x, norm, target)
+      call start_residual(s, grid, matrix, diagonal, b, x, norm, target)
       if (any(norm > target)) then               ! no guess is better than one that is worse than none
          call clear(matrix%coupled, any(norm > target, dim=2), x)
-         call start_residual(s, grid, matrix, b, x, norm, target)
+         call start_residual(s, grid, matrix, diagonal, b, x, norm, target)
       end if
       target = tolerance**2*target
       rz_last = 0
       do k = 0, most_iterations
          if (all(norm <= target) .or. .not. all(norm <= huge(norm))) exit
-         call precondition(s, grid, matrix, rz)
+         call precondition(s, grid, matrix, diagonal, rz)
          call combine(matrix%coupled, one, s%z, ratio(rz, rz_last), s%d)
          call multiply(s, grid, matrix, matrix%row, s%d, s%q, dq)
-         call step_along(s, matrix, ratio(rz, dq), x, norm)
+         call step_along(s, matrix, diagonal, ratio(rz, dq), x, norm)
          rz_last = rz
       end do
       call combine(matrix%coupled, one, s%r, one, x)
@@ -252,15 +267,16 @@ contains
    !> (the lemma of additive Schwarz methods; Toselli & Widlund 2005, section 2.2). At most they are the largest of
    !> M_e^-1 D_e. With the particles at the quarter points they lie between 1 and (25/16)**2, those of D^-1 M between 1/16
    !> and 1.
-   subroutine precondition(s, grid, matrix, rz)
+   subroutine precondition(s, grid, matrix, diagonal, rz)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: diagonal(:)
       real(dp), intent(out) :: rz(ndim)
       if (s%by == by_cg) then
          call multiply(s, grid, matrix, matrix%inverse_row, s%r, s%z, rz)
       else
-         call weigh(matrix%coupled, matrix%lumped, s%r, s%q)
+         call weigh(matrix%coupled, diagonal, s%r, s%q)
          call s%direct%solve(s%q, s%z)
          rz = dot(s, matrix%coupled, s%q, s%z)
       end if
@@ -299,17 +315,30 @@ contains
          xax = sum(s%partial(:, 1, :chunks), dim=2)
          call grid%dofs%condense(region, ndim, y, s%inverse)
       end associate
+      if (matrix%ties%n > 0) call multiply_by_ties(s, matrix, x, y, xax)
    end subroutine multiply
+
+   !> Add to y and x.A x what ties give.
+   subroutine multiply_by_ties(s, matrix, x, y, xax)
+      type(mass_solver_t), intent(inout) :: s
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: x(:, :)
+      real(dp), intent(inout), contiguous :: y(:, :), xax(:)
+      real(dp) :: of_ties(ndim)
+      call add_tied_product(matrix%ties, x, y, of_ties, s%inverse)
+      xax = xax + of_ties
+   end subroutine multiply_by_ties
 
    !> r = D^-1 (b - M x), the squares of its norms, and those of D^-1 b.
    !>
    !> There are two norms: that of D, and that in which a node with hardly any mass counts as if it had a `light` one. A force at
    !> a node that a particle has just touched is beyond all bounds in the first and would hide what is left at all other nodes;
    !> in the second such nodes themselves are hidden.
-   subroutine start_residual(s, grid, matrix, b, x, norm, norm_of_b)
+   subroutine start_residual(s, grid, matrix, diagonal, b, x, norm, norm_of_b)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: diagonal(:)
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(out) :: norm(ndim, norms), norm_of_b(ndim, norms)
@@ -320,7 +349,7 @@ contains
          !$omp parallel do schedule(static) private(first)
          do chunk = 1, chunk_count(region)
             first = (chunk - 1)*nodes_per_chunk + 1
-            call start_nodes(chunk_size(region, chunk), region%nodes(first), matrix%lumped, s%light_mass, s%inverse, b, s%q, s%r, &
+            call start_nodes(chunk_size(region, chunk), region%nodes(first), diagonal, s%light_mass, s%inverse, b, s%q, s%r, &
                              s%partial(1, 1, chunk))
          end do
          sums = sum(s%partial(:, :, :chunk_count(region)), dim=3)
@@ -359,9 +388,10 @@ contains
    end subroutine add_norms
 
    !> x <- x + step d, r <- r - step q, and the squares of the norms of r.
-   subroutine step_along(s, matrix, step, x, norm)
+   subroutine step_along(s, matrix, diagonal, step, x, norm)
       type(mass_solver_t), intent(inout) :: s
       type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: diagonal(:)
       real(dp), intent(in) :: step(ndim)
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(out) :: norm(ndim, norms)
@@ -370,7 +400,7 @@ contains
          !$omp parallel do schedule(static) private(first)
          do chunk = 1, chunk_count(region)
             first = (chunk - 1)*nodes_per_chunk + 1
-            call step_nodes(chunk_size(region, chunk), region%nodes(first), step, matrix%lumped, s%light_mass, s%d, s%q, x, s%r, &
+            call step_nodes(chunk_size(region, chunk), region%nodes(first), step, diagonal, s%light_mass, s%d, s%q, x, s%r, &
                             s%partial(1, 1, chunk))
          end do
          norm = sum(s%partial(:, :norms, :chunk_count(region)), dim=3)

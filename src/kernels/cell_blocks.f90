@@ -35,6 +35,7 @@ module hampm_cell_blocks
       real(dp) :: inverse_size = 0                      !! 1 / its edge length [1/m]
       integer :: block(corners) = 0                     !! in which each quarter is, 0 where it has no particles
       integer :: lane(corners) = 0                      !! and where in it
+      logical :: is_cut = .false.                       !! by a crack or the edge of a body
       real(dp) :: correction(points_of_quadratic, ndim) = 0 !! of the gradients of its functions, where it is cut [1/m]
    end type quadratic_cell_t
 
@@ -292,7 +293,8 @@ contains
          if (all(block_of(e:e + corners - 1) == 0)) cycle
          n = n + 1
          blocks%quadratic(n) = quadratic_cell_t(e, grid%support_of(e), grid%element_lower(:, e), 0.5_dp/grid%element_size(e), &
-                                                block_of(e:e + corners - 1), lane_of(e:e + corners - 1))
+                                                block_of(e:e + corners - 1), lane_of(e:e + corners - 1), &
+                                                grid%is_cut(grid%element_leaf(e)))
          if (allocated(grid%correction)) blocks%quadratic(n)%correction = grid%correction(:, :, (e - 1)/corners + 1)
       end do
    end subroutine place_quadratic_cells

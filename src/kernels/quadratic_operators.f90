@@ -3,6 +3,7 @@
 !>
 !> In two dimensions the stiffness of a square does not depend on its size, and its mass matrix over its mass does not either. So all
 !> cells of one material with as many particles share them, as the particles stand at the same places in each.
+!> Of cells that are cut each has its own.
 module hampm_quadratic_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients
@@ -21,6 +22,7 @@ module hampm_quadratic_operators
 
    !> What cells of a kind have in common.
    type :: kind_t
+      logical :: is_own = .false.                !! of one cell only, which is cut
       integer :: material = 0, particles = 0
       real(dp) :: volume = 0                     !! of their particles over the square of their size: the thickness [m]
       real(dp) :: mass(n_points, n_points) = 0   !! over the mass of a cell [-]
@@ -45,8 +47,9 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(quadratic_operators_t), intent(out) :: operators
       type(kind_t) :: kind
-      integer :: k, j
-      allocate (operators%kinds(0), operators%kind_of(size(blocks%quadratic)), operators%cell_mass(size(blocks%quadratic)))
+      integer :: k, j, n
+      allocate (operators%kinds(8), operators%kind_of(size(blocks%quadratic)), operators%cell_mass(size(blocks%quadratic)))
+      n = 0
       operators%kind_of = 0
       do k = 1, size(blocks%quadratic)
          associate (cell => blocks%quadratic(k))
@@ -54,12 +57,14 @@ contains
             call look_at_cell(p, blocks, cell, kind, operators%cell_mass(k))
             if (kind%material == 0) cycle
             if (.not. materials(kind%material)%linear) cycle
-            do j = 1, size(operators%kinds)
+            do j = 1, n
                if (is_alike(kind, operators%kinds(j))) exit
             end do
-            if (j > size(operators%kinds)) then
+            if (j > n) then
                call sum_matrices(materials(kind%material), p, blocks, cell, operators%cell_mass(k), kind)
-               operators%kinds = [operators%kinds, kind]
+               if (n == size(operators%kinds)) operators%kinds = [operators%kinds, operators%kinds]
+               n = n + 1
+               operators%kinds(n) = kind
             end if
             operators%kind_of(k) = j
          end associate
@@ -86,14 +91,16 @@ contains
             mass = mass + p%mass(i)
          end do
       end do
+      kind%is_own = cell%is_cut
       root = nint(sqrt(real(kind%particles, dp)))
-      if (root**2 /= kind%particles) kind%material = 0
+      if (root**2 /= kind%particles .and. .not. kind%is_own) kind%material = 0
    end subroutine look_at_cell
 
    !> Whether two kinds are the same.
    pure logical function is_alike(a, b)
       type(kind_t), intent(in) :: a, b
-      is_alike = a%material == b%material .and. a%particles == b%particles .and. abs(a%volume - b%volume) <= alike*b%volume
+      is_alike = .not. (a%is_own .or. b%is_own) .and. a%material == b%material .and. a%particles == b%particles &
+                 .and. abs(a%volume - b%volume) <= alike*b%volume
    end function is_alike
 
    !> Sum the matrices of a kind over the particles of a cell of it.
@@ -111,7 +118,7 @@ contains
          do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             xi = (p%reference(i, :) - cell%lower)*cell%inverse_size
             n = quadratic_functions(xi)
-            gradient = quadratic_gradients(xi, cell%inverse_size)
+            gradient = quadratic_gradients(xi, cell%inverse_size) + cell%correction
             do c = 1, n_points
                kind%mass(:, c) = kind%mass(:, c) + p%mass(i)/mass*n(c)*n
             end do

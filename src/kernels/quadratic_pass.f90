@@ -132,7 +132,8 @@ contains
       end do
       associate (k => matrix%cell_of(cell%first))
          matrix%cell_lumped(:, k) = sum(m, dim=2)
-         call prepare_cell(n_points, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), m, floor_of_quadratic)
+         if (.not. allocated(matrix%diagonal)) call prepare_cell(n_points, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), &
+                                                                 m, floor_of_quadratic)
          matrix%cell(:, :, k) = m
       end associate
    end subroutine find_matrix

@@ -22,16 +22,21 @@
 !>
 !> and follows these in every step, in the total frame.
 !>
+!> Springs that hold the nodes of small pieces of quadratic cells (`hampm_small_pieces`) may have a mass m too, which moves with the rate w
+!> of their opening as particles do with the velocity: it gives m c_j w to the momentum of node j, and w gains c.a dt.
+!>
 !> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
 module hampm_face_springs
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_mass_ties, only: mass_ties_t
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
              spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, is_pressed, &
-             keep_springs, make_room, is_half
+             keep_springs, make_room, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, &
+             add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -40,6 +45,9 @@ module hampm_face_springs
    type :: face_springs_t
       real(dp) :: thickness = 0                  !! of the plate [m]
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
+      logical :: are_moving = .true.             !! whether they have masses, where they may
+      integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
+                                                 !! for none
       integer :: n = 0                           !! number of springs
       integer :: n_contact = 0                   !! of which are for contact
       integer, allocatable :: kind(:)            !! `bond` or `contact`
@@ -61,6 +69,8 @@ module hampm_face_springs
       real(dp), allocatable :: start(:, :)       !! [m], (ndim, n)
       logical, allocatable :: lets_go(:)         !! whether a bond has begun to let go: its force is then `kept` of `held`
       real(dp), allocatable :: kept(:)           !! [-]
+      real(dp), allocatable :: mass(:)           !! m [kg]
+      real(dp), allocatable :: rate(:, :)        !! w [m/s], (ndim, n)
       real(dp), allocatable :: stored(:)         !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
       real(dp) :: loss = 0                       !! energy taken by friction [J]
    end type face_springs_t
@@ -225,6 +235,27 @@ contains
       end do
    end subroutine add_spring_forces
 
+   !> Add the forces by which springs, as they are, resist a small displacement of the nodes [N].
+   pure subroutine add_spring_resistance(springs, u, force)
+      type(face_springs_t), intent(in) :: springs
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
+      real(dp) :: gain(ndim), f(ndim)
+      integer :: k, j
+      do k = 1, springs%n
+         associate (node => springs%node(:count(springs%node(:, k) > 0), k), share => springs%share(:, k))
+            gain = 0
+            do j = 1, size(node)
+               gain = gain + share(j)*u(:, node(j))
+            end do
+            f = matmul(spring_stiffness(springs, k), gain)
+            do j = 1, size(node)
+               force(:, node(j)) = force(:, node(j)) + share(j)*f
+            end do
+         end associate
+      end do
+   end subroutine add_spring_resistance
+
    !> Let the openings follow a displacement of the nodes, `scale` times a field.
    pure subroutine stretch_springs(springs, field, scale)
       type(face_springs_t), intent(inout) :: springs
@@ -239,6 +270,72 @@ contains
          end do
       end do
    end subroutine stretch_springs
+
+   !> Whether springs have a mass.
+   pure logical function have_mass(springs)
+      type(face_springs_t), intent(in) :: springs
+      have_mass = springs%n > 0
+      if (have_mass) have_mass = any(springs%mass(:springs%n) > 0)
+   end function have_mass
+
+   !> The masses of springs, as those that a mass matrix has beside the particles.
+   pure function mass_ties_of(springs) result(ties)
+      type(face_springs_t), intent(in) :: springs
+      type(mass_ties_t) :: ties
+      integer, allocatable :: with(:)
+      integer :: k
+      if (.not. have_mass(springs)) return
+      with = pack([(k, k=1, springs%n)], springs%mass(:springs%n) > 0)
+      ties%n = size(with)
+      ties%node = springs%node(:, with)
+      ties%share = springs%share(:, with)
+      ties%mass = springs%mass(with)
+   end function mass_ties_of
+
+   !> Add the momentum of the springs at the nodes [kg m/s].
+   pure subroutine add_spring_momentum(springs, momentum)
+      type(face_springs_t), intent(in) :: springs
+      real(dp), intent(inout) :: momentum(:, :)  !! (ndim, n_points)
+      integer :: k, j
+      do k = 1, springs%n
+         if (.not. springs%mass(k) > 0) cycle
+         do j = 1, count(springs%node(:, k) > 0)
+            associate (of_node => momentum(:, springs%node(j, k)))
+               of_node = of_node + springs%mass(k)*springs%share(j, k)*springs%rate(:, k)
+            end associate
+         end do
+      end do
+   end subroutine add_spring_momentum
+
+   !> Let the masses of springs follow an acceleration of the nodes. `energy` is the sum of m |dw|**2/2 [J].
+   pure subroutine kick_springs(springs, acceleration, dt, energy)
+      type(face_springs_t), intent(inout) :: springs
+      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(out) :: energy
+      real(dp) :: gain(ndim)
+      integer :: k, j
+      energy = 0
+      do k = 1, springs%n
+         if (.not. springs%mass(k) > 0) cycle
+         gain = 0
+         do j = 1, count(springs%node(:, k) > 0)
+            gain = gain + dt*springs%share(j, k)*acceleration(:, springs%node(j, k))
+         end do
+         springs%rate(:, k) = springs%rate(:, k) + gain
+         energy = energy + springs%mass(k)*sum(gain**2)/2
+      end do
+   end subroutine kick_springs
+
+   !> Kinetic energy of the masses of springs [J].
+   pure real(dp) function energy_of_rates(springs) result(energy)
+      type(face_springs_t), intent(in) :: springs
+      integer :: k
+      energy = 0
+      do k = 1, springs%n
+         if (springs%mass(k) > 0) energy = energy + springs%mass(k)*sum(springs%rate(:, k)**2)/2
+      end do
+   end function energy_of_rates
 
    !> Whether there is friction.
    pure logical function have_friction(springs)
@@ -314,6 +411,8 @@ contains
       type(face_springs_t) :: more
       more%thickness = springs%thickness
       more%are_bounded = springs%are_bounded
+      more%are_moving = springs%are_moving
+      more%alone = springs%alone
       more%n = springs%n
       more%n_contact = springs%n_contact
       more%loss = springs%loss
@@ -321,7 +420,7 @@ contains
                 more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
                 more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
       allocate (more%tip(most), more%way(most), more%cell(most), more%held(ndim, most), more%start(ndim, most), more%stored(most))
-      allocate (more%lets_go(most), more%kept(most))
+      allocate (more%lets_go(most), more%kept(most), more%mass(most), more%rate(ndim, most))
       associate (n => springs%n)
          if (n > 0) then
             more%kind(:n) = springs%kind(:n)
@@ -344,6 +443,8 @@ contains
             more%lets_go(:n) = springs%lets_go(:n)
             more%kept(:n) = springs%kept(:n)
             more%stored(:n) = springs%stored(:n)
+            more%mass(:n) = springs%mass(:n)
+            more%rate(:, :n) = springs%rate(:, :n)
          end if
       end associate
       springs = more
@@ -385,5 +486,7 @@ contains
       call archive%keep_logicals('lets_go', n, springs%lets_go)
       call archive%keep_reals('kept', n, springs%kept)
       call archive%keep_reals('stored', n, springs%stored)
+      call archive%keep_reals('mass', n, springs%mass)
+      call archive%keep_reals('rate', ndim*n, springs%rate)
    end subroutine keep_springs
 end module hampm_face_springs

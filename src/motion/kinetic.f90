@@ -2,6 +2,7 @@
 module hampm_kinetic
    use hampm_kinds, only: dp
    use hampm_energy, only: energy_of_particles => kinetic_energy
+   use hampm_face_springs, only: energy_of_rates
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_motion, only: motion_t
    implicit none
@@ -16,7 +17,7 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), allocatable :: mass(:), momentum(:, :)
       if (.not. allocated(m%nodal_velocity)) then
-         energy = energy_of_particles(m%particles)
+         energy = energy_of_particles(m%particles) + energy_of_rates(m%springs)
          return
       end if
       allocate (momentum, mold=m%nodal_velocity)

@@ -10,7 +10,7 @@ module hampm_motion
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: strain_energy, plastic_dissipation, viscous_dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
-   use hampm_face_springs, only: face_springs_t, spring_energy
+   use hampm_face_springs, only: face_springs_t, spring_energy, mass_ties_of, add_spring_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_interleaved, only: interleaved_t, give_interleaved
@@ -24,8 +24,10 @@ module hampm_motion
    use hampm_pass, only: pass_t, scheme_t
    use hampm_quadratic_points, only: weigh_points
    use hampm_schemes, only: new_scheme, new_scheme_of_domains
+   use hampm_small_pieces, only: enough_alone
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_spring_placement, only: rebuild_springs
+   use hampm_text, only: to_text
    use hampm_thin_cells, only: soften_thin_cells
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
@@ -111,24 +113,45 @@ contains
       m%operators = element_operators_t()
       m%interleaved = interleaved_t()
       m%corners = corner_map_t()
-      if (allocated(m%grid%bodies) .and. m%springs%are_bounded) & ! explicit steps have to be stable
+      if (allocated(m%grid%bodies) .and. m%springs%are_bounded .and. .not. m%grid%is_quadratic()) & ! explicit steps have to be stable
          call soften_thin_cells(m%particles, m%grid, m%materials)
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)
-      call new_nodal_fields(m%grid, m%fields, failure)
+      if (m%springs%alone > 0) call report_thin_piece(m, failure)
+      if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
+      if (failure%failed()) return
+      if (allocated(m%fields%mass_matrix%blend)) call give_ties(m)
       call lump_at_pairs(m%contact, m%grid, m%fields%mass_matrix)
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
       end if
-      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure)
+      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure, m%fields%mass_matrix%ties)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Fail because of a piece of a cell that is too small to move by itself.
+   subroutine report_thin_piece(m, failure)
+      type(motion_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      associate (x => m%grid%element_lower(:, m%springs%alone) + m%grid%leaf_size(m%springs%alone)/2)
+         call failure%report(exit_computation, 'the material around ('//to_text(x(1))//', '//to_text(x(2))//') m is less than '// &
+                             to_text(enough_alone)//' of a quadratic cell wide, too little to move. Use smaller cells, &grid '// &
+                             'order = 1, or time = ''static''')
+      end associate
+   end subroutine report_thin_piece
+
+   !> Give the mass matrix the masses of springs, and room for its diagonal where quadratic cells are cut.
+   subroutine give_ties(m)
+      type(motion_t), intent(inout) :: m
+      m%fields%mass_matrix%ties = mass_ties_of(m%springs)
+      if (allocated(m%grid%correction)) allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
+   end subroutine give_ties
 
    !> Energy that the material stores, with that of bonds [J].
    real(dp) function stored_energy(m)
@@ -220,6 +243,7 @@ contains
       else
          call assemble(m%grid, m%blocks, m%fields, mass, momentum, force)
       end if
+      if (momentum .and. m%springs%n > 0) call add_spring_momentum(m%springs, m%fields%momentum)
    end subroutine assemble_sums
 
    !> Find the cells that are passed without their particles, and their operators, from particles and contributions that fit each

@@ -29,7 +29,7 @@ module hampm_newmark
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
-   use hampm_face_springs, only: stretch_springs
+   use hampm_face_springs, only: stretch_springs, kick_springs, add_spring_resistance
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -143,6 +143,7 @@ contains
          b = (r + (1 + c%alpha)*f - c%alpha*self%f - product)/(1 + c%alpha)
          if (any(abs(driven%du) > 0)) then
             call forces_of(m, driven%du, resisting)
+            call add_spring_resistance(m%springs, driven%du, resisting)
             b = b - resisting
          end if
          call self%k%solve(m, b, du, unsolved)
@@ -258,6 +259,7 @@ contains
       type(pass_t), parameter :: follow = pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
                                                  map_momentum=.true., map_force=.true.)
       type(pass_report_t) :: report
+      real(dp) :: unused
       m%fields%acceleration = dv/dt
       m%fields%velocity(:, :, v_next) = du/dt
       if (m%operators%is_active) then
@@ -266,6 +268,7 @@ contains
          call pass_over_all(follow, dt, m%materials, m%particles, m%blocks, m%fields, report)
       end if
       call stretch_springs(m%springs, du, 1.0_dp)
+      call kick_springs(m%springs, m%fields%acceleration, dt, unused)
       m%operators%is_behind = m%operators%is_active
    end subroutine move_particles
 

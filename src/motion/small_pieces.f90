@@ -1,9 +1,10 @@
 !> What holds the nodes of small pieces of quadratic cells that cracks or edges cut: a piece that has few particles leaves some motions of its
 !> nine nodes free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of a fuller cell next to it, on the
-!> same side of the crack, are continued. Such springs do not feel any quadratic displacement.
+!> same side of the crack, are continued. Such springs do not feel any quadratic displacement. In motion they have a mass too, which no quadratic
+!> velocity has any of: so the mass matrix is as well-conditioned as that of whole cells.
 !>
 !> Source: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220; here it is the difference of the continued polynomials
-!> itself that is held, at the nodes (Preuss 2018).
+!> itself that is held, at the nodes (Preuss 2018). In the mass matrix: `hampm_mass_ties`.
 module hampm_small_pieces
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t
@@ -14,32 +15,45 @@ module hampm_small_pieces
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: tie_small_pieces
+   public :: tie_small_pieces, enough_alone
 
-   real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs nothing
+   real(dp), parameter :: enough = 0.5_dp        !! part of a cell from which on a piece needs no stiffness
+   real(dp), parameter :: enough_in_motion = 0.9_dp !! and no mass
+   real(dp), parameter :: enough_alone = 0.6_dp  !! with which it moves by itself, where no cell beside it is fuller
    real(dp), parameter :: firmness = 1.0_dp      !! stiffness of a spring, over E' and the thickness
+   real(dp), parameter :: heaviness = 0.1_dp     !! mass of a spring, over that of a full cell
 
 contains
 
-   !> Add the springs of all small pieces.
+   !> Add the springs of all small pieces, and note whether one is alone.
    pure subroutine tie_small_pieces(springs, grid, p, blocks, materials)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
-      real(dp) :: fill(grid%n_elements)
+      real(dp) :: fill(grid%n_elements), least, most
+      logical :: moves(grid%n_points)
       integer :: e, host, i
       fill = 0
+      moves = .false.
+      springs%alone = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
             fill(first) = fill(first) + p%volume(i)/(springs%thickness*grid%leaf_size(first)**ndim)
          end associate
       end do
+      most = merge(enough_in_motion, enough, springs%are_moving)
+      least = merge(-1.0_dp, 0.0_dp, springs%are_moving) ! of a piece without particles too nodes may be masters of hanging ones
       do e = 1, grid%n_elements, corners
-         if (.not. (fill(e) > 0 .and. fill(e) < enough) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
+         if (fill(e) > 0) moves(grid%support_of(e)) = .true.
+      end do
+      call grid%dofs%mark_masters(moves)
+      do e = 1, grid%n_elements, corners
+         if (.not. (fill(e) > least .and. fill(e) < most) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
          host = fullest_beside(grid, fill, e)
-         if (host > 0) call tie(springs, grid, p, blocks, materials, e, host)
+         if (host == 0 .and. springs%are_moving .and. fill(e) > 0 .and. fill(e) < enough_alone) springs%alone = e
+         if (host > 0) call tie(springs, grid, p, blocks, materials, e, host, moves, fill(e) > 0 .and. fill(e) < enough)
       end do
    end subroutine tie_small_pieces
 
@@ -74,19 +88,29 @@ contains
    end function count_common
 
    !> Tie the nodes of a piece that are not those of its host.
-   pure subroutine tie(springs, grid, p, blocks, materials, e, host)
+   pure subroutine tie(springs, grid, p, blocks, materials, e, host, moves, is_stiff)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: e, host             !! the first elements of both
-      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus
+      logical, intent(in) :: moves(:)            !! which nodes have material, (n_points)
+      logical, intent(in) :: is_stiff            !! else they have only a mass
+      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density, &
+                  moduli(size(materials)), densities(size(materials))
       integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
       own = grid%support_of(e)
-      modulus = maxval([(modulus_in(e + j), j=0, corners - 1)])
+      moduli = [(materials(k)%plane_modulus(), k=1, size(materials))]
+      densities = [(materials(k)%density, k=1, size(materials))]
+      modulus = 0
+      density = 0
+      do j = 0, corners - 1
+         modulus = max(modulus, largest_in(moduli, e + j))
+         density = max(density, largest_in(densities, e + j), largest_in(densities, host + j))
+      end do
       do k = 1, size(own)
-         if (own(k) > grid%n_nodes .or. any(grid%support_of(host) == own(k))) cycle
+         if (own(k) > grid%n_nodes .or. .not. moves(own(k)) .or. any(grid%support_of(host) == own(k))) cycle
          if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
          springs%n = springs%n + 1
          s = springs%n
@@ -103,7 +127,9 @@ contains
             springs%share(n + 1:n + j, s) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
             springs%place(:, s) = x
          end associate
-         springs%stiffness(s) = firmness*modulus*springs%thickness
+         springs%stiffness(s) = merge(firmness*modulus*springs%thickness, 0.0_dp, is_stiff)
+         springs%mass(s) = merge(heaviness*density*springs%thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
+         springs%rate(:, s) = 0
          springs%length(s) = grid%leaf_size(e)
          springs%cell(s) = grid%leaf_size(e)
          springs%normal(:, s) = [1, 0]
@@ -120,14 +146,15 @@ contains
          springs%stored(s) = 0
       end do
    contains
-      !> The largest modulus of the particles in an element [Pa]; 0 where there are none.
-      pure real(dp) function modulus_in(element) result(largest)
+      !> The largest value that the materials of the particles in an element have; 0 where there are none.
+      pure real(dp) function largest_in(values, element) result(largest)
+         real(dp), intent(in) :: values(:)       !! by material
          integer, intent(in) :: element
          integer :: i
          largest = 0
          do i = blocks%first_in(element), blocks%last_in(element), blocks%stride_in(element)
-            largest = max(largest, materials(p%material(i))%plane_modulus())
+            largest = max(largest, values(p%material(i)))
          end do
-      end function modulus_in
+      end function largest_in
    end subroutine tie
 end module hampm_small_pieces

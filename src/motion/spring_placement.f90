@@ -2,7 +2,8 @@
 !> cracks end in, as bonds, and along cracks whose faces may touch, as contact.
 !>
 !> A node with little mass would tremble faster than any cell does: in explicit steps springs are weaker where they must be, so that
-!> with M the lumped masses the largest eigenvalue of M**-1 K of all springs by themselves is at most a part of that of the cells.
+!> with M the lumped masses the largest eigenvalue of M**-1 K of all springs by themselves is at most a part of that of the cells. With quadratic
+!> cells, whose masses where they are cut are not lumped, they are as at rest (docs/quadratic.md).
 module hampm_spring_placement
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
@@ -93,8 +94,11 @@ contains
       do k = 1, size(grid%cut_cells%lines)
          if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
-      if (grid%is_quadratic()) call tie_small_pieces(springs, grid, p, blocks, materials)
-      if (springs%n > 0 .and. springs%are_bounded) call soften(springs, grid, p, blocks, materials)
+      if (grid%is_quadratic()) then
+         call tie_small_pieces(springs, grid, p, blocks, materials)
+      else if (springs%n > 0 .and. springs%are_bounded) then
+         call soften(springs, grid, p, blocks, materials)
+      end if
    end subroutine rebuild_springs
 
    !> Note the bonds of tips that move, as they are.
@@ -340,6 +344,8 @@ contains
                springs%lets_go(s) = .false.
                springs%kept(s) = 1
                springs%stored(s) = 0
+               springs%mass(s) = 0
+               springs%rate(:, s) = 0
                n = 0
                springs%n_left(s) = 0
                do side = 1, faces

@@ -27,7 +27,7 @@ module hampm_step
    use hampm_pass, only: pass_t
    use hampm_tiled_step, only: step_in_tiles
    use hampm_tiling, only: plan_tiles
-   use hampm_face_springs, only: add_spring_forces, stretch_springs, settle_slip, spring_energy
+   use hampm_face_springs, only: add_spring_forces, stretch_springs, settle_slip, spring_energy, kick_springs
    use hampm_whereabouts, only: when, origin
    implicit none
    private
@@ -196,6 +196,7 @@ contains
       type(pass_report_t), intent(inout) :: report
       type(failure_t), intent(inout) :: failure
       type(pass_t) :: audited
+      real(dp) :: kick_energy
       if (m%operators%is_active) then
          call pass_or_apply_everywhere(m%operators, pass, dt, m%materials, m%particles, m%blocks, m%fields)
       else
@@ -203,7 +204,9 @@ contains
          audited%audit = m%audit
          call do_pass(m, audited, dt, report, failure)
       end if
-      if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - report%stress_work
+      kick_energy = 0
+      if (pass%kick .and. m%springs%n > 0) call kick_springs(m%springs, m%fields%acceleration, dt, kick_energy)
+      if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - kick_energy - report%stress_work
    end subroutine pass_and_book
 
    !> Velocities of the nodes, `v_n` or `v_mapped`, from their momentum.

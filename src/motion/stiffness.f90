@@ -164,7 +164,9 @@ contains
             end associate
          end if
          by_master = matrix_by_masters(ndim, weight, by_corner)
-         if (m%grid%is_piece(cells(k)) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(cells(k)) < corners)) then
+         if (m%grid%is_quadratic() .and. stiffness%kind%mass_factor > 0) then
+            continue                             ! ties hold them, and their masses (`hampm_mass_ties`)
+         else if (m%grid%is_piece(cells(k)) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(cells(k)) < corners)) then
             do d = 1, ndim*n
                by_master(d, d) = by_master(d, d) + hardly*maxval(by_corner)
             end do
@@ -172,7 +174,7 @@ contains
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
-      call add_springs(m, stiffness%unknowns, matrix)
+      call add_springs(m, stiffness%kind%mass_factor, stiffness%unknowns, matrix)
    end subroutine fill
 
    !> The nodes that each spring between faces couples, 0 behind the last.
@@ -186,15 +188,16 @@ contains
       end if
    end function nodes_of_springs
 
-   !> Add the stiffness of springs between faces: c_i c_j times that of the opening.
-   subroutine add_springs(m, unknowns, matrix)
+   !> Add the stiffness of springs between faces: c_i c_j times that of the opening, and so many times their masses.
+   subroutine add_springs(m, mass_factor, unknowns, matrix)
       type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: mass_factor        !! [1/s2]
       type(numbering_t), intent(in) :: unknowns
       type(sparse_t), intent(inout) :: matrix
       real(dp) :: tangent(ndim, ndim)
       integer :: k, i, j, d, c
       do k = 1, m%springs%n
-         tangent = spring_stiffness(m%springs, k)
+         tangent = spring_stiffness(m%springs, k) + mass_factor*m%springs%mass(k)*identity
          associate (node => m%springs%node(:, k), share => m%springs%share(:, k))
             do j = 1, count(node > 0)
                do i = 1, count(node > 0)

@@ -13,7 +13,7 @@ module hampm_quadratic_consistency
    public :: check_quadratic_cells
 
    character(*), parameter :: intro = 'with &grid order = 2'
-   character(*), parameter :: of_mass = 'where such cells are cut, some nodes would have a mass below 0'
+   character(*), parameter :: where_cut = ' in motion where cracks or edges cut cells'
 
 contains
 
@@ -47,7 +47,39 @@ contains
       refine = settings%find('refine', 1)
       if (settings%good(refine, 'r_coarsen') .and. scene%refine%indicator == 'gradient' .and. scene%refine%r_coarsen > 0) &
          call settings%complain(mistakes, refine, 'r_coarsen', 'must be 0 '//intro//': their particles do not recombine')
+      if (scene%method%time /= 'static' .and. are_cut(scene)) call check_motion_of_cut_cells(scene, settings, mistakes)
    end subroutine check_method
+
+   !> Where cells are cut their functions have integrals below 0 for some nodes: only the full mass matrix moves them.
+   pure subroutine check_motion_of_cut_cells(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: method, refine, k
+      method = settings%find('method', 1)
+      refine = settings%find('refine', 1)
+      if (settings%good(method, 'mass') .and. scene%method%mass /= 'full') call settings%complain(mistakes, method, 'mass', &
+         'must be ''full'' '//intro//where_cut//': some nodes would have a lumped mass below 0. Use mass = ''full'', or '// &
+         'time = ''static''')
+      if (settings%good(method, 'solver') .and. scene%method%solver == 'cg') call settings%complain(mistakes, method, 'solver', &
+         'must be ''umfpack'' or ''banded'' '//intro//where_cut//': what ''cg'' takes to begin with are inverses of the mass '// &
+         'matrices of cells, and pieces of these may have none')
+      if (settings%good(refine, 'indicator') .and. any(scene%refine%indicator == [character(8) :: 'zz', 'gradient'])) &
+         call settings%complain(mistakes, refine, 'indicator', 'must be ''tip'' or ''none'' '//intro//where_cut// &
+                                ': their particles would have to be given to finer cells')
+      do k = 1, size(scene%materials)
+         if (scene%materials(k)%law == 'neo_hookean') call settings%complain(mistakes, settings%find('material', k), 'law', &
+            'must be ''linear_elastic'' or ''orthotropic'' '//intro//where_cut//'. At rest it may be ''neo_hookean''')
+      end do
+      if (scene%crack%contact) call settings%complain(mistakes, settings%find('crack', 1), 'contact', 'must be ''none'' '// &
+         intro//where_cut//': pairs of nodes have lumped masses')
+      do k = 1, size(scene%paths)
+         if (scene%paths(k)%contact) call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'contact', &
+            'must be ''none'' for a &crack of kind = ''path'' '//intro//' in motion. Use time = ''static'', or order = 1')
+      end do
+      if (size(scene%growth) > 0) call settings%complain(mistakes, settings%find('grid', 1), 'order', 'must be 1 where cracks '// &
+                                                         'grow in motion; with order = 2 paths grow at rest')
+   end subroutine check_motion_of_cut_cells
 
    !> Laws have no history and no share of the dilatation: what particles remember would have to follow each pass.
    pure subroutine check_materials(scene, settings, mistakes)
@@ -62,7 +94,17 @@ contains
       end do
    end subroutine check_materials
 
-   !> Rectangles fill cells, other shapes are at rest; with enough particles in each cell.
+   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
+   pure logical function are_cut(scene)
+      type(scene_t), intent(in) :: scene
+      integer :: k
+      are_cut = size(scene%paths) > 0
+      do k = 1, size(scene%bodies)
+         are_cut = are_cut .or. scene%bodies(k)%outline%is_there()
+      end do
+   end function are_cut
+
+   !> Rectangles fill cells; with enough particles in each cell.
    pure subroutine check_bodies(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
@@ -76,11 +118,7 @@ contains
                                       intro//': with fewer some motions of its nodes strain no particle')
             if (abs(body%spin) > 0) call settings%complain(mistakes, entry, 'spin', 'must be 0 '//intro)
             if (any(abs(body%eigenstrain) > 0)) call settings%complain(mistakes, entry, 'eigenstrain', 'must be 0 '//intro)
-            if (body%outline%is_there()) then
-               if (scene%method%time /= 'static') call settings%complain(mistakes, entry, 'shape', 'must be ''rectangle'', '// &
-                  'without a hole, '//intro//' in motion: '//of_mass//'. Use time = ''static''')
-               cycle
-            end if
+            if (body%outline%is_there()) cycle
             if (.not. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) &
                call settings%complain(mistakes, entry, 'lower', 'and upper must be nodes of the lattice '//intro// &
                                       ': bodies are to fill their cells')
@@ -109,12 +147,6 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: k
-      do k = 1, size(scene%paths)
-         if (scene%method%time == 'static') cycle
-         call settings%complain(mistakes, settings%find('crack', scene%paths(k)%number), 'kind', 'must be ''symmetry'' or '// &
-                                '''line'' '//intro//' in motion: '//of_mass//'. Use time = ''static''')
-      end do
       if (size(scene%growth) > 0 .and. size(scene%paths) == 0) call settings%complain(mistakes, settings%find('grid', 1), &
          'order', 'must be 1 where a crack of kind ''symmetry'' grows; a path may, at rest')
       if (scene%crack%contact .and. any(scene%refine%indicator == [character(8) :: 'zz', 'gradient'])) &

@@ -80,7 +80,7 @@ contains
       end if
       if (settings%text(method, 'solver') == 'auto') then
          solver = 'cg'
-         if (time == 'static' .or. time == 'implicit') solver = 'umfpack'
+         if (time == 'static' .or. time == 'implicit' .or. cuts_quadratic_cells(settings)) solver = 'umfpack'
          call settings%set_text(method, 'solver', solver)
       end if
       if (settings%good(crack, 'direction')) then
@@ -90,6 +90,18 @@ contains
          call settings%set_numbers(crack, 'direction', direction)
       end if
    end subroutine resolve
+
+   !> Whether cells are quadratic, and cracks or edges cut them: iterations that take each cell by itself are not for these.
+   pure logical function cuts_quadratic_cells(settings) result(cuts)
+      type(settings_t), intent(in) :: settings
+      integer :: k
+      cuts = .false.
+      if (.not. settings%good(settings%find('grid', 1), 'order')) return
+      if (settings%number(settings%find('grid', 1), 'order') < 2) return
+      cuts = any([(settings%text(settings%find('crack', k), 'kind') == 'path', k=1, settings%count_of('crack'))]) .or. &
+             any([(settings%text(settings%find('body', k), 'shape') /= 'rectangle' .or. &
+                   settings%flag(settings%find('body', k), 'hole'), k=1, settings%count_of('body'))])
+   end function cuts_quadratic_cells
 
    !> Name of the result file of a namelist file: without folder, `.h5` instead of its ending.
    pure function result_file(path) result(name)

@@ -378,8 +378,6 @@ def test_a_tube_under_pressure(hampm, tmp_path):
 # --- what they do not go with -----------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("change, message", [
-    (("time = 'static'", "time = 'explicit'"), "'line' with &grid order = 2 in motion"),
-    (("time = 'static'", "time = 'implicit'  time_step = 0.1"), "'line' with &grid order = 2 in motion"),
     (("points_per_cell = 3", "points_per_cell = 2"), "must be at least 3 with &grid order = 2"),
     (("&crack kind = 'path'  points = -0.0041, -0.0013, 0.0037, 0.0022", "&growth toughness = 100.0  increment = 1e-3 /\n&crack kind = 'symmetry'  tip = 0.0, -0.012 "
       " direction = '+x'"), "must be 1 where a crack of kind 'symmetry' grows")])
@@ -387,9 +385,3 @@ def test_what_cut_cells_do_not_go_with_is_refused(hampm, tmp_path, change, messa
     text = quadratic(scene([[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]], 1e-3, (0.012, 0.012), 1))
     assert change[0] in text
     assert message in run(hampm, tmp_path, text.replace(*change), code=2)
-
-
-@pytest.mark.parametrize("time", ["explicit", "implicit"])
-def test_shapes_in_motion_are_refused(hampm, tmp_path, time):
-    text = (INPUT / "plate_with_hole.nml").read_text().replace("&grid\n", "&grid\n order = 2\n").replace("time = 'static'", f"time = '{time}'\n frame = 'total'")
-    assert "must be 'rectangle', without a hole, with &grid order = 2 in motion" in run(hampm, tmp_path, text, code=2, name="plate_with_hole")
