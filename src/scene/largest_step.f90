@@ -29,6 +29,9 @@ module hampm_largest_step
    real(dp), parameter :: of_anisotropy = 0.95_dp
    !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
+   !> What finer cells leave of the limit of particles whose lattice does not fit the cells, by edges that only they have: with leapfrog schemes
+   !> and the lumped mass matrix, of what phases of the lattice leave, and else (docs/stability.md)
+   real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.6_dp
    !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
    !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
@@ -147,6 +150,8 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=scene%grid%order > 1)/speed
+            if (refines(scene) .and. scene%grid%order == 1 .and. .not. fits_cells(rows%spacing, start, body%points_per_cell)) &
+               limit = limit*of_misfit(scene, body%points_per_cell)
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
@@ -174,6 +179,28 @@ contains
          end if
       end associate
    end function body_limit
+
+   !> Whether particles are at the same places in all cells, of which those in finer cells allow no less.
+   pure logical function fits_cells(spacing, start, points_per_cell) result(fits)
+      real(dp), intent(in) :: spacing(ndim)      !! of the particles [cells]
+      real(dp), intent(in) :: start(ndim)        !! where in its cell the body begins [cells]
+      integer, intent(in) :: points_per_cell
+      associate (halves => 2*points_per_cell*start)
+         fits = all(abs(points_per_cell*spacing - 1) <= grace .and. abs(halves - anint(halves)) <= grace)
+      end associate
+   end function fits_cells
+
+   !> What finer cells leave of the limit where they are not. Of n particles in a cell and direction the shortest vibration takes the
+   !> part (1 - 1/n^2)/3 of M over D if they are as far from both nodes, and (1 + 2/n^2)/3 if one is at a node; leapfrog schemes have
+   !> its root in their frequencies. The limit is that of cells of the root, which may be the former, and some finer cells are the latter.
+   pure real(dp) function of_misfit(scene, points_per_cell) result(part)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: points_per_cell
+      associate (squared => real(max(points_per_cell, 2), dp)**2)  ! others are mistakes
+         part = of_misfit_edges*sqrt((squared - 1)/(squared + 2))
+      end associate
+      if (scene%method%mass /= 'lumped' .or. scene%method%scheme == 'usl') part = of_misfit_else
+   end function of_misfit
 
    !> The same where edges cut cells anywhere, as far as cells that are less full than `least_fill` move with others: the least of those with
    !> cells at the edges that are filled by parts between that and all, and of corners. Times the wave speed over the size of a cell [-].

@@ -122,6 +122,22 @@ def test_limit_of_quadratic_cells_of_several_sizes(hampm, tmp_path, mass, levels
         assert not survives(hampm, tmp_path, 2 * uniform, refined=(levels, rings), **keys), uniform
 
 
+@pytest.mark.parametrize(("lower", "size", "points"), [((2.1, 2.0), (7.25, 7.4), 2), ((2.0, 2.0), (8.25, 7.9), 2), ((2.5, 2.5), (7.5, 7.4), 2),
+                                                       ((2.1, 2.0), (7.75, 7.9), 4)])
+@pytest.mark.parametrize("mass", MASSES)
+@pytest.mark.parametrize("scheme", ["musl", "usl"])
+def test_limit_of_finer_cells_that_the_lattice_does_not_fit(hampm, tmp_path, scheme, mass, lower, size, points):
+    """Finer cells have particles at other places: what leapfrog schemes lose by these, most with the lumped matrix and two points."""
+    keys = {"scheme": scheme, "mass": MASSES[mass], "poisson": 0.0, "lower": lower, "size": size, "points": points}
+    lattice, levels = named_limit(hampm, tmp_path, **keys), [(1, 2), (3, 3)]
+    for refined in levels:
+        limit = named_limit(hampm, tmp_path, refined=refined, **keys)
+        assert limit <= lattice
+        assert survives(hampm, tmp_path, 0.98 * limit, refined=refined, **keys), limit
+    if (scheme, mass, points) == ("musl", "lumped", 2):  # that of the lattice in large cells is too much
+        assert not all(survives(hampm, tmp_path, 0.98 * lattice, refined=refined, **keys) for refined in levels), lattice
+
+
 @pytest.mark.parametrize(("poisson", "courant"), [(0.33, 0.85), (0.35, 0.80), (0.40, 0.75)])
 def test_nearly_incompressible_material_is_not_taken_beyond_its_limit(hampm, tmp_path, poisson, courant):
     (tmp_path / "case.nml").write_text(scene(poisson=poisson, courant=courant))
