@@ -29,9 +29,9 @@ module hampm_largest_step
    real(dp), parameter :: of_anisotropy = 0.95_dp
    !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
-   !> What finer cells leave of the limit of particles whose lattice does not fit the cells, by edges that only they have: with leapfrog schemes
-   !> and the lumped mass matrix, of what phases of the lattice leave, and else (docs/stability.md)
-   real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.6_dp
+   !> What finer cells leave of the limit of particles whose lattice does not fit the cells: with leapfrog schemes and the lumped mass matrix, of
+   !> what phases of the lattice leave, and else (docs/stability.md)
+   real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.8_dp
    !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
    !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
@@ -150,8 +150,9 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=scene%grid%order > 1)/speed
-            if (refines(scene) .and. scene%grid%order == 1 .and. .not. fits_cells(rows%spacing, start, body%points_per_cell)) &
-               limit = limit*of_misfit(scene, body%points_per_cell)
+            if (.not. refines(scene) .or. scene%grid%order > 1 .or. fits_cells(rows%spacing, start, body%points_per_cell)) return
+            limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)
+            limit = limit*of_misfit(scene, body%points_per_cell)
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
@@ -189,6 +190,31 @@ contains
          fits = all(abs(points_per_cell*spacing - 1) <= grace .and. abs(halves - anint(halves)) <= grace)
       end associate
    end function fits_cells
+
+   !> The limit of the edges of a body in finer cells, of which the first levels have all kinds: they end elsewhere in these. Times the wave
+   !> speed over the size of a cell [-].
+   pure real(dp) function limit_at_edges(start, length, n, max_level, moduli, mass, strains_last, damping) result(limit)
+      real(dp), intent(in) :: start(ndim)        !! where in its cell the body begins [cells]
+      real(dp), intent(in) :: length(ndim)       !! [cells]
+      integer, intent(in) :: n(ndim)             !! particles
+      integer, intent(in) :: max_level
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
+      type(mass_choice_t), intent(in) :: mass
+      logical, intent(in) :: strains_last        !! usl
+      real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
+      integer, parameter :: levels = 4
+      type(row_t) :: rows(ndim)
+      integer :: level, d
+      limit = huge(limit)
+      do level = 1, min(max_level, levels)
+         associate (begin => modulo(2**level*start, 1.0_dp))
+            do d = 1, ndim
+               rows(d) = row_of_points(begin(d), begin(d) + 2**level*length(d), 2**level*n(d), sample_cells)
+            end do
+         end associate
+         limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
+      end do
+   end function limit_at_edges
 
    !> What finer cells leave of the limit where they are not. Of n particles in a cell and direction the shortest vibration takes the
    !> part (1 - 1/n^2)/3 of M over D if they are as far from both nodes, and (1 + 2/n^2)/3 if one is at a node; leapfrog schemes have
