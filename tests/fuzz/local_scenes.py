@@ -1,8 +1,8 @@
 """Cracked plates in the total frame with cells refined around their tips, at random, with time steps that fit the size of the cells
 (`time_steps = 'local'`, leapfrog steps), and with common ones.
 
-At the limit of the courant number the energy must not grow, and with half of it the motion is that with short common steps, about as well as with
-common steps of the same number.
+At the limit of the courant number the energy must not grow, and with a quarter of it the motion is that with short common steps, about as well as with
+common steps of half of it: the error is that of the large cells, which falls with the square of the step.
 
     .venv/bin/python tests/fuzz/local_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
 """
@@ -17,7 +17,7 @@ import numpy as np
 from runs import PROGRAM, try_run
 from scene_fuzzer import main
 
-GROWTH = 3.0  # times that with short steps, of what the balance of energy misses, from the first half of a run to the second
+GROWTH = 3.0  # times that with common steps, of what the balance of energy misses, from the first half of a run to the second
 WORSE, FLOOR = 2.5, 0.04  # times the error that common steps of that courant number have, and what is always allowed
 NEARLY = 0.999  # of the limit of the courant number
 
@@ -83,21 +83,21 @@ def result(path):
 
 
 def look(folder, text):
-    """What is wrong with a result; '' where nothing is. Runs the scene with the longest local steps that there are, with half of their courant number and
-    common ones of the same, and with common ones of a fifth of it."""
+    """What is wrong with a result; '' where nothing is. Runs the scene with the longest local steps that there are, with a quarter of their courant number, with
+    common ones of half of it, and with common ones of a fifth of it."""
     program = Path(sys.argv[sys.argv.index("--program") + 1]).resolve() if "--program" in sys.argv else PROGRAM
     courant = NEARLY * largest_courant(program, folder, text)
     runs = []
-    for steps, part in (("local", 1), ("local", 0.5), ("global", 0.5), ("global", 0.2)):
+    for steps, part in (("local", 1), ("local", 0.25), ("global", 0.5), ("global", 0.2)):
         (folder / "case.h5").unlink(missing_ok=True)
         scene_text = text.replace("time_steps = 'local'", f"time_steps = '{steps}'").replace("courant = 0 ", f"courant = {part * courant} ")
         code, fault = try_run(program, folder, scene_text, [])
         if fault or code:
             return fault or f"ends with {code} with {steps} steps of {part * courant}"
         runs.append(result(folder / "case.h5"))
-    (_, growth), (local, _), (common, _), (exact, least) = runs
-    if not growth <= GROWTH * max(least, 1):
-        return f"what the balance of energy misses grows {growth:.1f} times, {least:.1f} times with short steps"
+    (_, growth), (local, _), (common, ordinary), (exact, least) = runs
+    if not growth <= GROWTH * max(least, ordinary, 1):
+        return f"what the balance of energy misses grows {growth:.1f} times, {ordinary:.1f} and {least:.1f} times with common steps"
     off, allowed = (np.sqrt(np.mean((one - exact)**2) / np.mean(exact**2)) for one in (local, common))
     return "" if off <= WORSE * allowed + FLOOR else f"displacements are off by {off:.1e}, those of common steps by {allowed:.1e}"
 
