@@ -13,7 +13,8 @@ COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimp
 
 # Vectors of 512 bits are no faster on the processors that have them: cells come in blocks of four
 width := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=256)
-release := -O3 -fno-tree-loop-distribute-patterns -march=native $(width) -flto=auto -ffat-lto-objects -finline-limit=1000
+# Kernels that several procedures call are to be put into all of them
+release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=native $(width) -flto=auto -ffat-lto-objects -finline-limit=1000
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # To be run under valgrind, which does not know every processor's instructions; simulation.f90 apart, so that what it calls is
 # counted by procedure

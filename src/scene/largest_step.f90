@@ -150,7 +150,8 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=scene%grid%order > 1)/speed
-            if (.not. refines(scene) .or. scene%grid%order > 1 .or. fits_cells(rows%spacing, start, body%points_per_cell)) return
+            if (.not. refines(scene) .or. scene%grid%order > 1) return
+            if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)
             limit = limit*of_misfit(scene, body%points_per_cell)
             return
