@@ -7,30 +7,23 @@
 !>    motion      is that of short common steps, the closer the shorter the steps: with second order;
 !>    same bytes  on any number of threads.
 program test_local_leapfrog
-   use hampm_kinds, only: dp, ndim, long
+   use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
-   use hampm_forest, only: forest_t
+   use hampm_graded_body, only: place_graded, run_coarsely, same_numbers, cell, limit
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_lapack, only: dsyev
    use hampm_loads, only: load_on_particles
-   use hampm_material, only: new_material
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change, theta
    use hampm_motion, only: motion_t, map_to_grid, assemble_sums
-   use hampm_refined, only: refine_box
    use hampm_local_leapfrog, only: local_leapfrog_t
-   use hampm_motion, only: update_particles
-   use hampm_samples, only: rectangle_t, place_bodies, run_steps, start, total_energy
-   use hampm_sorting, only: sort_into_cells
+   use hampm_samples, only: run_steps, start, total_energy
    use hampm_static, only: static_t
    use hampm_step_groups, only: limit_groups
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads
    implicit none
-
-   real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
-   real(dp), parameter :: limit = 1/sqrt(2.6_dp) !! shear wave speed with E = 1, nu = 0.3
 
    call repeat_random_numbers()
    call test_definition()
@@ -43,30 +36,12 @@ program test_local_leapfrog
 
 contains
 
-   !> A body of cells of several sizes: small ones in its middle, or a few at a corner.
+   !> A body that is held at its left edge.
    subroutine place(levels, m, at_corner)
       integer, intent(in) :: levels
-      logical, intent(in), optional :: at_corner
       type(motion_t), intent(out) :: m
-      type(forest_t) :: forest
-      type(failure_t) :: failure
-      integer :: points, long, k
-      forest = forest_t([0.0_dp, 0.0_dp], cell, [8, 6])
-      if (present(at_corner)) then
-         long = 4
-         do k = 1, levels
-            call refine_box(forest, [1.0_dp, 2.0_dp], [1.0_dp, 2.0_dp] + 2.0_dp**(1 - k), k)
-         end do
-      else
-         long = 6
-         call refine_box(forest, [2.45_dp, 2.45_dp], [3.55_dp, 3.55_dp], levels)
-      end if
-      points = 2*2**levels
-      call place_bodies(forest, new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
-                        [rectangle_t([1.0_dp, 2.0_dp], [1.0_dp + long, 4.0_dp], points*[long, 2])], m)
-      m%particles%total_frame = .true.
-      m%blocks%by_group = .true.
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      logical, intent(in), optional :: at_corner
+      call place_graded(levels, 'linear_elastic', 'total', m, at_corner)
       call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
       call start(m, 'musl')
    end subroutine place
@@ -177,21 +152,13 @@ contains
    end subroutine find_eigenvalues
 
    !> Do some coarse steps.
-   subroutine run_coarsely(m, dt, largest, steps)
+   subroutine run_leapfrog(m, dt, largest, steps)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! finest step [s]
       integer, intent(in) :: largest, steps
       type(local_leapfrog_t) :: c
-      type(failure_t) :: failure
-      integer :: k
-      c%largest = largest
-      do k = 1, steps
-         call c%advance(m, dt, failure)
-         if (failure%failed()) exit
-      end do
-      if (.not. failure%failed()) call update_particles(m, failure)
-      call check(.not. failure%failed(), 'coarse steps')
-   end subroutine run_coarsely
+      call run_coarsely(c, m, dt, largest, steps)
+   end subroutine run_leapfrog
 
    !> Longest step of the finest cells, for a courant number of 0.5 [s].
    pure real(dp) function longest(levels)
@@ -232,7 +199,7 @@ contains
          call run_steps(m, longest(levels), 50*2**levels)
          call check_close(maxval(abs(m%particles%gradient - before))/maxval(abs(before)), 0.0_dp, 1.0e-9_dp, &
                           to_text(levels)//' levels: common steps leave it at rest')
-         call run_coarsely(m, longest(levels), m%blocks%groups%largest, 50)
+         call run_leapfrog(m, longest(levels), m%blocks%groups%largest, 50)
          call check_close(maxval(abs(m%particles%gradient - before))/maxval(abs(before)), 0.0_dp, 1.0e-9_dp, &
                           to_text(levels)//' levels: so do coarse ones')
       end do
@@ -248,7 +215,7 @@ contains
          call place(levels, m)
          call vibrate(m)
          first = mean_energy(m, levels, averaged)
-         call run_coarsely(m, longest(levels), m%blocks%groups%largest, 1500)
+         call run_leapfrog(m, longest(levels), m%blocks%groups%largest, 1500)
          last = mean_energy(m, levels, averaged)
          call check_close(last/first, 1.0_dp, 1.0e-3_dp, to_text(levels)//' levels: the energy does not drift')
       end do
@@ -260,7 +227,7 @@ contains
       integer :: k
       mean_energy = 0
       do k = 1, steps
-         call run_coarsely(m, longest(levels), m%blocks%groups%largest, 1)
+         call run_leapfrog(m, longest(levels), m%blocks%groups%largest, 1)
          mean_energy = mean_energy + total_energy(m)/steps
       end do
    end function mean_energy
@@ -277,7 +244,7 @@ contains
       do k = 1, 2
          call place(3, m)
          call vibrate(m)
-         call run_coarsely(m, longest(3)/k, 2, k*steps)
+         call run_leapfrog(m, longest(3)/k, 2, k*steps)
          error(k) = norm2(m%particles%gradient - exact%particles%gradient)/norm2(exact%particles%gradient)
       end do
       write (*, '(a,2es10.2)') 'error of the strains', error
@@ -291,19 +258,14 @@ contains
       call vibrate(alone)
       alone%damping_rate = 0.1_dp
       together = alone
-      call run_coarsely(alone, longest(4), alone%blocks%groups%largest, 10)
+      call run_leapfrog(alone, longest(4), alone%blocks%groups%largest, 10)
       call use_threads(2, together%particles%n)
-      call run_coarsely(together, longest(4), together%blocks%groups%largest, 10)
+      call run_leapfrog(together, longest(4), together%blocks%groups%largest, 10)
       call use_threads(1, together%particles%n)
       call check(same_numbers(alone%particles%displacement(:, 2), together%particles%displacement(:, 2)) .and. &
                  same_numbers(alone%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
                  same_numbers([alone%damping_loss], [together%damping_loss]), 'the same bytes on one and two threads')
    end subroutine test_threads
-
-   logical function same_numbers(a, b)
-      real(dp), intent(in) :: a(:), b(:)
-      same_numbers = all(transfer(a, [0_long]) == transfer(b, [0_long]))
-   end function same_numbers
 
    !> The effective acceleration of a group.
    recursive function effective(m, group, largest, dt, d, c) result(a)

@@ -9,23 +9,15 @@
 program test_subcycled
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
-   use hampm_failure, only: failure_t
-   use hampm_forest, only: forest_t
+   use hampm_graded_body, only: place_graded, run_coarsely, same_numbers, cell, limit
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
-   use hampm_material, only: new_material
    use hampm_motion, only: motion_t
-   use hampm_particles, only: particles_t
-   use hampm_refined, only: refine_box
-   use hampm_samples, only: rectangle_t, place_bodies, start, run_steps, total_energy
-   use hampm_sorting, only: sort_into_cells
+   use hampm_samples, only: start, run_steps, total_energy
    use hampm_subcycled, only: subcycled_t
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads
    implicit none
-
-   real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
-   real(dp), parameter :: limit = 1/sqrt(2.6_dp) !! shear wave speed with E = 1, nu = 0.3
 
    call repeat_random_numbers()
    call test_groups()
@@ -41,47 +33,21 @@ program test_subcycled
 
 contains
 
-   !> A body of cells of up to 8 sizes, in which all particles are as close as two in a cell of the finest.
-   subroutine place(levels, law, m, frame)
-      integer, intent(in) :: levels
-      character(*), intent(in) :: law, frame
-      type(motion_t), intent(out) :: m
-      type(forest_t) :: forest
-      type(failure_t) :: failure
-      integer :: points
-      forest = forest_t([0.0_dp, 0.0_dp], cell, [8, 6])
-      call refine_box(forest, [2.45_dp, 2.45_dp], [3.55_dp, 3.55_dp], levels)
-      points = 2*2**levels
-      call place_bodies(forest, new_material('', law, .true., 1.0_dp, 0.3_dp, 1.0_dp), &
-                        [rectangle_t([1.0_dp, 2.0_dp], [7.0_dp, 4.0_dp], points*[6, 2])], m)
-      m%particles%total_frame = frame == 'total'
-      m%blocks%by_group = .true.
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      call check(.not. failure%failed(), 'the particles are sorted')
-   end subroutine place
-
    !> Do some coarse steps.
-   subroutine run_coarsely(m, dt, largest, steps)
+   subroutine run_impulses(m, dt, largest, steps)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       integer, intent(in) :: largest, steps
       type(subcycled_t) :: c
-      type(failure_t) :: failure
-      integer :: k
-      c%largest = largest
-      do k = 1, steps
-         call c%advance(m, dt, failure)
-         if (failure%failed()) exit
-      end do
-      if (failure%failed()) call check(.false., failure%message)
-   end subroutine run_coarsely
+      call run_coarsely(c, m, dt, largest, steps)
+   end subroutine run_impulses
 
    subroutine test_groups()
       type(motion_t) :: m
       integer :: b, e, k, c
       integer, allocatable :: least(:), most(:)
       real(dp) :: size_of_group
-      call place(4, 'linear_elastic', m, 'updated')
+      call place_graded(4, 'linear_elastic', 'updated', m)
       associate (g => m%blocks%groups, grid => m%grid)
          call check(g%largest >= 3, 'there are groups')
          allocate (least(grid%n_points), source=huge(1))
@@ -115,18 +81,18 @@ contains
    !> With cells of one size a coarse step is two ordinary ones, in which particles stay: in the total frame that is no difference.
    subroutine test_one_size()
       type(motion_t) :: together, apart
-      call place(0, 'neo_hookean', apart, 'total')       ! whose cells are always swept particle by particle
+      call place_graded(0, 'neo_hookean', 'total', apart)       ! whose cells are always swept particle by particle
       together = apart
       call vibrate(apart)
       call vibrate(together)
-      call run_coarsely(apart, 0.4_dp, 1, 10)
+      call run_impulses(apart, 0.4_dp, 1, 10)
       call run_steps(together, 0.4_dp, 20)
       call check(same_numbers(apart%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
                  same_numbers(apart%particles%gradient(:, 1, 2), together%particles%gradient(:, 1, 2)), &
                  'cells of one size: velocities and strains have the same bytes')
       call check(maxval(abs(apart%particles%displacement - together%particles%displacement)) < 1.0e-18_dp, &
                  'cells of one size: displacements are the same but for rounding')
-      call run_coarsely(apart, 0.4_dp, 0, 1)
+      call run_impulses(apart, 0.4_dp, 0, 1)
       call run_steps(together, 0.4_dp, 1)
       call check(same_numbers(apart%particles%velocity(:, 2), together%particles%velocity(:, 2)), 'a coarse step of one is a step')
    end subroutine test_one_size
@@ -135,13 +101,13 @@ contains
    subroutine test_turns()
       type(motion_t) :: together, apart
       integer :: k
-      call place(0, 'linear_elastic', apart, 'total')
+      call place_graded(0, 'linear_elastic', 'total', apart)
       together = apart
       call vibrate(apart)
       call vibrate(together)
       do k = 1, 5
-         call run_coarsely(apart, 0.4_dp, 0, 3)
-         call run_coarsely(apart, 0.4_dp, 1, 2)
+         call run_impulses(apart, 0.4_dp, 0, 3)
+         call run_impulses(apart, 0.4_dp, 1, 2)
       end do
       call run_steps(together, 0.4_dp, 35)
       call check(together%operators%is_active, 'cells answer by themselves')
@@ -153,14 +119,14 @@ contains
 
    subroutine test_threads()
       type(motion_t) :: alone, together
-      call place(3, 'neo_hookean', alone, 'updated')
+      call place_graded(3, 'neo_hookean', 'updated', alone)
       call push(alone)
       together = alone
       call start(alone, 'musl')
       call start(together, 'musl')
-      call run_coarsely(alone, 0.05_dp, 3, 10)
+      call run_impulses(alone, 0.05_dp, 3, 10)
       call use_threads(2, together%particles%n)
-      call run_coarsely(together, 0.05_dp, 3, 10)
+      call run_impulses(together, 0.05_dp, 3, 10)
       call use_threads(1, together%particles%n)
       call check(all(alone%particles%id == together%particles%id) .and. &
                  same_numbers(alone%particles%displacement(:, 1), together%particles%displacement(:, 1)) .and. &
@@ -188,7 +154,7 @@ contains
       real(dp), allocatable :: noise(:, :)
       integer :: levels
       do levels = 1, 3
-         call place(levels, 'linear_elastic', m, 'updated')
+         call place_graded(levels, 'linear_elastic', 'updated', m)
          allocate (noise(m%particles%n, ndim))
          call random_number(noise)
          m%particles%velocity = 1.0e-4_dp*(noise - 0.4_dp)
@@ -196,7 +162,7 @@ contains
          call start(m, 'musl')
          before = matmul(m%particles%mass, m%particles%velocity)
          scale = sum(m%particles%mass)*maxval(abs(m%particles%velocity))
-         call run_coarsely(m, 0.5_dp*limit_of(levels), levels, 100/2**levels)
+         call run_impulses(m, 0.5_dp*limit_of(levels), levels, 100/2**levels)
          after = matmul(m%particles%mass, m%particles%velocity)
          call check_close(maxval(abs(after - before))/scale, 0.0_dp, 1.0e-13_dp, &
                           to_text(levels)//' levels: momentum is conserved')
@@ -225,10 +191,10 @@ contains
       integer, parameter :: averaged = 300
       integer :: levels
       do levels = 1, 2
-         call place(levels, 'linear_elastic', m, 'updated')
+         call place_graded(levels, 'linear_elastic', 'updated', m)
          call vibrate(m)
          first = mean_energy(m, levels, averaged)
-         call run_coarsely(m, 0.5_dp*limit_of(levels), levels, 800/2**levels)
+         call run_impulses(m, 0.5_dp*limit_of(levels), levels, 800/2**levels)
          last = mean_energy(m, levels, averaged)
          write (*, '(a,i0,a,es10.2)') 'levels: ', levels, '  change of the mean energy', last/first - 1
          call check_close(last/first, 1.0_dp, 3.0e-3_dp, to_text(levels)//' levels: the energy does not drift')
@@ -241,7 +207,7 @@ contains
       integer :: k
       mean_energy = 0
       do k = 1, steps
-         call run_coarsely(m, 0.5_dp*limit_of(levels), levels, 1)
+         call run_impulses(m, 0.5_dp*limit_of(levels), levels, 1)
          mean_energy = mean_energy + total_energy(m)/steps
       end do
    end function mean_energy
@@ -263,14 +229,14 @@ contains
       integer :: k
       integer, parameter :: steps = 24
       dt = 0.5_dp*limit_of(2)
-      call place(2, 'linear_elastic', exact, 'total')
+      call place_graded(2, 'linear_elastic', 'total', exact)
       call bend(by, exact)
       if (by == 'step') call take_half_of_first(dt/8, exact)
       call run_steps(exact, dt/8, 8*4*steps)
       do k = 1, 2
-         call place(2, 'linear_elastic', m, 'total')
+         call place_graded(2, 'linear_elastic', 'total', m)
          call bend(by, m)
-         call run_coarsely(m, dt/k, 2, k*steps)
+         call run_impulses(m, dt/k, 2, k*steps)
          error(k) = norm2(m%particles%gradient - exact%particles%gradient)/norm2(exact%particles%gradient)
       end do
       write (*, '(a,2es10.2)') by//': error of the strains', error
@@ -312,7 +278,7 @@ contains
       integer :: k
       real(dp) :: error(2)
       do k = 1, 2
-         call place(3, 'linear_elastic', m, 'updated')
+         call place_graded(3, 'linear_elastic', 'updated', m)
          allocate (m%loads(1))
          m%loads(1)%force = [0.0_dp, 1.0e-8_dp]
          m%loads(1)%history%kind = 'ramp'
@@ -321,7 +287,7 @@ contains
          m%damping_rate = 0.1_dp
          call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
          call start(m, 'musl')
-         call run_coarsely(m, 0.5_dp*limit_of(3)/k, 3, 120*k)
+         call run_impulses(m, 0.5_dp*limit_of(3)/k, 3, 120*k)
          error(k) = (total_energy(m) + m%damping_loss - m%external_work)/m%external_work
       end do
       write (*, '(a,2es10.2)') 'error of the energy balance', error
@@ -337,7 +303,7 @@ contains
       integer(long) :: steps
       real(dp) :: dt
       integer :: k
-      call place(3, 'linear_elastic', m, 'updated')
+      call place_graded(3, 'linear_elastic', 'updated', m)
       call start(m, 'musl')
       do k = 1, 40
          call c%choose_steps(m, real(k, dp), 1.0_dp, steps, dt)
@@ -351,9 +317,4 @@ contains
       call c%choose_steps(m, 1.0e3_dp, 1.0_dp, steps, dt)
       call check(c%largest == 0, 'fast particles take common steps')
    end subroutine test_choice
-
-   logical function same_numbers(a, b)
-      real(dp), intent(in) :: a(:), b(:)
-      same_numbers = all(transfer(a, [0_long]) == transfer(b, [0_long]))
-   end function same_numbers
 end program test_subcycled
