@@ -1,8 +1,6 @@
-!> Quadratic cells as the gradient indicator looks at them: fields have values at the corners of cells, as in bilinear cells of the
-!> same size. The
-!> other nodes of a cell, in the middle of its sides and inside it, get what follows from its corners. One in the middle of a side
-!> that is a corner of
-!> finer cells has a value of its own, as in the bilinear transition element.
+!> Quadratic cells as the indicators look at them: fields have values at the corners of cells, as in bilinear cells of the same size.
+!> The other nodes of a cell, in the middle of its sides and inside it, get what follows from its corners. One in the middle of a
+!> side that is a corner of finer cells has a value of its own, as in the bilinear transition element.
 !>
 !> In a grid of bilinear cells all nodes are corners, and nothing here has anything to do.
 module hampm_corner_values
@@ -62,8 +60,7 @@ contains
    end subroutine gather_at_corners
 
    !> Give the other points the mean of the ends of their side, and those in the middle of cells that of their sides: the function
-   !> that is
-   !> bilinear in the cell.
+   !> that is bilinear in the cell.
    pure subroutine spread_from_corners(grid, is_corner, values)
       type(grid_t), intent(in) :: grid
       logical, intent(in) :: is_corner(:)

@@ -1,6 +1,5 @@
 !> The refinement parameter R of Tan & Nairn, (20)-(23): how far the mean of a field around a node is from its value there.
-!> Quadratic cells have it
-!> at their corners, over distances of whole cells: of a field it is what bilinear cells of the same size have.
+!> Quadratic cells have it at their corners, over distances of whole cells: of a field it is what bilinear cells of the same size have.
 module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell, points_of_quadratic

@@ -6,6 +6,7 @@
 module hampm_recovery
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_corner_values, only: are_corners
    use hampm_grid, only: grid_t
    use hampm_lapack, only: dposv
    use hampm_mass_matrix, only: mass_matrix_t
@@ -54,15 +55,9 @@ contains
       real(dp), intent(out) :: coefficient(:, :, :) !! 0 where there are no particles, (n_terms, width, n_nodes)
       real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
       integer, intent(in), optional :: material
-      logical :: is_corner(grid%n_nodes)
-      integer :: e, q, node
-      is_corner = .false.
-      do e = 1, grid%n_elements, corners
-         if (all(blocks%count_in(e:e + corners - 1) == 0)) cycle
-         do q = 1, corners
-            is_corner(grid%element_nodes(q, e + q - 1)) = .true.
-         end do
-      end do
+      logical :: is_corner(grid%n_points)
+      integer :: node
+      is_corner = are_corners(grid, blocks)
       coefficient = 0
       edge = 1
       do node = 1, grid%n_nodes

@@ -13,8 +13,7 @@
 !> Written out, forces are evaluated 2**largest times, those of cells of group g each 2**g finest steps, and what acts on the nodes
 !> is the mean. The effective acceleration is Q f with a symmetric Q, so that the motion keeps an energy for ever as long as no
 !> eigenvalue of T**2 Q df/ds is below -4. theta, a little above 1, keeps vibrations whose period is that of a longer step away from
-!> that (Grote, Michel & Sauter 2021). Where all forces are in equilibrium no node is
-!> displaced, and the mean force is the force.
+!> that (Grote, Michel & Sauter 2021). Where all forces are in equilibrium no node is displaced, and the mean force is the force.
 module hampm_mean_force
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t, lanes

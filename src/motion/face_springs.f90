@@ -240,21 +240,30 @@ contains
       type(face_springs_t), intent(in) :: springs
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
-      real(dp) :: gain(ndim), f(ndim)
+      real(dp) :: f(ndim)
       integer :: k, j
       do k = 1, springs%n
-         associate (node => springs%node(:count(springs%node(:, k) > 0), k), share => springs%share(:, k))
-            gain = 0
-            do j = 1, size(node)
-               gain = gain + share(j)*u(:, node(j))
-            end do
-            f = matmul(spring_stiffness(springs, k), gain)
-            do j = 1, size(node)
-               force(:, node(j)) = force(:, node(j)) + share(j)*f
-            end do
-         end associate
+         f = matmul(spring_stiffness(springs, k), opening_by(springs, k, u))
+         do j = 1, count(springs%node(:, k) > 0)
+            associate (of_node => force(:, springs%node(j, k)))
+               of_node = of_node + springs%share(j, k)*f
+            end associate
+         end do
       end do
    end subroutine add_spring_resistance
+
+   !> What opens a spring of a field of the nodes.
+   pure function opening_by(springs, k, field) result(opening)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: k
+      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
+      real(dp) :: opening(ndim)
+      integer :: j
+      opening = 0
+      do j = 1, count(springs%node(:, k) > 0)
+         opening = opening + springs%share(j, k)*field(:, springs%node(j, k))
+      end do
+   end function opening_by
 
    !> Let the openings follow a displacement of the nodes, `scale` times a field.
    pure subroutine stretch_springs(springs, field, scale)
@@ -314,14 +323,11 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(out) :: energy
       real(dp) :: gain(ndim)
-      integer :: k, j
+      integer :: k
       energy = 0
       do k = 1, springs%n
          if (.not. springs%mass(k) > 0) cycle
-         gain = 0
-         do j = 1, count(springs%node(:, k) > 0)
-            gain = gain + dt*springs%share(j, k)*acceleration(:, springs%node(j, k))
-         end do
+         gain = dt*opening_by(springs, k, acceleration)
          springs%rate(:, k) = springs%rate(:, k) + gain
          energy = energy + springs%mass(k)*sum(gain**2)/2
       end do

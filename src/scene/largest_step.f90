@@ -9,7 +9,7 @@ module hampm_largest_step
    use hampm_outer_nodes, only: least_fill
    use hampm_placement, only: tolerance
    use hampm_quadratic_points, only: fewest_points
-   use hampm_scene, only: scene_t, body_t
+   use hampm_scene, only: scene_t, body_t, cuts_cells
    use hampm_scene_materials, only: materials_of, material_of
    use hampm_spring_placement, only: shorter_step
    use hampm_time_step, only: largest_wave_speed
@@ -291,13 +291,6 @@ contains
       type(scene_t), intent(in) :: scene
       several = any(scene%bodies%material_index /= scene%bodies(1)%material_index)
    end function several_materials
-
-   !> Whether cracks of kind 'path' or edges of bodies cut cells.
-   pure logical function cuts_cells(scene) result(cuts)
-      type(scene_t), intent(in) :: scene
-      integer :: k
-      cuts = size(scene%paths) > 0 .or. any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
-   end function cuts_cells
 
    !> Whether cells may refine.
    pure logical function refines(scene)

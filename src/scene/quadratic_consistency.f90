@@ -5,7 +5,7 @@ module hampm_quadratic_consistency
    use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: on_node
    use hampm_quadratic_points, only: fewest_points
-   use hampm_scene, only: scene_t
+   use hampm_scene, only: scene_t, cuts_cells
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -47,7 +47,7 @@ contains
       refine = settings%find('refine', 1)
       if (settings%good(refine, 'r_coarsen') .and. scene%refine%indicator == 'gradient' .and. scene%refine%r_coarsen > 0) &
          call settings%complain(mistakes, refine, 'r_coarsen', 'must be 0 '//intro//': their particles do not recombine')
-      if (scene%method%time /= 'static' .and. are_cut(scene)) call check_motion_of_cut_cells(scene, settings, mistakes)
+      if (scene%method%time /= 'static' .and. cuts_cells(scene)) call check_motion_of_cut_cells(scene, settings, mistakes)
    end subroutine check_method
 
    !> Where cells are cut their functions have integrals below 0 for some nodes: only the full mass matrix moves them.
@@ -93,16 +93,6 @@ contains
          call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': they do not lock')
       end do
    end subroutine check_materials
-
-   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
-   pure logical function are_cut(scene)
-      type(scene_t), intent(in) :: scene
-      integer :: k
-      are_cut = size(scene%paths) > 0
-      do k = 1, size(scene%bodies)
-         are_cut = are_cut .or. scene%bodies(k)%outline%is_there()
-      end do
-   end function are_cut
 
    !> Rectangles fill cells; with enough particles in each cell.
    pure subroutine check_bodies(scene, settings, mistakes)

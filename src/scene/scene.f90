@@ -18,7 +18,7 @@ module hampm_scene
    use hampm_settings, only: settings_t
    implicit none
    private
-   public :: scene_t, fill_scene, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
+   public :: scene_t, fill_scene, cuts_cells, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, body_contact_spec_t, method_t, refine_t, crack_spec_t, path_spec_t, growth_t, energy_release_t, output_t
 
    !> All groups.
@@ -90,6 +90,13 @@ contains
          end associate
       end do
    end subroutine find_growing_paths
+
+   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
+   pure logical function cuts_cells(scene)
+      type(scene_t), intent(in) :: scene
+      integer :: k
+      cuts_cells = size(scene%paths) > 0 .or. any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
+   end function cuts_cells
 
    !> Position of the material of this name, 0 where there is none.
    pure integer function material_index(scene, name)

@@ -1,4 +1,4 @@
-"""What the tests of the program ask of two result files."""
+"""What the tests of the program ask of result files."""
 
 import h5py
 import numpy as np
@@ -25,3 +25,22 @@ def differing(a, b):
 def same_bytes(a, b):
     a, b = np.asarray(a), np.asarray(b)
     return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def run(hampm, folder, text, *options, code=0, name="out"):
+    """Run a scene: the columns of its history and, of its last snapshot, positions `x`, `displacement`, `velocity` and `stress` of the particles; what is
+    said instead where another code than 0 is due."""
+    (folder / f"{name}.nml").write_text(text)
+    result = hampm(f"{name}.nml", "--force", "--quiet", *options)
+    assert result.returncode == code, result.stderr
+    if code:
+        return result.stderr
+    with h5py.File(folder / f"{name}.h5") as file:
+        row = {column: values[:] for column, values in file["history"].items()}
+        if "VTKHDF/particles" in file:
+            data = file["VTKHDF/particles"]
+            n = data["NumberOfPoints"][-1]
+            row["x"] = data["Points"][-n:, :2]
+            row |= {field: data["PointData"][field][-n:, :2] for field in ("displacement", "velocity")}
+            row["stress"] = np.array([data["PointData"]["stress_" + which][-n:].ravel() for which in ("xx", "yy", "xy")])
+    return row

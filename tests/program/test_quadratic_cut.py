@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from paths import BENCH, INPUT, REFERENCE
+from results import run
 
 sys.path.insert(0, str(BENCH))
 
@@ -23,23 +24,6 @@ def quadratic(text, points=3):
     """A scene of bench/cracks.py with quadratic cells."""
     text = text.replace("&grid ", "&grid order = 2  ").replace("&body ", f"&body points_per_cell = {points}  ")
     return text.replace("&method ", "&method frame = 'total'  ")
-
-
-def run(hampm, tmp_path, text, code=0, name="out"):
-    (tmp_path / f"{name}.nml").write_text(text)
-    result = hampm(f"{name}.nml", "--force", "--quiet")
-    assert result.returncode == code, result.stderr
-    if code:
-        return result.stderr
-    with h5py.File(tmp_path / f"{name}.h5") as file:
-        row = {column: values[:] for column, values in file["history"].items()}
-        if "VTKHDF/particles" in file:
-            data = file["VTKHDF/particles"]
-            n = data["NumberOfPoints"][-1]
-            row["x"] = data["Points"][-n:, :2]
-            row["displacement"] = data["PointData"]["displacement"][-n:, :2]
-            row["stress"] = np.array([data["PointData"]["stress_" + which][-n:].ravel() for which in ("xx", "yy", "xy")])
-    return row
 
 
 def tips(row):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from paths import BENCH, PROGRAM
+from results import run
 
 sys.path.insert(0, str(BENCH))
 
@@ -17,21 +18,6 @@ from cracks import direction, wave_errors, wave_scene  # noqa: E402
 
 STEEL = "&material name = 's' young = 200e9 poisson = 0.3 density = 8000 /\n"
 IMPLICIT, EXPLICIT = "time = 'implicit' time_step = 1e-6", "time = 'explicit'"
-
-
-def run(hampm, tmp_path, text, *options, code=0, name="out"):
-    (tmp_path / f"{name}.nml").write_text(text)
-    result = hampm(f"{name}.nml", "--force", "--quiet", *options)
-    assert result.returncode == code, result.stderr
-    if code:
-        return result.stderr
-    with h5py.File(tmp_path / f"{name}.h5") as file:
-        row = {column: values[:] for column, values in file["history"].items()}
-        if "VTKHDF/particles" in file:
-            data = file["VTKHDF/particles"]
-            n = data["NumberOfPoints"][-1]
-            row["velocity"] = data["PointData"]["velocity"][-n:, :2]
-    return row
 
 
 def square_of(degrees, shift, half=0.05):

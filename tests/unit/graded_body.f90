@@ -8,11 +8,11 @@ module hampm_graded_body
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, update_particles
    use hampm_refined, only: refine_box
-   use hampm_samples, only: rectangle_t, place_bodies
+   use hampm_samples, only: rectangle_t, place_bodies, total_energy
    use hampm_sorting, only: sort_into_cells
    implicit none
    private
-   public :: place_graded, run_coarsely, same_numbers, cell, limit
+   public :: place_graded, run_coarsely, mean_energy, same_numbers, cell, limit
 
    real(dp), parameter :: cell = 1.0_dp          !! of the root; shear wave speed and density are 1
    real(dp), parameter :: limit = 1/sqrt(2.6_dp) !! shear wave speed with E = 1, nu = 0.3
@@ -64,6 +64,20 @@ contains
       if (.not. failure%failed()) call update_particles(m, failure)
       if (failure%failed()) call check(.false., failure%message)
    end subroutine run_coarsely
+
+   !> The mean energy of the particles over some coarse steps.
+   real(dp) function mean_energy(c, m, dt, largest, steps)
+      class(integrator_t), intent(inout) :: c
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! finest step [s]
+      integer, intent(in) :: largest, steps
+      integer :: k
+      mean_energy = 0
+      do k = 1, steps
+         call run_coarsely(c, m, dt, largest, 1)
+         mean_energy = mean_energy + total_energy(m)/steps
+      end do
+   end function mean_energy
 
    !> Whether numbers have the same bytes.
    pure logical function same_numbers(a, b)

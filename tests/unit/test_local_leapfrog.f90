@@ -11,14 +11,14 @@ program test_local_leapfrog
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
-   use hampm_graded_body, only: place_graded, run_coarsely, same_numbers, cell, limit
+   use hampm_graded_body, only: place_graded, run_coarsely, mean_energy, same_numbers, cell, limit
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_lapack, only: dsyev
    use hampm_loads, only: load_on_particles
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change, theta
    use hampm_motion, only: motion_t, map_to_grid, assemble_sums
    use hampm_local_leapfrog, only: local_leapfrog_t
-   use hampm_samples, only: run_steps, start, total_energy
+   use hampm_samples, only: run_steps, start
    use hampm_static, only: static_t
    use hampm_step_groups, only: limit_groups
    use hampm_text, only: to_text
@@ -207,30 +207,21 @@ contains
 
    !> The mean energy in the last of many coarse steps is that in the first of them.
    subroutine test_energy()
+      type(local_leapfrog_t) :: c
       type(motion_t) :: m
       real(dp) :: first, last
       integer, parameter :: averaged = 300
       integer :: levels
       do levels = 1, 3
          call place(levels, m)
+         c = local_leapfrog_t()
          call vibrate(m)
-         first = mean_energy(m, levels, averaged)
-         call run_leapfrog(m, longest(levels), m%blocks%groups%largest, 1500)
-         last = mean_energy(m, levels, averaged)
+         first = mean_energy(c, m, longest(levels), m%blocks%groups%largest, averaged)
+         call run_coarsely(c, m, longest(levels), m%blocks%groups%largest, 1500)
+         last = mean_energy(c, m, longest(levels), m%blocks%groups%largest, averaged)
          call check_close(last/first, 1.0_dp, 1.0e-3_dp, to_text(levels)//' levels: the energy does not drift')
       end do
    end subroutine test_energy
-
-   real(dp) function mean_energy(m, levels, steps)
-      type(motion_t), intent(inout) :: m
-      integer, intent(in) :: levels, steps
-      integer :: k
-      mean_energy = 0
-      do k = 1, steps
-         call run_leapfrog(m, longest(levels), m%blocks%groups%largest, 1)
-         mean_energy = mean_energy + total_energy(m)/steps
-      end do
-   end function mean_energy
 
    !> Some bending, with coarse steps and with very short common ones.
    subroutine test_convergence()

@@ -9,7 +9,7 @@
 program test_subcycled
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
-   use hampm_graded_body, only: place_graded, run_coarsely, same_numbers, cell, limit
+   use hampm_graded_body, only: place_graded, run_coarsely, mean_energy, same_numbers, cell, limit
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
    use hampm_motion, only: motion_t
@@ -186,31 +186,22 @@ contains
    !> The mean energy in the last of many coarse steps is that in the first of them. The length of the steps is the default of runs
    !> with these steps, close to the longest that is allowed.
    subroutine test_energy()
+      type(subcycled_t) :: c
       type(motion_t) :: m
       real(dp) :: first, last
       integer, parameter :: averaged = 300
       integer :: levels
       do levels = 1, 2
          call place_graded(levels, 'linear_elastic', 'updated', m)
+         c = subcycled_t()
          call vibrate(m)
-         first = mean_energy(m, levels, averaged)
-         call run_impulses(m, 0.5_dp*limit_of(levels), levels, 800/2**levels)
-         last = mean_energy(m, levels, averaged)
+         first = mean_energy(c, m, 0.5_dp*limit_of(levels), levels, averaged)
+         call run_coarsely(c, m, 0.5_dp*limit_of(levels), levels, 800/2**levels)
+         last = mean_energy(c, m, 0.5_dp*limit_of(levels), levels, averaged)
          write (*, '(a,i0,a,es10.2)') 'levels: ', levels, '  change of the mean energy', last/first - 1
          call check_close(last/first, 1.0_dp, 3.0e-3_dp, to_text(levels)//' levels: the energy does not drift')
       end do
    end subroutine test_energy
-
-   real(dp) function mean_energy(m, levels, steps)
-      type(motion_t), intent(inout) :: m
-      integer, intent(in) :: levels, steps
-      integer :: k
-      mean_energy = 0
-      do k = 1, steps
-         call run_impulses(m, 0.5_dp*limit_of(levels), levels, 1)
-         mean_energy = mean_energy + total_energy(m)/steps
-      end do
-   end function mean_energy
 
    !> Some bending, with coarse steps and with very short common ones: from a velocity, and from rest by a load that acts at once
    !> and one that follows a table. Strains are compared: what moves particles in musl, the velocities v + a dt of the nodes,
