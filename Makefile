@@ -83,6 +83,7 @@ docs: setup  ## write pages of every module, type and procedure of src/: build/a
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug build/debug/bench_step
+	@$(MAKE) -j$(JOBS) --no-print-directory build/checked/hampm build=checked
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
