@@ -13,7 +13,7 @@ module hampm_crack_measurements
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
    use hampm_mass_solver, only: mass_solver_t
-   use hampm_history_consistency, only: has_history
+   use hampm_material, only: material_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
@@ -191,8 +191,9 @@ contains
    end subroutine follow_values
 
    !> Record what was measured. On a symmetry plane there is only mode I.
-   subroutine record_crack(scene, tip, values, history)
+   subroutine record_crack(scene, material, tip, values, history)
       type(scene_t), intent(in) :: scene
+      type(material_t), intent(in) :: material   !! at the tip
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
@@ -208,7 +209,7 @@ contains
          if (chosen%crack_closure) &
             call record_modes('G_crack_closure_', 'J/m2', 'energy release rate, crack closure along any direction', &
                               v%crack_closure, 'estimated error of G_crack_closure', v%errors%crack_closure)
-         if (has_history(scene%materials(tip%material)%law)) then
+         if (material%has_history()) then
             call record_where_dissipated()
          else if (chosen%domain_integral) then
             if (.not. tip%has_layers) call record_parts()
@@ -217,7 +218,7 @@ contains
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
          end if
-         if (.not. has_history(scene%materials(tip%material)%law)) &
+         if (.not. material%has_history()) &
             call record_best(scene, v, tip%nodes%in_cell .and. .not. tip%grown > 0, history)
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))

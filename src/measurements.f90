@@ -77,9 +77,11 @@ contains
          m%g_ref = scene%energy_release%reference_value
       case ('dcb')
          call dcb_dimensions(scene, cracks%tips(1), force, length, depth)
-         m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness, scene%materials(1)%young, 0.0_dp)
-         m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness, &
-                                                          effective_modulus(motion%materials(1)), chi_foundation)
+         associate (material => motion%materials(cracks%tips(1)%material))
+            m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness, material%young, 0.0_dp)
+            m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness, &
+                                                             effective_modulus(material), chi_foundation)
+         end associate
       end select
    end subroutine new_measurements
 
@@ -277,7 +279,7 @@ contains
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
-            call record_crack(scene, cracks%tips(k), m%crack(k), history)
+            call record_crack(scene, motion%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), history)
             if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
          end do
          history%of_tip = ''

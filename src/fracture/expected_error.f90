@@ -128,8 +128,8 @@ contains
       if (pairs < 2) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
       call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
-      call find_far_error(m, tips, closing, to_g, crack)
-      crack%known = sum(abs(crack%g)) > 0
+      crack%known = sum(abs(crack%g)) > 0        ! else closing it takes no work, which modes could not share
+      if (crack%known) call find_far_error(m, tips, closing, to_g, crack)
    end subroutine find_crack_at_rest
 
    !> Solve for rest under all loads, scaled to small gradients. Faces in contact that would go through each other are tied, and stay so.
