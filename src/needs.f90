@@ -75,9 +75,9 @@ contains
          needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
                                                            scene%method%wave_speed)
       end if
-      needs%rows = 1 + scene%run%end_time/scene%output%history_interval
+      ! The end of the run has a row, too
+      needs%rows = 1 + anint(scene%run%end_time/scene%output%history_interval*(1 - 4*epsilon(needs%rows)) + 0.5_dp)
       if (scene%output%snapshot_interval > 0) needs%snapshots = 1 + scene%run%end_time/scene%output%snapshot_interval
-      needs%rows = aint(needs%rows*(1 + 4*epsilon(needs%rows)))
       needs%snapshots = aint(needs%snapshots*(1 + 4*epsilon(needs%rows)))
       needs%results = 5e4_dp + 8*columns_of(scene)*max(needs%rows, 512.0_dp) + &
                       needs%snapshots*(of_snapshot_particle*needs%particles + of_snapshot_cell*needs%cells)

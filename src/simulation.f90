@@ -252,9 +252,29 @@ contains
    !> Time of the next sample, snapshot or of the end [s].
    pure real(dp) function next_output(s) result(time)
       type(simulation_t), intent(in) :: s
-      time = min(s%samples*s%scene%output%history_interval, s%scene%run%end_time)
-      if (s%scene%output%snapshot_interval > 0) time = min(time, s%snapshots*s%scene%output%snapshot_interval)
+      time = min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time)
+      if (s%scene%output%snapshot_interval > 0) time = min(time, output_time(s, s%snapshots, s%scene%output%snapshot_interval))
    end function next_output
+
+   !> Time of an output at a multiple of its interval [s]: the end of the run where only rounding is between them.
+   pure real(dp) function output_time(s, multiple, interval) result(time)
+      type(simulation_t), intent(in) :: s
+      integer(long), intent(in) :: multiple
+      real(dp), intent(in) :: interval           !! [s]
+      time = multiple*interval
+      if (abs(time - s%scene%run%end_time) <= same_time(s)) time = s%scene%run%end_time
+   end function output_time
+
+   !> Times that differ by no more are the same [s]: by a small part of a step and of the intervals between outputs, which may be shorter than
+   !> a step could be, or by rounding.
+   pure real(dp) function same_time(s)
+      type(simulation_t), intent(in) :: s
+      associate (output => s%scene%output)
+         same_time = min(s%longest_step, output%history_interval)
+         if (output%snapshot_interval > 0) same_time = min(same_time, output%snapshot_interval)
+      end associate
+      same_time = max(rounding*same_time, 4*spacing(s%scene%run%end_time))
+   end function same_time
 
    !> Advance to a time by steps that are equal as long as the mesh stays, none longer than (31).
    subroutine advance_to(s, time, failure)
@@ -459,7 +479,7 @@ contains
    pure logical function is_due(s, time)
       type(simulation_t), intent(in) :: s
       real(dp), intent(in) :: time               !! of the output [s]
-      is_due = s%motion%time >= time - rounding*s%longest_step
+      is_due = s%motion%time >= time - same_time(s)
    end function is_due
 
    !> Take the samples and snapshots that are due, and look whether all is well.
@@ -479,13 +499,13 @@ contains
       do k = 1, s%cracks%n_measured()
          call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
       end do
-      if (is_due(s, min(s%samples*s%scene%output%history_interval, s%scene%run%end_time))) then
+      if (is_due(s, min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time))) then
          call take_row(s%scene, s%motion, s%cracks, s%growing, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)
          s%samples = s%samples + 1
       end if
       if (s%scene%output%snapshot_interval > 0) then
-         if (is_due(s, s%snapshots*s%scene%output%snapshot_interval)) then
+         if (is_due(s, output_time(s, s%snapshots, s%scene%output%snapshot_interval))) then
             call write_snapshot(s, .false., failure)
             s%snapshots = s%snapshots + 1
          end if

@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
+from paths import CHECKED_PROGRAM
+
 
 def attribute(run, name):
     """An attribute of the history."""
@@ -41,3 +43,32 @@ def test_error_of_a_crack_that_nothing_opens(case):
     assert run.code == 0, run.stderr
     for column, values in run.row.items():
         assert np.all(np.isfinite(values)), column
+
+
+def snapshots_of(run):
+    """Times of the snapshots of a run."""
+    with h5py.File(run.path) as file:
+        return file["VTKHDF/Steps/Values"][:]
+
+
+@pytest.mark.parametrize("unit", ["", "e-6", "e6"])
+@pytest.mark.parametrize("time", ["explicit", "implicit"])
+def test_last_sample_is_taken_once(case, text_of, unit, time):
+    """20 intervals give 21 rows and 21 snapshots, the last of them at the end time itself, in whatever unit times are."""
+    text = text_of("last_sample_twice").replace("6e-3", f"6e{int(unit[1:] or 0) - 3}").replace("3e-4", f"3e{int(unit[1:] or 0) - 4}")
+    run = case("last_sample_twice", text=text.replace("young = 1e6", f"young = {1e6/float('1' + unit)**2:g}") + f"&method time = '{time}' /\n")
+    assert run.code == 0, run.stderr
+    assert np.allclose(run.row["time"], float("3e-4")*float("1" + unit)*np.arange(21), rtol=1e-9, atol=0)
+    assert np.all(np.diff(run.row["step"]) > 0) and run.row["time"][-1] == float(f"6e{int(unit[1:] or 0) - 3}")
+    assert np.array_equal(snapshots_of(run), run.row["time"])
+
+
+def test_last_sample_of_a_resumed_run(case, hampm):
+    """A run that is resumed just before its end has the rows of one that never stopped; rows that end between two samples have one more, at the end."""
+    whole = case("last_sample_twice")
+    part = case("last_sample_twice", "--steps", "119")
+    assert part.code == 5
+    assert hampm("--resume", f"{part.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
+    with h5py.File(part.path) as file:
+        assert np.array_equal(file["history/time"][:], whole.row["time"])
+    assert len(case("last_sample_twice", "--set", "run.end_time=6.15e-3").row["time"]) == 22
