@@ -37,6 +37,7 @@ contains
       type(checkpoint_t), intent(inout) :: c
       type(cracks_t), intent(in) :: cracks
       type(motion_t), intent(inout) :: m
+      logical :: mapped
       call c%section('motion')
       call c%keep('time', m%time)
       call c%keep('steps', m%steps)
@@ -55,8 +56,10 @@ contains
       if (c%is_read .and. .not. c%failure%failed()) call form_order(c, m)
       if (c%is_read .and. .not. c%failure%failed()) call rebuild_on_grid(m, c%failure)
       if (c%failure%failed()) return
-      call keep_fields(m%fields, m%blocks%n, m%mapped, c)
-      if (m%mapped .and. .not. c%failure%failed()) then
+      mapped = m%mapped .and. .not. m%has_domains()  ! corners of domains are mapped anew, to the same bytes
+      call keep_fields(m%fields, m%blocks%n, mapped, c)
+      if (c%is_read) m%mapped = mapped
+      if (mapped .and. .not. c%failure%failed()) then
          if (c%is_read) call rebuild_operators(m)
          call keep_gains(m%operators, c)
       end if

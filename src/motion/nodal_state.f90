@@ -5,9 +5,9 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_motion, only: motion_t, refresh_grid
-   use hampm_nodal_fields, only: v_next, v_mapped, assemble
-   use hampm_particle_pass, only: pass_report_t, pass_over_all
+   use hampm_motion, only: motion_t, refresh_grid, do_pass, assemble_sums
+   use hampm_nodal_fields, only: v_next, v_mapped
+   use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
    use hampm_face_springs, only: add_spring_forces
    use hampm_whereabouts, only: when
@@ -124,9 +124,9 @@ contains
    subroutine gather_stress(m)
       type(motion_t), intent(inout) :: m
       type(pass_report_t) :: report
-      if (.not. m%scheme%map_at_start%map_force) call pass_over_all(pass_t(map_force=.true.), 0.0_dp, m%materials, m%particles, &
-                                                                    m%blocks, m%fields, report)
-      call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
+      type(failure_t) :: none                    ! nothing moves here
+      if (.not. m%scheme%map_at_start%map_force) call do_pass(m, pass_t(map_force=.true.), 0.0_dp, report, none)
+      call assemble_sums(m, mass=.false., momentum=.false., force=.true.)
       call add_spring_forces(m%springs, m%fields%force)
    end subroutine gather_stress
 
