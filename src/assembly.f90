@@ -191,6 +191,7 @@ contains
       integer, intent(in) :: k
       type(crack_t), intent(out) :: crack
       crack%kind = 'path'
+      crack%name = scene%paths(k)%name
       crack%cuts_cells = .true.
       crack%points = scene%paths(k)%points
       crack%contact = scene%paths(k)%contact

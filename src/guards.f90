@@ -38,7 +38,7 @@ module hampm_guards
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'those of a linear material, and lose their meaning', &
-                              overlapped = 'the faces of the crack have gone through each other, ', &
+                              overlapped = ' have gone through each other, ', &
                               travelled = 'strained material has travelled through the cells', &
                               unbalanced = 'the energy balance does not account for ', &
                               crossed = 'stretched material has passed from cell to cell'
@@ -277,23 +277,32 @@ contains
       end associate
    end subroutine look_at_normals
 
-   !> Warn where the faces of the crack have gone through each other in the run.
-   subroutine look_at_faces(measurements, crack, at_rest, warning)
+   !> Warn of each crack whose faces have gone through each other in the run.
+   subroutine look_at_faces(measurements, cracks, at_rest, warning)
       type(measurements_t), intent(in) :: measurements
-      type(crack_t), intent(in) :: crack
+      type(crack_t), intent(in) :: cracks(:)
       logical, intent(in) :: at_rest             !! whether the motion has come to rest
       character(:), allocatable, intent(inout) :: warning
-      character(:), allocatable :: remedy
-      associate (overlap => measurements%overlap)
-         if (crack%contact .or. .not. overlap%is_notable(at_rest)) return
-         remedy = '&crack contact = ''frictionless'''
-         if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = '''// &
-                                                trim(merge('path', 'line', crack%cuts_cells))//''' and contact = ''frictionless'''
-         call warn(overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
-                   three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
-                   'other, at '//three_digits(overlap%time)//' s: then G and K are those of material that cannot be. Use '// &
-                   remedy, overlapped, warning)
-      end associate
+      character(:), allocatable :: remedy, which
+      integer :: k
+      do k = 1, size(cracks)
+         associate (overlap => measurements%overlap(k), crack => cracks(k))
+            if (crack%contact .or. .not. overlap%is_notable(at_rest)) cycle
+            which = 'the faces of the crack'
+            if (crack%name /= '') then
+               which = which//' '''//trim(crack%name)//''''
+            else if (size(cracks) > 1) then
+               which = which//' number '//to_text(k)
+            end if
+            remedy = '&crack contact = ''frictionless'''
+            if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = '''//trim(merge('path', 'line', &
+                                                   crack%cuts_cells))//''' and contact = ''frictionless'''
+            call warn(which//overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
+                      three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
+                      'other, at '//three_digits(overlap%time)//' s: then G and K are those of material that cannot be. Use '// &
+                      remedy, which//overlapped, warning)
+         end associate
+      end do
    end subroutine look_at_faces
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.

@@ -49,7 +49,7 @@ module hampm_measurements
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
-      type(face_overlap_t) :: overlap            !! of the faces of the crack
+      type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
       type(history_t) :: history                 !! the columns and the latest row
@@ -68,7 +68,7 @@ contains
       call note_initial_energy(motion, m)
       m%rounding_energy = energy_of_rounding(scene, motion%loads)
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
-      allocate (m%crack(cracks%n_measured()))
+      allocate (m%crack(cracks%n_measured()), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
          call new_crack_values(scene, cracks%tips(k), m%crack(k))
       end do
@@ -206,13 +206,13 @@ contains
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), first_g, failure)
          if (cracks%tips(k)%nodes%tip > 0) &
-            call m%overlap%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
+            call m%overlap(cracks%tips(k)%crack)%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
       end do
       if (motion%grid%cut_cells%are_there()) then
          do k = 1, size(cracks%crack)
             if (cracks%crack(k)%contact) cycle
             call look_at_openings(motion%grid, motion%particles, motion%blocks, motion%materials, k, least, largest)
-            call m%overlap%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
+            call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
          end do
       end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
@@ -361,7 +361,10 @@ contains
       call archive%keep('viscous_dissipation', m%viscous_dissipation)
       call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
       call archive%keep('largest_inner_energy', m%largest_inner_energy)
-      call keep_overlap(m%overlap, archive)
+      do k = 1, size(m%overlap)
+         call archive%section('face_overlap_'//to_text(k))
+         call keep_overlap(m%overlap(k), archive)
+      end do
       do k = 1, size(m%crack)
          call archive%section('errors_'//to_text(k))
          call keep_errors(m%crack(k)%errors, archive)

@@ -244,8 +244,7 @@ contains
          s%distance_from_rest = s%integrator%distance_from_rest
          if (.not. s%integrator%is_static) call find_distance_from_rest(s%motion, s%distance_from_rest)
       end if
-      if (size(s%cracks%crack) > 0 .and. failure%code /= exit_stopped) &
-         call look_at_faces(s%measurements, s%cracks%crack(1), is_at_rest(s), s%warning)
+      if (failure%code /= exit_stopped) call look_at_faces(s%measurements, s%cracks%crack, is_at_rest(s), s%warning)
       call tell_end(s, failure)
    end subroutine run_to_end
 

@@ -26,6 +26,7 @@ module hampm_cracks
    !> A crack.
    type :: crack_t
       character(name_len) :: kind = ''           !! 'symmetry', 'line' or 'path'
+      character(name_len) :: name = ''           !! of a path, '' where it has none
       real(dp), allocatable :: points(:, :)      !! in the order in which one walks along it [m], (ndim, 2 or more)
       logical :: is_tip(2) = .false.             !! whether its first and its last point are tips
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both

@@ -48,11 +48,10 @@ contains
       if (at_rest) is_notable = is_notable .or. self%last > noticed_at_rest*self%largest_jump
    end function is_notable
 
-   !> Keep it in an archive.
+   !> Keep it in a section of an archive.
    subroutine keep_overlap(overlap, archive)
       type(face_overlap_t), intent(inout) :: overlap
       class(archive_t), intent(inout) :: archive
-      call archive%section('face_overlap')
       call archive%keep('largest_jump', overlap%largest_jump)
       call archive%keep('overlap', overlap%overlap)
       call archive%keep('time', overlap%time)

@@ -46,7 +46,7 @@ module hampm_body_contact
       logical, allocatable :: of_first(:)        !! whether one of the two is on the first sheet, (n)
       integer, allocatable :: state(:)           !! `apart`, `slides` or `sticks`, (n)
       real(dp), allocatable :: normal(:, :)      !! from the first to the second (ndim, n)
-      real(dp), allocatable :: gap(:)            !! less `distance` [m], (n)
+      real(dp), allocatable :: gap(:)            !! less `distance`, huge where bodies are too far apart to meet [m], (n)
       real(dp), allocatable :: slip(:, :)        !! v2 - v1 at t^n [m/s], (ndim, n)
       real(dp), allocatable :: shared(:, :)      !! impulse that sharing stands for at t^n [N s], (ndim, n)
       real(dp) :: force(ndim) = 0                !! of what is on the first sheet on all others, in the last step [N]
@@ -160,7 +160,7 @@ contains
          c%gap(k) = huge(c%gap)
          if (any(c%sides%n == 0)) cycle
          call find_normal_and_gap(p, grid%smallest_leaf_at(c%node(1, k)), c%sides(1), c%sides(2), c%normal(:, k), c%gap(k))
-         c%gap(k) = c%gap(k) - c%distance
+         if (c%gap(k) < huge(c%gap)) c%gap(k) = c%gap(k) - c%distance
       end do
    end subroutine find_gaps
 

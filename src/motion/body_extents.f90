@@ -164,21 +164,24 @@ contains
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: cell               !! size of the smallest cell at the node [m]
       type(extents_t), intent(inout) :: a, b
-      real(dp), intent(out) :: normal(ndim)      !! from a to b
-      real(dp), intent(out) :: gap               !! negative where they overlap [m]
+      real(dp), intent(out) :: normal(ndim)      !! unit vector from a to b
+      real(dp), intent(out) :: gap               !! negative where they overlap, huge where they are too far apart to meet [m]
       real(dp), parameter :: golden = (sqrt(5.0_dp) - 1)/2
-      real(dp) :: first, angle, best, low, high, left, right, of_left, of_right
+      real(dp) :: between(ndim)                  ! centres [m]
+      real(dp) :: first, angle, widest, best, low, high, left, right, of_left, of_right
       integer :: k
-      normal = b%toward/sum(p%volume(b%particle(:b%n))) - a%toward/sum(p%volume(a%particle(:a%n)))
-      first = atan2(normal(2), normal(1))
+      gap = huge(gap)
+      between = b%toward/sum(p%volume(b%particle(:b%n))) - a%toward/sum(p%volume(a%particle(:a%n)))
+      first = atan2(between(2), between(1))
       angle = first
       best = -huge(best)
       do k = 0, 2*looks
          low = first + (k + 1)/2*turn*(1 - 2*mod(k, 2))
-         gap = margin(p, a, b, direction(low))
-         if (gap > far*cell) return
-         if (gap <= best) cycle
-         best = gap
+         normal = direction(low)
+         widest = margin(p, a, b, normal)
+         if (widest > far*cell) return
+         if (widest <= best) cycle
+         best = widest
          angle = low
       end do
       low = angle - turn
@@ -203,9 +206,7 @@ contains
          end if
       end do
       normal = direction((low + high)/2)
-      gap = margin(p, a, b, normal)
-      if (gap > far*cell) return
-      gap = -surface(a) - surface(b)
+      if (margin(p, a, b, normal) <= far*cell) gap = -surface(a) - surface(b)
    end subroutine find_normal_and_gap
 
    !> A unit vector.

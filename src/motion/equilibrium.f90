@@ -15,7 +15,7 @@
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapters 5 (limit points) and 10 (active sets).
 module hampm_equilibrium
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, have_friction, relax_springs, settle_slip
+   use hampm_face_springs, only: face_springs_t, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
@@ -122,13 +122,9 @@ contains
       type(failure_t) :: none
       type(drive_t) :: drive
       real(dp) :: nothing(ndim, m%grid%n_points)
-      if (have_friction(m%springs)) then         ! it depends on the way
-         call none%report(exit_computation, 'not tried')
-      else
-         call carry_over(m)
-         call find_drive(m, m%time, drive)
-         call go_to(self, m, drive, drive, 0.0_dp, none)
-      end if
+      call carry_over(m)
+      call find_drive(m, m%time, drive)
+      call go_to(self, m, drive, drive, 0.0_dp, none)
       if (.not. (none%failed() .or. all(m%materials%linear))) then
          if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
       end if

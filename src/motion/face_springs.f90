@@ -34,7 +34,7 @@ module hampm_face_springs
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
-             spring_stiffness, force_of, energy_of, have_friction, relax_springs, look_at_faces, is_closed_at, is_pressed, &
+             spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_closed_at, is_pressed, &
              keep_springs, make_room, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, &
              add_spring_resistance
 
@@ -342,13 +342,6 @@ contains
          if (springs%mass(k) > 0) energy = energy + springs%mass(k)*sum(springs%rate(:, k)**2)/2
       end do
    end function energy_of_rates
-
-   !> Whether there is friction.
-   pure logical function have_friction(springs)
-      type(face_springs_t), intent(in) :: springs
-      have_friction = springs%n_contact > 0
-      if (have_friction) have_friction = any(springs%friction(:springs%n) > 0)
-   end function have_friction
 
    !> Let all be as before any load.
    pure subroutine relax_springs(springs)
