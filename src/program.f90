@@ -12,6 +12,7 @@ module hampm_program
    use hampm_namelist_text, only: template_text
    use hampm_needs, only: needs_t, needs_of, check_room, check_needs, needs_report
    use hampm_reading, only: read_scene, understand_scene
+   use hampm_rule_reference, only: rules_text, rules_json
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, build, rebuild, run, warnings, result_path
    use hampm_summary, only: summary, solver_report, rest_report, rest_proposal
@@ -52,6 +53,10 @@ contains
          call print_text(template_text(), failure)
       else if (options%keys) then
          call print_text(reference_text(), failure)
+      else if (options%rules .and. options%json) then
+         call print_text(rules_json(), failure)
+      else if (options%rules) then
+         call print_text(rules_text(), failure)
       else
          call simulate(options, failure)
       end if

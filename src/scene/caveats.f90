@@ -7,7 +7,6 @@ module hampm_caveats
    use hampm_placement, only: length_text, upper_corner
    use hampm_history_consistency, only: has_history
    use hampm_scene, only: scene_t, material_spec_t
-   use hampm_static_consistency, only: unused_at_rest
    use hampm_text, only: to_text, three_digits
    implicit none
    private
@@ -28,7 +27,7 @@ contains
    pure function warnings_of(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: text
-      text = ''
+      text = scene%warned
       call look_at_constraints(scene, text)
       call look_at_gaps(scene, text)
       call look_at_points(scene, text)
@@ -51,7 +50,7 @@ contains
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: text
       integer :: i
-      text = ''
+      text = scene%noted
       do i = 1, size(scene%materials)
          call look_at_units(scene%materials(i), text)
       end do
@@ -63,8 +62,6 @@ contains
       if (grows_in_motion(scene) .and. scene%method%mass == 'lumped') call add(text, 'with mass = ''lumped'' K of a crack that '// &
          'grows at 0.6 of the speed of Rayleigh waves is up to 4 % low, and by its toughness it comes 5 % less far; ''blend'' '// &
          'halves that (docs/growth.md)')
-      if (unused_at_rest(scene) /= '') call add(text, 'time = ''static'' has no use for '//unused_at_rest(scene)//'; a row of '// &
-                                                'the history is a load step')
    end function notes_of
 
    !> Add a line.

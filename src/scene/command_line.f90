@@ -22,6 +22,8 @@ module hampm_command_line
       logical :: check = .false.                   !! validate and print the scene, do not run it
       logical :: template = .false.                !! print a complete namelist
       logical :: keys = .false.                    !! print the reference of all keys
+      logical :: rules = .false.                   !! print the rules between keys
+      logical :: json = .false.                    !! print these for programs
       logical :: quiet = .false.                   !! no progress on the terminal
       logical :: version = .false.
       logical :: help = .false.
@@ -39,6 +41,8 @@ module hampm_command_line
       option_t('--check', .false., '--check', 'validate the scene and print it as it is understood; do not run it'), &
       option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
       option_t('--keys', .false., '--keys', 'print the reference of all groups and keys as Markdown'), &
+      option_t('--rules', .false., '--rules', 'print the rules between keys as Markdown'), &
+      option_t('--json', .false., '--json', 'with --rules: print them as JSON'), &
       option_t('--set', .true., '--set GROUP.KEY=VALUE', 'use this value instead of the file''s; may be given many times'), &
       option_t('--output', .true., '--output DIR', 'folder for the results; default: the current one'), &
       option_t('--force', .false., '--force', 'replace a result that is there'), &
@@ -92,8 +96,9 @@ contains
          i = i + 1
       end do
       if (options%resume /= '') call check_resume(options, mistakes)
+      if (options%json .and. .not. options%rules) call mistakes%add('--json goes with --rules only')
       if (options%input == '' .and. options%resume == '' .and. mistakes%count == 0 .and. &
-          .not. (options%help .or. options%version .or. options%template .or. options%keys)) &
+          .not. (options%help .or. options%version .or. options%template .or. options%keys .or. options%rules)) &
          call mistakes%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
       call mistakes%tell(failure)
    end subroutine parse_arguments
@@ -185,6 +190,10 @@ contains
          options%template = .true.
        case ('--keys')
          options%keys = .true.
+       case ('--rules')
+         options%rules = .true.
+       case ('--json')
+         options%json = .true.
        case ('--quiet')
          options%quiet = .true.
        case ('--version')

@@ -23,7 +23,6 @@ module hampm_consistency
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
-   use hampm_static_consistency, only: check_static
    use hampm_text, only: to_text, did_you_mean
    implicit none
    private
@@ -62,7 +61,6 @@ contains
       call check_mass(scene, settings, has_grid, mistakes)
       call check_time_steps(scene, settings, mistakes)
       call check_contact(scene, settings, mistakes)
-      call check_static(scene, settings, mistakes)
       call check_implicit(scene, settings, mistakes)
       call check_functions(scene, settings, mistakes)
       call check_quadratic_cells(scene, settings, has_bodies, mistakes)

@@ -54,7 +54,6 @@ contains
          call check_edge(scene, settings, entry, mistakes)
          call check_symmetry(scene, settings, entry, mistakes)
       end if
-      call check_line_keys(scene, settings, entry, mistakes)
    end subroutine check_crack
 
    !> A line has material around its tip, and its other tip is at a node.
@@ -78,21 +77,6 @@ contains
          call settings%complain(mistakes, entry, 'length', 'the other tip must be at a node too: a multiple of cell = '// &
                                 to_text(scene%grid%cell)//', two cells at least')
    end subroutine check_inside
-
-   !> What only a line can have.
-   pure subroutine check_line_keys(scene, settings, entry, mistakes)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
-      if (settings%text(entry, 'contact') == 'friction' .or. settings%number(entry, 'friction') > 0) &
-         call settings%complain(mistakes, entry, 'contact', 'only a crack of kind = ''path'' can have friction')
-      if (scene%crack%kind == 'line') return
-      if (scene%crack%length > 0) call settings%complain(mistakes, entry, 'length', 'only a crack of kind = ''line'' has a '// &
-                                                         'length; on a symmetry plane the constraints tell where it is')
-      if (scene%crack%contact) call settings%complain(mistakes, entry, 'contact', 'only a crack of kind = ''line'' has two '// &
-                                                      'faces that can be in contact')
-   end subroutine check_line_keys
 
    !> Position of the n-th node ahead of the crack tip [m].
    pure function node(scene, n) result(position)

@@ -19,16 +19,9 @@ contains
       integer :: method
       method = settings%find('method', 1)
       if (.not. settings%good(method, 'time')) return
-      if (scene%method%time == 'implicit') then
-         call check_method(scene, settings, method, mistakes)
-         call check_rest(scene, settings, mistakes)
-         return
-      end if
-      if (settings%good(method, 'time_step') .and. scene%method%time_step > 0) call settings%complain(mistakes, method, &
-         'time_step', 'goes with time = ''implicit'' only; the step of time = ''explicit'' is given by courant, those of '// &
-         '''static'' by load_steps')
-      if (settings%good(method, 'hht_alpha') .and. scene%method%hht_alpha < 0) call settings%complain(mistakes, method, &
-         'hht_alpha', 'goes with time = ''implicit'' only')
+      if (scene%method%time /= 'implicit') return
+      call check_method(scene, settings, method, mistakes)
+      call check_rest(scene, settings, mistakes)
    end subroutine check_implicit
 
    !> Check how the equations of motion are integrated.

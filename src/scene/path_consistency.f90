@@ -76,14 +76,6 @@ contains
             if (scene%paths(k)%contact .and. scene%method%frame /= 'total') &
                call settings%complain(mistakes, entry, 'contact', 'must be ''none'' with &method frame = ''updated'': '// &
                                       'cells are cut anew as the faces move, and forget how these hold each other')
-            if (scene%paths(k)%friction > 0 .and. scene%refine%max_level > 0 .and. &
-                any(scene%refine%indicator == [character(8) :: 'zz', 'gradient'])) &
-               call settings%complain(mistakes, entry, 'contact', 'must not be ''friction'' with &refine indicator = '''// &
-                                      trim(scene%refine%indicator)//''': cells that change in the run forget how far the '// &
-                                      'faces have slid and what holds them (not built); use indicator = ''tip''')
-            if (.not. settings%good(entry, 'friction')) cycle
-            if ((settings%text(entry, 'contact') == 'friction') .neqv. settings%number(entry, 'friction') > 0) &
-               call settings%complain(mistakes, entry, 'friction', 'must be above 0 with contact = ''friction'' and 0 without')
          end associate
       end do
    end subroutine check_company

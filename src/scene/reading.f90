@@ -7,6 +7,7 @@ module hampm_reading
    use hampm_namelist_file, only: read_text, scan_namelist
    use hampm_namelist_text, only: canonical_text
    use hampm_overrides, only: override
+   use hampm_rule_check, only: check_rules
    use hampm_scene, only: scene_t, fill_scene
    use hampm_settings, only: settings_t
    use hampm_stability_consistency, only: choose_courant
@@ -49,6 +50,9 @@ contains
       call resolve(settings)
       call fill_scene(settings, scene)
       call choose_courant(scene, settings)
+      scene%warned = ''
+      scene%noted = ''
+      call check_rules(scene, settings, mistakes, scene%warned, scene%noted)
       call check_consistency(scene, settings, mistakes)
       call mistakes%tell(failure)
       if (.not. failure%failed()) scene%as_used = canonical_text(settings)

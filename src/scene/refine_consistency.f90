@@ -21,41 +21,18 @@ contains
       integer :: entry
       entry = settings%find('refine', 1)
       if (.not. settings%good(entry, 'indicator') .or. scene%refine%indicator == 'none') return
-      select case (scene%refine%indicator)
-       case ('gradient')
-         if (settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
-             .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
-            call settings%complain(mistakes, entry, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
-       case ('tip')
-         if (.not. scene%crack%present .and. size(scene%paths) == 0) &
-            call settings%complain(mistakes, entry, 'indicator', '''tip'' needs a group &crack')
-      end select
-      call check_points(scene, settings, entry, mistakes)
+      if (scene%refine%indicator == 'gradient' .and. settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
+          .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
+         call settings%complain(mistakes, entry, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
       call check_region(scene, settings, entry, has_bodies, mistakes)
       if (has_bodies) call check_room(scene, settings, entry, mistakes)
    end subroutine check_refine
-
-   !> A cell beside finer ones acts as its quarters, each of which needs material points of its own. Quadratic cells stay whole.
-   pure subroutine check_points(scene, settings, entry, mistakes)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry                 !! position of the group &refine, here and below
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: i, body
-      if (.not. settings%good(entry, 'max_level') .or. scene%refine%max_level < 1 .or. scene%grid%order > 1) return
-      do i = 1, size(scene%bodies)
-         body = settings%find('body', i)
-         if (.not. settings%good(body, 'points_per_cell') .or. mod(scene%bodies(i)%points_per_cell, 2) == 0) cycle
-         call settings%complain(mistakes, body, 'points_per_cell', 'must be even (2, 4, ...) where cells may &refine: '// &
-                                'quarters of cells beside finer ones need points of their own')
-      end do
-   end subroutine check_points
 
    !> The box in which cells may refine has an extent and holds material. A corner that is not given sets no limit.
    pure subroutine check_region(scene, settings, entry, has_bodies, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
+      integer, intent(in) :: entry                 !! position of the group &refine, here and below
       logical, intent(in) :: has_bodies
       type(mistakes_t), intent(inout) :: mistakes
       integer :: before, i

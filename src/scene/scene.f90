@@ -40,6 +40,8 @@ module hampm_scene
       type(energy_release_t) :: energy_release
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
+      character(:), allocatable :: warned        !! what the table of rules warns of, a line each
+      character(:), allocatable :: noted         !! what it tells, a line each
    end type scene_t
 
 contains

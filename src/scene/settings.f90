@@ -3,7 +3,7 @@ module hampm_settings
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: max_values
    use hampm_mistakes, only: mistakes_t
-   use hampm_text, only: printable
+   use hampm_text, only: printable, to_text
    implicit none
    private
    public :: value_t, setting_t, group_entry_t, settings_t
@@ -55,6 +55,7 @@ module hampm_settings
       procedure :: texts
       procedure :: set_numbers
       procedure :: set_text
+      procedure :: title
       procedure :: demand
       procedure :: complain
    end type settings_t
@@ -262,6 +263,24 @@ contains
       character(*), intent(in) :: key, text
       self%entries(entry)%settings(row_of(self%entries(entry), key))%values(1)%text = text
    end subroutine set_text
+
+   !> What a message calls a group: its name, with its own name or number where there may be several: `crack 'b'`, `load(2)`.
+   pure function title(self, entry) result(text)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry                 !! position of the group
+      character(:), allocatable :: text, name
+      integer :: i
+      associate (group => self%entries(entry))
+         text = trim(group%name)
+         name = ''
+         if (row_of(group, 'name') > 0) name = self%text(entry, 'name')
+         if (name /= '') then
+            text = text//' '''//printable(name, 60)//''''
+         else if (self%count_of(text) > 1) then
+            text = text//'('//to_text(count([(self%entries(i)%name == group%name, i=1, entry)]))//')'
+         end if
+      end associate
+   end function title
 
    !> Note a mistake where a key in which none was found says something else than `wanted`, for a reason.
    pure subroutine demand(self, mistakes, entry, key, wanted, reason)

@@ -1,5 +1,6 @@
 """The reference pages say what the program does: keys, rules between keys, columns of the history, exit codes."""
 
+import json
 import re
 
 import h5py
@@ -40,6 +41,19 @@ def test_page_of_the_keys_is_what_the_program_prints(reference):
     assert (DOCS / "keys.md").read_text() == reference, "build/release/hampm --keys > docs/keys.md"
 
 
+def test_page_of_the_rules_is_what_the_program_prints(hampm):
+    assert (DOCS / "key_rules.md").read_text() == hampm("--rules").stdout, "build/release/hampm --rules > docs/key_rules.md"
+
+
+def test_rules_are_counted_and_the_same_for_programs(hampm):
+    """As many sentences as rows; those whose reason is that something is not built are counted."""
+    page, table = hampm("--rules").stdout, json.loads(hampm("--rules", "--json").stdout)
+    assert len(re.findall(r"^- ", page, re.MULTILINE)) == len(table)
+    assert f"Of {len(table)} rules {sum(row['verdict'] in ('not allowed with', 'requires') for row in table)} refuse a scene" in page
+    assert page.count("(not built)") - 1 == sum(row["basis"] == "not built" for row in table) > 0
+    assert {row["basis"] for row in table} == {"mechanics", "not built", "meaning of the keys"}
+
+
 def test_reference_has_a_row_for_each_key_of_the_template(reference, hampm):
     keys = re.findall(r"^(?:! )?   (\w+) =", hampm("--template").stdout, re.MULTILINE)
     assert re.findall(r"^\| `(\w+)` \|", reference, re.MULTILINE) == keys
@@ -63,9 +77,9 @@ def test_examples_together_are_a_scene(reference, hampm, tmp_path):
     assert result.returncode == 0, result.stderr
 
 
-def test_rules_name_only_groups_keys_and_choices_that_exist(choices):
+def test_page_of_places_names_only_groups_keys_and_choices_that_exist(choices):
     """In a section of a group, `key`, `key = 'choice'` and `'choice'` are of this group, `&other key` of another."""
-    for section in (DOCS / "key_rules.md").read_text().split("\n## &")[1:]:
+    for section in (DOCS / "places.md").read_text().split("\n## &")[1:]:
         here = section.split("\n")[0]
         words = [word for word in re.findall(r"`([^`]+)`", section) if not word.startswith("-")]
         assert words

@@ -189,7 +189,7 @@ def test_what_cannot_be_cut_is_refused(hampm, tmp_path, points, message):
     (("'domain_integral'", "'nodal_force'"), "must be 'domain_integral'"),
     (("points =", "tip = 0.0, 0.0  points ="), "has no meaning for kind = 'path'"),
     (("points = -0.004, ", "points = "), "must be pairs"),
-    (("points =", "friction = 0.2  points ="), "must be above 0 with contact = 'friction'"),
+    (("points =", "friction = 0.2  points ="), "friction = 0.2 requires contact = 'friction'"),
     (("&crack", "&crack tip = 0.0, 0.0 /\n&crack"), "must be 'path' beside other cracks")])
 def test_what_paths_do_not_go_with_is_refused(hampm, tmp_path, change, message):
     assert message in run(hampm, tmp_path, plate([[(-4e-3, 0.5e-3), (4e-3, 1e-3)]], levels=0).replace(*change), code=2)

@@ -1,0 +1,247 @@
+!> Conditions on a scene as text: `&crack kind = 'line' | 'path' and &crack contact /= 'none' or cells that are cut`. Words between `and`
+!> and `or` are a group that is present (`&growth`), a key that the user has set to something else than its default (`&load times`), a key
+!> with one of some values (`=`), with none of them (`/=`), above or below a number (`>`, `<`), or a feature (`hampm_features`).
+module hampm_conditions
+   use hampm_features, only: has_feature, is_feature
+   use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
+   use hampm_kinds, only: dp, name_len
+   use hampm_scene, only: scene_t
+   use hampm_settings, only: settings_t, setting_t
+   use hampm_values, only: parse_real
+   implicit none
+   private
+   public :: atom_t, parse_condition, holds, shown_atom, condition_mistake, most_atoms
+
+   integer, parameter :: most_atoms = 12, most_choices = 8
+   integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
+
+   !> One of the words of a condition.
+   type :: atom_t
+      integer :: alternative = 1                 !! number of the part between `or` in which it is
+      integer :: kind = 0                        !! how it is told, one of the above
+      character(name_len) :: group = ''          !! '' for a feature
+      character(name_len) :: key = ''            !! '' for a group or a feature
+      integer :: choices = 0                     !! number of values
+      character(name_len) :: values(most_choices) = '' !! without quotes
+      character(2*name_len) :: text = ''         !! as it stands in the condition
+   end type atom_t
+
+contains
+
+   !> Take a condition apart. An empty text has no words.
+   pure subroutine parse_condition(text, atoms)
+      character(*), intent(in) :: text
+      type(atom_t), allocatable, intent(out) :: atoms(:)
+      type(atom_t) :: found(most_atoms)
+      integer :: n, alternative, from, past
+      n = 0
+      alternative = 1
+      from = 1
+      do while (from <= len_trim(text))
+         past = next_break(text(from:)) + from - 1
+         n = n + 1
+         found(n) = atom_of(trim(adjustl(text(from:past - 1))))
+         found(n)%alternative = alternative
+         if (past > len_trim(text)) exit
+         if (text(past:past + 3) == ' or ') alternative = alternative + 1
+         from = past + merge(4, 5, text(past:past + 3) == ' or ')
+      end do
+      atoms = found(:n)
+   end subroutine parse_condition
+
+   !> Where the next `and` or `or` is with the blank before it; past the end for none.
+   pure integer function next_break(text)
+      character(*), intent(in) :: text
+      integer :: i, at(2)
+      at = [index(text, ' and '), index(text, ' or ')]
+      next_break = minval([(merge(at(i), len_trim(text) + 1, at(i) > 0), i=1, 2)])
+   end function next_break
+
+   !> One word of a condition.
+   pure function atom_of(text) result(atom)
+      character(*), intent(in) :: text
+      type(atom_t) :: atom
+      character(:), allocatable :: rest
+      integer :: blank
+      atom%text = text
+      atom%kind = is_named
+      if (index(text, '&') /= 1) return
+      blank = index(text//' ', ' ')
+      atom%group = text(2:blank - 1)
+      atom%kind = is_present
+      if (blank > len(text)) return
+      rest = text(blank + 1:)
+      blank = index(rest//' ', ' ')
+      atom%key = rest(:blank - 1)
+      atom%kind = is_set
+      if (blank > len(rest)) return
+      rest = rest(blank + 1:)
+      blank = index(rest//' ', ' ')
+      select case (rest(:blank - 1))
+       case ('=')
+         atom%kind = is_one_of
+       case ('/=')
+         atom%kind = is_none_of
+       case ('>')
+         atom%kind = is_above
+       case ('<')
+         atom%kind = is_below
+       case default
+         atom%kind = 0
+         return
+      end select
+      rest = rest(blank + 1:)//' |'
+      do while (index(rest, '|') > 0)
+         atom%choices = atom%choices + 1
+         atom%values(atom%choices) = without_quotes(trim(adjustl(rest(:index(rest, '|') - 1))))
+         rest = rest(index(rest, '|') + 1:)
+      end do
+   end function atom_of
+
+   !> A text without the quotes around it.
+   pure function without_quotes(text)
+      character(*), intent(in) :: text
+      character(:), allocatable :: without_quotes
+      without_quotes = text
+      if (index(text, '''') == 1) without_quotes = text(2:len(text) - 1)
+   end function without_quotes
+
+   !> What is wrong with a condition, '' for nothing: groups, keys, choices and features that are not there.
+   pure function condition_mistake(text) result(mistake)
+      character(*), intent(in) :: text
+      character(:), allocatable :: mistake
+      type(atom_t), allocatable :: atoms(:)
+      integer :: i, k, row
+      mistake = ''
+      call parse_condition(text, atoms)
+      do i = 1, size(atoms)
+         associate (atom => atoms(i))
+            if (atom%kind == is_named) then
+               if (.not. is_feature(trim(atom%text))) mistake = 'no feature '//trim(atom%text)
+               cycle
+            end if
+            if (find_group(trim(atom%group)) == 0) then
+               mistake = 'no group &'//trim(atom%group)
+               cycle
+            end if
+            if (atom%kind == is_present) cycle
+            row = find_key(find_group(trim(atom%group)), trim(atom%key))
+            if (row == 0 .or. atom%kind == 0) then
+               mistake = 'no condition: '//trim(atom%text)
+               cycle
+            end if
+            associate (key => keys(first_key(find_group(trim(atom%group))) + row - 1))
+               do k = 1, atom%choices
+                  if (key%allowed /= '' .and. is_text(key) .and. &
+                      index('|'//trim(key%allowed)//'|', '|'//trim(atom%values(k))//'|') == 0) &
+                     mistake = '&'//trim(atom%group)//' '//trim(atom%key)//' has no choice '//trim(atom%values(k))
+               end do
+            end associate
+         end associate
+      end do
+   end function condition_mistake
+
+   !> Whether a word holds of a scene, and of one of its groups where it is about such. What has a mistake in it does not hold.
+   pure logical function holds(atom, scene, settings, entry)
+      type(atom_t), intent(in) :: atom
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group, 0 for none
+      logical :: same
+      holds = .false.
+      if (atom%kind == is_named) then
+         holds = has_feature(scene, settings, trim(atom%text))
+         return
+      end if
+      if (entry == 0) return
+      holds = atom%kind == is_present
+      if (holds .or. .not. settings%good(entry, trim(atom%key))) return
+      associate (group => settings%entries(entry))
+         associate (setting => group%settings(findloc(group%keys == atom%key, .true., dim=1)))
+            select case (atom%kind)
+             case (is_set)
+               holds = setting%given .and. .not. is_default(setting, group%group, trim(atom%key))
+             case (is_one_of, is_none_of)
+               same = position(atom, setting) > 0
+               holds = same .eqv. atom%kind == is_one_of
+             case (is_above)
+               holds = any(setting%numbers > number(atom%values(1)))
+             case (is_below)
+               holds = any(setting%numbers < number(atom%values(1)))
+            end select
+         end associate
+      end associate
+   end function holds
+
+   !> Which of the values of a setting is one of those of a word, 0 for none.
+   pure integer function position(atom, setting)
+      type(atom_t), intent(in) :: atom
+      type(setting_t), intent(in) :: setting
+      integer :: k
+      do position = setting%count, 1, -1
+         do k = 1, atom%choices
+            if (size(setting%numbers) == 0) then
+               if (setting%values(position)%text == atom%values(k)) return
+            else if (abs(setting%numbers(position) - number(atom%values(k))) <= 0) then
+               return
+            end if
+         end do
+      end do
+   end function position
+
+   !> A number or a truth as the table has it.
+   pure real(dp) function number(text)
+      character(*), intent(in) :: text
+      integer :: status
+      if (text == '.true.') then
+         number = 1
+      else if (text == '.false.') then
+         number = 0
+      else
+         call parse_real(trim(text), number, status)
+      end if
+   end function number
+
+   !> Whether a setting says what holds without it.
+   pure logical function is_default(setting, group, name)
+      type(setting_t), intent(in) :: setting
+      integer, intent(in) :: group               !! row of the group
+      character(*), intent(in) :: name           !! of the key
+      integer :: i
+      associate (key => keys(first_key(group) + find_key(group, name) - 1))
+         is_default = setting%count == default_count(key, .false.)
+         if (.not. is_default) return
+         do i = 1, setting%count
+            if (is_text(key)) then
+               is_default = is_default .and. setting%values(i)%text == default_value(key, .false., i)
+            else
+               is_default = is_default .and. abs(setting%numbers(i) - number(default_value(key, .false., i))) <= 0
+            end if
+         end do
+      end associate
+   end function is_default
+
+   !> A word with the name of its group and the value that the scene has: `&crack 'b' contact = 'friction'`.
+   pure function shown_atom(atom, settings, entry) result(text)
+      type(atom_t), intent(in) :: atom
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of its group, 0 for none
+      character(:), allocatable :: text
+      integer :: k
+      text = trim(atom%text)
+      if (entry == 0 .or. atom%kind == is_named) return
+      text = '&'//settings%title(entry)
+      if (atom%kind == is_present) return
+      associate (group => settings%entries(entry))
+         associate (setting => group%settings(findloc(group%keys == atom%key, .true., dim=1)))
+            k = 0
+            if (atom%kind == is_one_of) k = position(atom, setting)
+            if (k > 0 .and. setting%count > 1) then
+               text = text//' '//trim(atom%key)//' = '''//setting%values(k)%text//''''
+            else
+               text = text//' '//trim(atom%key)//' = '//setting%shown()
+            end if
+         end associate
+      end associate
+   end function shown_atom
+end module hampm_conditions

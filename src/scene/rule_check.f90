@@ -1,0 +1,405 @@
+!> What the table of rules (`hampm_rules`) says of a scene: mistakes, warnings and notes.
+module hampm_rule_check
+   use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
+   use hampm_mistakes, only: mistakes_t
+   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with
+   use hampm_scene, only: scene_t, fill_scene
+   use hampm_settings, only: settings_t, setting_t
+   use hampm_keys, only: is_text, keys, find_group, find_key, first_key
+   use hampm_values, only: parse_real
+   implicit none
+   private
+   public :: check_rules, required_text
+
+   integer, parameter :: nowhere = -1            !! no group has what a condition asks for
+   integer, parameter :: most_advice = 10        !! messages whose advice is tried; each is a scene of its own
+
+   !> A rule with its conditions taken apart, and where groups meet those that are not about the group of the message.
+   type :: reading_t
+      type(atom_t), allocatable :: subject(:), other(:)
+      integer, allocatable :: met_by(:)          !! group that meets each word of `subject` and then of `other`, or `nowhere`
+      logical, allocatable :: everywhere(:)      !! whether all groups of its name meet it, and there is one
+   end type reading_t
+
+   !> A place where a rule is broken.
+   type :: breach_t
+      integer :: rule = 0
+      integer :: entry = 0                       !! position of the group, 0 for none
+   end type breach_t
+
+contains
+
+   !> Look for all rules that a scene breaks. Keys at which a scene is refused are marked as mistaken, for other checks to pass them over.
+   pure subroutine check_rules(scene, settings, mistakes, warnings, notes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable, intent(inout) :: warnings, notes !! a line each
+      type(breach_t), allocatable :: breaches(:)
+      type(reading_t) :: reading
+      character(:), allocatable :: message
+      logical :: broken(size(rules))
+      integer :: k
+      call find_breaches(scene, settings, breaches)
+      broken = .false.
+      broken(breaches%rule) = .true.
+      do k = 1, size(breaches)
+         associate (rule => rules(breaches(k)%rule))
+            call read_rule(rule, scene, settings, reading)
+            message = message_of(rule, reading, settings, breaches(k)%entry)
+            if (rule%use /= '' .and. k <= most_advice) then
+               if (is_allowed(trim(rule%use), breaches(k)%entry, scene, settings, broken)) &
+                  message = message//'; use '//trim(rule%use)
+            end if
+            select case (rule%verdict)
+             case (not_with, requires)
+               call mistakes%add(location_of(reading%subject(1)%key, settings, breaches(k)%entry)//': '//message)
+             case (noted_with)
+               call add_line(notes, message)
+             case default
+               call add_line(warnings, message)
+            end select
+         end associate
+      end do
+      do k = 1, size(breaches)
+         if (any(rules(breaches(k)%rule)%verdict == [not_with, requires])) call mark(breaches(k), settings)
+      end do
+   end subroutine check_rules
+
+   !> All places where a rule is broken.
+   pure subroutine find_breaches(scene, settings, breaches)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(breach_t), allocatable, intent(out) :: breaches(:)
+      type(reading_t) :: reading
+      integer :: k, entry
+      allocate (breaches(0))
+      do k = 1, size(rules)
+         call read_rule(rules(k), scene, settings, reading)
+         associate (group => reading%subject(1)%group)
+            if (group == '') then
+               if (is_broken(rules(k), reading, scene, settings, 0)) breaches = [breaches, breach_t(k, 0)]
+               cycle
+            end if
+            do entry = 1, settings%count
+               if (settings%entries(entry)%name /= group) cycle
+               if (group == 'material' .and. any([reading%subject%group, reading%other%group] /= group)) then
+                  if (is_unused(scene, settings, entry)) cycle
+               end if
+               if (is_broken(rules(k), reading, scene, settings, entry)) breaches = [breaches, breach_t(k, entry)]
+            end do
+         end associate
+      end do
+   end subroutine find_breaches
+
+   !> Take a rule apart, and look once for what is not about the group of its message.
+   pure subroutine read_rule(rule, scene, settings, reading)
+      type(rule_t), intent(in) :: rule
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(reading_t), intent(out) :: reading
+      type(atom_t), allocatable :: atoms(:)
+      integer :: i, n, entry
+      logical :: fits
+      call parse_condition(rule%subject, reading%subject)
+      call parse_condition(rule%other, reading%other)
+      n = size(reading%subject)
+      allocate (reading%met_by(n + size(reading%other)), source=nowhere)
+      allocate (reading%everywhere(n + size(reading%other)), source=.false.)
+      atoms = [reading%subject, reading%other]
+      do i = 1, size(atoms)
+         if (atoms(i)%group == reading%subject(1)%group .or. atoms(i)%group == '') cycle
+         reading%everywhere(i) = settings%count_of(trim(atoms(i)%group)) > 0
+         do entry = 1, settings%count
+            if (settings%entries(entry)%name /= atoms(i)%group) cycle
+            if (atoms(i)%group == 'material') then
+               if (is_unused(scene, settings, entry)) cycle
+            end if
+            if (i <= n) then
+               fits = all_of_group(reading%subject, atoms(i), scene, settings, entry)
+            else
+               fits = all_of_group(reading%other, atoms(i), scene, settings, entry)
+            end if
+            reading%everywhere(i) = reading%everywhere(i) .and. fits
+            if (fits .and. reading%met_by(i) == nowhere) reading%met_by(i) = entry
+         end do
+      end do
+   end subroutine read_rule
+
+   !> Whether a group meets all words about it that stand together with one of them.
+   pure logical function all_of_group(atoms, atom, scene, settings, entry)
+      type(atom_t), intent(in) :: atoms(:), atom
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      integer :: i
+      all_of_group = .true.
+      do i = 1, size(atoms)
+         if (atoms(i)%group /= atom%group .or. atoms(i)%alternative /= atom%alternative) cycle
+         all_of_group = all_of_group .and. holds(atoms(i), scene, settings, entry)
+      end do
+   end function all_of_group
+
+   !> Whether a rule is broken by a group, or by the scene.
+   pure logical function is_broken(rule, reading, scene, settings, entry)
+      type(rule_t), intent(in) :: rule
+      type(reading_t), intent(in) :: reading
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      logical :: is_required
+      integer :: i
+      is_required = any(rule%verdict == [requires, no_effect_without])
+      is_broken = .false.
+      do i = 1, size(reading%subject)
+         if (.not. is_met(reading, i, .false., scene, settings, entry)) return
+      end do
+      is_broken = is_required .neqv. alternative_of(reading, is_required, scene, settings, entry) > 0
+      if (is_broken .and. is_required) is_broken = all_known(reading, settings, entry)
+   end function is_broken
+
+   !> Number of the first alternative of the other condition that is met, 0 for none.
+   pure integer function alternative_of(reading, is_required, scene, settings, entry) result(alternative)
+      type(reading_t), intent(in) :: reading
+      logical, intent(in) :: is_required         !! whether all groups have to meet it
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      logical :: met
+      integer :: i
+      do alternative = 1, max(1, maxval(reading%other%alternative))
+         met = .true.
+         do i = 1, size(reading%other)
+            if (reading%other(i)%alternative /= alternative) cycle
+            met = met .and. is_met(reading, size(reading%subject) + i, is_required, scene, settings, entry)
+         end do
+         if (met) return
+      end do
+      alternative = 0
+   end function alternative_of
+
+   !> Whether a word of a rule is met.
+   pure logical function is_met(reading, i, by_all, scene, settings, entry)
+      type(reading_t), intent(in) :: reading
+      integer, intent(in) :: i                   !! its place in `subject`, and behind it in `other`
+      logical, intent(in) :: by_all              !! whether all groups have to, where it is not about that of the message
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      type(atom_t) :: atom
+      if (i <= size(reading%subject)) atom = reading%subject(i)
+      if (i > size(reading%subject)) atom = reading%other(i - size(reading%subject))
+      if (atom%group == '' .or. atom%group == reading%subject(1)%group) then
+         is_met = holds(atom, scene, settings, entry)
+      else if (by_all) then
+         is_met = reading%everywhere(i)
+      else
+         is_met = reading%met_by(i) > 0
+      end if
+   end function is_met
+
+   !> Whether no mistake was found in the keys that a rule requires.
+   pure logical function all_known(reading, settings, entry) result(known)
+      type(reading_t), intent(in) :: reading
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      integer :: i, k
+      known = .true.
+      do i = 1, size(reading%other)
+         associate (atom => reading%other(i))
+            if (atom%key == '') cycle
+            if (atom%group == reading%subject(1)%group) then
+               known = known .and. settings%good(entry, trim(atom%key))
+               cycle
+            end if
+            do k = 1, settings%count
+               if (settings%entries(k)%name == atom%group) known = known .and. settings%good(k, trim(atom%key))
+            end do
+         end associate
+      end do
+   end function all_known
+
+   !> Whether no body is of a material.
+   pure logical function is_unused(scene, settings, entry)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group &material
+      integer :: i
+      is_unused = .not. any(scene%bodies%material_index == count([(settings%entries(i)%name == 'material', i=1, entry)]))
+   end function is_unused
+
+   !> What is said of a broken rule, as a sentence without its full stop.
+   pure function message_of(rule, reading, settings, entry) result(message)
+      type(rule_t), intent(in) :: rule
+      type(reading_t), intent(in) :: reading
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group, 0 for none, here and below
+      character(:), allocatable :: message, other
+      integer :: i
+      associate (subject => reading%subject, met_by => reading%met_by)
+         message = shown_atom(subject(1), settings, entry)
+         if (subject(1)%key /= '') then
+            if (.not. settings%given(entry, trim(subject(1)%key))) message = message//' (default)'
+         end if
+         do i = 2, size(subject)
+            message = message//trim(merge(' with', ' and ', i == 2))//' '// &
+                      shown_other(subject(i), subject(1), settings, entry, met_by(i))
+         end do
+      end associate
+      if (any(rule%verdict == [requires, no_effect_without])) then
+         other = required_text(rule)
+      else
+         other = met_text(reading, settings, entry)
+      end if
+      select case (rule%verdict)
+       case (not_with)
+         message = message//' is not allowed with '//other
+       case (requires)
+         message = message//' requires '//other
+       case (no_effect_with)
+         message = message//' has no effect with '//other
+       case (no_effect_without)
+         message = message//' has no effect without '//other
+       case default
+         if (other /= '') message = message//' with '//other
+      end select
+      if (rule%reason /= '') message = message//': '//trim(rule%reason)
+   end function message_of
+
+   !> A word behind the first one: without its group where this is the same.
+   pure function shown_other(atom, first, settings, entry, met_by) result(text)
+      type(atom_t), intent(in) :: atom, first
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry, met_by       !! group of the first word, and group that meets this one
+      character(:), allocatable :: text
+      if (atom%group == '') then
+         text = trim(atom%text)
+      else if (atom%group == first%group) then
+         text = shown_atom(atom, settings, entry)
+         if (atom%key /= '') text = text(len('& ') + len(settings%title(entry)) + 1:)
+      else
+         text = shown_atom(atom, settings, met_by)
+      end if
+   end function shown_other
+
+   !> The other condition of a rule as a scene meets it.
+   pure function met_text(reading, settings, entry) result(text)
+      type(reading_t), intent(in) :: reading
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      character(:), allocatable :: text
+      integer :: i, n
+      text = ''
+      n = size(reading%subject)
+      do i = 1, size(reading%other)
+         if (text /= '') text = text//' and '
+         text = text//shown_other(reading%other(i), reading%subject(1), settings, entry, reading%met_by(n + i))
+      end do
+   end function met_text
+
+   !> The other condition of a rule as it stands, without the name of the group that the first has, and with `or` between values.
+   pure function required_text(rule) result(text)
+      type(rule_t), intent(in) :: rule
+      character(:), allocatable :: text, group
+      integer :: at
+      group = rule%subject(:index(rule%subject, ' '))
+      text = trim(rule%other)
+      do
+         at = index(text//' ', group)
+         if (at == 0 .or. index(rule%subject, '&') /= 1 .or. at + len(group) > len(text)) exit
+         text = text(:at - 1)//text(at + len(group):)
+      end do
+      do
+         at = index(text, ' | ')
+         if (at == 0) exit
+         text = text(:at)//'or'//text(at + 2:)
+      end do
+   end function required_text
+
+   !> Where a rule is broken: the line of its first key.
+   pure function location_of(key, settings, entry) result(location)
+      character(*), intent(in) :: key            !! '' for none
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      character(:), allocatable :: location
+      integer :: row
+      location = settings%file
+      if (entry == 0) return
+      associate (group => settings%entries(entry))
+         location = group%location
+         if (key == '') return
+         row = findloc(group%keys == key, .true., dim=1)
+         if (allocated(group%settings(row)%location)) location = group%settings(row)%location
+      end associate
+   end function location_of
+
+   !> Mark the first key of a rule that refuses a scene.
+   pure subroutine mark(breach, settings)
+      type(breach_t), intent(in) :: breach
+      type(settings_t), intent(inout) :: settings
+      type(atom_t), allocatable :: atoms(:)
+      integer :: row
+      call parse_condition(rules(breach%rule)%subject, atoms)
+      if (breach%entry == 0 .or. atoms(1)%key == '') return
+      row = findloc(settings%entries(breach%entry)%keys == atoms(1)%key, .true., dim=1)
+      settings%entries(breach%entry)%settings(row)%good = .false.
+   end subroutine mark
+
+   !> Whether a scene may take an advice: with it no rule refuses the scene that did not before. Advice in words always may be taken.
+   pure logical function is_allowed(advice, entry, scene, settings, broken)
+      character(*), intent(in) :: advice
+      integer, intent(in) :: entry               !! position of the group of the message
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      logical, intent(in) :: broken(:)           !! rules that are broken without it
+      type(atom_t), allocatable :: atoms(:)
+      type(settings_t) :: changed
+      type(scene_t) :: other
+      type(breach_t), allocatable :: breaches(:)
+      logical :: anew(size(rules))
+      integer :: i, k, row
+      is_allowed = index(advice, '&') /= 1
+      if (is_allowed) return
+      call parse_condition(advice, atoms)
+      changed = settings
+      do k = 1, changed%count
+         do i = 1, size(atoms)
+            associate (group => changed%entries(k))
+               if (group%name /= atoms(i)%group .or. atoms(i)%choices == 0) cycle
+               if (entry > 0) then
+                  if (settings%entries(entry)%name == group%name .and. k /= entry) cycle
+               end if
+               row = findloc(group%keys == atoms(i)%key, .true., dim=1)
+               call give(group%settings(row), find_group(trim(atoms(i)%group)), trim(atoms(i)%key), trim(atoms(i)%values(1)))
+            end associate
+         end do
+      end do
+      call fill_scene(changed, other)
+      call find_breaches(other, changed, breaches)
+      anew = .false.
+      anew(breaches%rule) = rules(breaches%rule)%verdict == not_with .or. rules(breaches%rule)%verdict == requires
+      is_allowed = .not. any(anew .and. .not. broken)
+   end function is_allowed
+
+   !> Give a setting one value.
+   pure subroutine give(setting, group, name, value)
+      type(setting_t), intent(inout) :: setting
+      integer, intent(in) :: group               !! row of its group
+      character(*), intent(in) :: name, value    !! of the key, and what it gets
+      integer :: status
+      setting%good = .true.
+      setting%given = .true.
+      if (setting%count < 1) return
+      setting%count = 1
+      setting%values(1)%text = value
+      if (.not. is_text(keys(first_key(group) + find_key(group, name) - 1))) call parse_real(value, setting%numbers(1), status)
+   end subroutine give
+
+   !> Add a line.
+   pure subroutine add_line(text, line)
+      character(:), allocatable, intent(inout) :: text
+      character(*), intent(in) :: line
+      if (text /= '') text = text//new_line('a')
+      text = text//line
+   end subroutine add_line
+end module hampm_rule_check

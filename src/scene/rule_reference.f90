@@ -1,0 +1,168 @@
+!> The table of rules as text, which `--rules` prints: docs/key_rules.md is this text, and `--json` the same for programs.
+module hampm_rule_reference
+   use hampm_keys, only: groups
+   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
+                          mechanics, not_built, by_meaning
+   use hampm_rule_check, only: required_text
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: rules_text, rules_json
+
+   character, parameter :: line_feed = new_line('a')
+   character(*), parameter :: words(*) = [character(24) :: 'is not allowed with', 'requires', 'has no effect with', &
+                                          'has no effect without', 'with', 'with'] !! of each verdict
+   character(*), parameter :: verdicts(*) = [character(24) :: 'not allowed with', 'requires', 'no effect with', &
+                                             'no effect without', 'warned of with', 'noted with']
+   character(*), parameter :: bases(*) = [character(24) :: 'mechanics', 'not built', 'meaning of the keys']
+
+contains
+
+   !> All rules in sentences, group by group.
+   pure function rules_text() result(text)
+      character(:), allocatable :: text
+      integer :: g
+      text = line('# How keys depend on each other')//line('') &
+             //line('The output of `hampm --rules`, from the table by which scenes are validated (`src/scene/rules.f90`);') &
+             //line('`hampm --rules --json` has it for programs. [keys.md](keys.md) has what each key allows by itself,') &
+             //line('[places.md](places.md) where things have to be and which numbers go together. All mistakes are reported at') &
+             //line('once, and `hampm --check` looks for them without a run.')//line('') &
+             //line('A scene that breaks a rule with "requires" or "is not allowed with" is refused; one with "has no effect" or') &
+             //line('"warning:" runs, and says so. A key has no effect only where it is given, and says something else than its') &
+             //line('default. Where a rule is about another group of which there may be several, "requires" means all of these,') &
+             //line('and every other word any of them. Rules about a material are for those of which there is a body.')//line('') &
+             //line('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))//' refuse a scene, '// &
+                    to_text(number(no_effect_with) + number(no_effect_without))//' tell of keys without effect, and '// &
+                    to_text(number(warned_with) + number(noted_with))//' warn.') &
+             //line('The reason of '//to_text(count(rules%basis == mechanics))//' is one of mechanics, '// &
+                    to_text(count(rules%basis == by_meaning))//' follow from what keys mean, and '// &
+                    to_text(count(rules%basis == not_built))) &
+             //line('say "(not built)": there is none but that the program cannot do it yet.')
+      do g = 1, size(groups)
+         text = text//section('## &'//trim(groups(g)%name), trim(groups(g)%name))
+      end do
+      text = text//section('## Others', '')
+   end function rules_text
+
+   !> How many rules have a verdict.
+   pure integer function number(verdict)
+      integer, intent(in) :: verdict
+      number = count(rules%verdict == verdict)
+   end function number
+
+   !> The rules whose message is about a group, or about none; '' where there are no such rules.
+   pure function section(title, group) result(text)
+      character(*), intent(in) :: title, group
+      character(:), allocatable :: text
+      integer :: k
+      text = ''
+      do k = 1, size(rules)
+         if (group_of(rules(k)) /= group) cycle
+         if (text == '') text = line('')//line(title)//line('')
+         text = text//line('- '//sentence(rules(k)))
+      end do
+   end function section
+
+   !> Name of the group that the message of a rule is about, '' for none.
+   pure function group_of(rule) result(group)
+      type(rule_t), intent(in) :: rule
+      character(:), allocatable :: group
+      group = ''
+      if (rule%subject(1:1) == '&') group = rule%subject(2:index(rule%subject, ' ') - 1)
+   end function group_of
+
+   !> A rule as a sentence.
+   pure function sentence(rule) result(text)
+      type(rule_t), intent(in) :: rule
+      character(:), allocatable :: text
+      text = as_code(with_or(trim(rule%subject)))
+      if (rule%other /= '') text = text//' '//trim(words(rule%verdict))//' '//as_code(required_text(rule))
+      if (rule%verdict == warned_with) text = 'warning: '//text
+      if (rule%verdict == noted_with) text = 'note: '//text
+      if (rule%basis == not_built) text = text//' (not built)'
+      if (rule%reason /= '') text = text//': '//trim(rule%reason)
+      if (rule%use(1:1) == '&') then
+         text = text//'; use '//as_code(trim(rule%use))
+      else if (rule%use /= '') then
+         text = text//'; use '//trim(rule%use)
+      end if
+      text = text//'.'
+   end function sentence
+
+   !> A condition with `or` between values.
+   pure function with_or(condition) result(text)
+      character(*), intent(in) :: condition
+      character(:), allocatable :: text
+      integer :: at
+      text = condition
+      do
+         at = index(text, ' | ')
+         if (at == 0) return
+         text = text(:at)//'or'//text(at + 2:)
+      end do
+   end function with_or
+
+   !> A condition whose words about keys and values are marked as code.
+   pure function as_code(condition) result(text)
+      character(*), intent(in) :: condition
+      character(:), allocatable :: text
+      integer :: from, past
+      text = ''
+      from = 1
+      do while (from <= len(condition))
+         past = min(next(condition(from:), ' and '), next(condition(from:), ' or ')) + from - 1
+         if (scan(condition(from:past - 1), '&=><''') > 0 .or. index(condition(from:past - 1), ' ') == 0) then
+            text = text//'`'//condition(from:past - 1)//'`'
+         else
+            text = text//condition(from:past - 1)
+         end if
+         if (past > len(condition)) exit
+         from = past + index(condition(past + 1:), ' ') + 1
+         text = text//condition(past:from - 1)
+      end do
+   end function as_code
+
+   !> Where a word is in a text, and past the end where it is not.
+   pure integer function next(text, word)
+      character(*), intent(in) :: text, word
+      next = index(text, word)
+      if (next == 0) next = len(text) + 1
+   end function next
+
+   !> All rules as JSON.
+   pure function rules_json() result(text)
+      character(:), allocatable :: text
+      integer :: k
+      text = line('[')
+      do k = 1, size(rules)
+         associate (rule => rules(k))
+            text = text//' {"subject": '//quoted(rule%subject)//', "verdict": '//quoted(verdicts(rule%verdict))//', "other": '// &
+                   quoted(rule%other)//', "basis": '//quoted(bases(rule%basis))//', "reason": '//quoted(rule%reason)// &
+                   ', "use": '//quoted(rule%use)//'}'
+            if (k < size(rules)) text = text//','
+            text = text//line_feed
+         end associate
+      end do
+      text = text//line(']')
+   end function rules_json
+
+   !> A text in the quotes of JSON.
+   pure function quoted(text) result(json)
+      character(*), intent(in) :: text
+      character(:), allocatable :: json
+      integer :: i
+      json = '"'
+      do i = 1, len_trim(text)
+         if (text(i:i) == '"' .or. text(i:i) == '\') json = json//'\'
+         json = json//text(i:i)
+      end do
+      json = json//'"'
+   end function quoted
+
+   !> A text as a line.
+   pure function line(text)
+      character(*), intent(in) :: text
+      character(:), allocatable :: line
+      line = text//line_feed
+   end function line
+end module hampm_rule_reference

@@ -1,0 +1,36 @@
+!> The table of rules: its conditions name groups, keys, choices and features that exist, no row stands twice, and what it advises is known.
+program test_rules
+   use hampm_conditions, only: atom_t, condition_mistake, parse_condition
+   use hampm_harness, only: check, finish
+   use hampm_rules, only: rules, requires, no_effect_without, not_built
+   implicit none
+   type(atom_t), allocatable :: subject(:), other(:)
+   character(:), allocatable :: text
+   integer :: k
+
+   do k = 1, size(rules)
+      associate (rule => rules(k))
+         text = trim(rule%subject)//' / '//trim(rule%other)
+         call check(condition_mistake(trim(rule%subject)) == '', text//': '//condition_mistake(trim(rule%subject)))
+         call check(condition_mistake(trim(rule%other)) == '', text//': '//condition_mistake(trim(rule%other)))
+         call parse_condition(rule%subject, subject)
+         call parse_condition(rule%other, other)
+         call check(size(subject) > 0, text//': it is about something')
+         call check(all(subject%alternative == 1), text//': one condition is broken at a time')
+         if (all(rule%verdict /= [requires, no_effect_without])) &
+            call check(all(other%alternative == 1), text//': only what is required has alternatives')
+         if (rule%use(1:1) == '&') call check(condition_mistake(trim(rule%use)) == '', text//': advice '//trim(rule%use))
+         if (rule%basis == not_built) call check(rule%reason /= '' .or. rule%use /= '', text//': says what is not there')
+         call check(len_trim(rule%reason) < len(rule%reason) .and. len_trim(rule%other) < len(rule%other) .and. &
+                    len_trim(rule%subject) < len(rule%subject) .and. len_trim(rule%use) < len(rule%use), text//': is not cut off')
+         call check(.not. any(rules(:k - 1)%subject == rule%subject .and. rules(:k - 1)%other == rule%other .and. &
+                              rules(:k - 1)%verdict == rule%verdict), text//': stands once')
+      end associate
+   end do
+
+   call check(condition_mistake('&method tim = ''static''') /= '', 'a key that does not exist is found')
+   call check(condition_mistake('&method time = ''statik''') /= '', 'a choice that does not exist is found')
+   call check(condition_mistake('&methode') /= '', 'a group that does not exist is found')
+   call check(condition_mistake('cells that fly') /= '', 'a feature that does not exist is found')
+   call finish()
+end program test_rules
