@@ -102,12 +102,15 @@ contains
             xi = grid%local_coordinate(element(c), beside)
             if (any(xi < near_side .or. xi > 1 - near_side)) element(c) = grid%element_at(beside)
          else if (grid%cut_cells%are_there()) then
-            element(c) = grid%element_at(beside, origin(:, c) + to_its_side*(p%reference(i, :) - origin(:, c)), p%body(i))
+            element(c) = grid%element_on_side(beside, origin(:, c) + to_its_side*(p%reference(i, :) - origin(:, c)), p%body(i))
          else
             element(c) = grid%element_at(beside, body=p%body(i))
          end if
          local(:, c) = 0
-         if (element(c) /= outside) local(:, c) = inside_cell(grid%local_coordinate(element(c), x))
+         if (element(c) == outside) cycle
+         xi = grid%local_coordinate(element(c), x)
+         local(:, c) = inside_cell(xi)
+         if (any(abs(xi - 0.5_dp) > 0.5_dp + 2*inwards)) local(:, c) = xi  ! in a sliver beside the element: its functions go on there
       end do
    end subroutine find_corners
 

@@ -68,6 +68,7 @@ module hampm_cut_cells
       procedure :: pieces_of
       procedure :: segments_near
       procedure :: piece_at
+      procedure :: is_in_sliver
       procedure :: follow
       procedure :: find_nearest
       procedure :: freed_at
@@ -434,6 +435,18 @@ contains
       at = sample_at(forest, leaf, x)
       piece = self%piece(at(1), at(2), self%entry(leaf))
    end function piece_at
+
+   !> Whether a place is in a sliver of a leaf: a line divides it from all samples there, so that it is in none of the pieces.
+   pure logical function is_in_sliver(self, forest, leaf, x)
+      class(cut_cells_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      is_in_sliver = .false.
+      if (.not. self%is_near(leaf)) return
+      if (self%certain_piece_at(forest, leaf, x, near) > 0) return
+      is_in_sliver = self%certain_piece_at(forest, leaf, x, samples) == 0
+   end function is_in_sliver
 
    !> The place where the material that began at `origin` would be if it had kept its distance from the line next to it, and so its side,
    !> however far the faces have parted or gone through each other [m]. Where lines stay, that is `origin`.

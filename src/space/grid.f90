@@ -76,6 +76,7 @@ module hampm_grid
       procedure :: node_at
       procedure :: has_element_toward
       procedure :: element_at
+      procedure :: element_on_side
       procedure :: local_coordinate
       procedure :: is_transition
       procedure :: quarters_of
@@ -787,6 +788,28 @@ contains
          e = e + int(place(d))*2**(d - 1)
       end do
    end function element_at
+
+   !> The element of material on a face of a crack, which began at a place beside it: as `element_at` or, where the place is in a sliver, which
+   !> belongs to the piece beyond the crack, that from which the sliver is cut off. The place is outside of this by up to an eighth.
+   pure integer function element_on_side(self, x, origin, body) result(e)
+      class(grid_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: origin(ndim)       !! in the reference configuration, beside the crack [m]
+      integer, intent(in) :: body
+      real(dp), parameter :: beyond_slivers = 0.125_dp ! of a leaf: two samples
+      real(dp) :: beside(ndim), point(ndim), normal(ndim), place(ndim)
+      integer :: leaf
+      place = x
+      leaf = self%forest%leaf_at(x)
+      if (leaf > 0) then
+         beside = self%cut_cells%follow(origin)
+         if (self%cut_cells%is_in_sliver(self%forest, leaf, beside)) then
+            call self%cut_cells%find_nearest(beside, point, normal)
+            place = x + sign(beyond_slivers*self%forest%size_of(leaf), dot_product(beside - point, normal))*normal
+         end if
+      end if
+      e = self%element_at(place, origin, body)
+   end function element_on_side
 
    !> Local coordinate of the place `x` in element `e`, in [0, 1] inside it.
    pure function local_coordinate(self, e, x) result(xi)
