@@ -4,7 +4,7 @@ module hampm_needs
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
    use hampm_failure, only: failure_t, exit_input
-   use hampm_memory, only: memory_there_is, room_for_algebra
+   use hampm_memory, only: memory_there_is, room_for_algebra, stack_there_is, least_stack
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
    use hampm_scene, only: scene_t
@@ -185,6 +185,8 @@ contains
    !> Fail where the libraries have no room, before anything calls them.
    subroutine check_room(failure)
       type(failure_t), intent(inout) :: failure
+      if (stack_there_is() < least_stack) call failure%report(exit_input, 'the limit of the stack (ulimit -s) is '// &
+                              bytes_text(stack_there_is())//': allow '//bytes_text(least_stack)//' or more; 8 MB are usual')
       if (.not. room_for_algebra()) call failure%report(exit_input, 'the limit of the address space (ulimit -v) leaves no room '// &
                               'for the library of linear algebra: allow about 600 MB and what the scene needs, or set no limit')
    end subroutine check_room

@@ -11,6 +11,7 @@ module hampm_program
    use hampm_key_reference, only: reference_text
    use hampm_namelist_text, only: template_text
    use hampm_needs, only: needs_t, needs_of, check_room, check_needs, needs_report
+   use hampm_old_files, only: refuse_files_of_others
    use hampm_reading, only: read_scene, understand_scene
    use hampm_rule_reference, only: rules_text, rules_json
    use hampm_scene, only: scene_t
@@ -101,7 +102,7 @@ contains
          call resume(options, scene, needs, simulation, failure)
       else
          call read_scene(options%input, options%overrides, scene, failure)
-         if (.not. (failure%failed() .or. options%check .or. options%force)) call refuse_old(scene, folder_of(options), failure)
+         if (.not. (failure%failed() .or. options%check)) call refuse_old(scene, folder_of(options), options%force, failure)
          if (.not. failure%failed()) call weigh(scene, needs, failure)
          if (.not. failure%failed()) call build(scene, options%threads, simulation, failure)
       end if
@@ -144,18 +145,22 @@ contains
       call understand_scene(options%resume, text, options%overrides, scene, failure)
       if (failure%failed()) return
       scene%as_used = text
-      call weigh(scene, needs, failure)
+      if (.not. options%check) call refuse_files_of_others(result_path(scene, folder_of(options)), failure)
+      if (.not. failure%failed()) call weigh(scene, needs, failure)
       if (.not. failure%failed()) call rebuild(scene, options%threads, checkpoint, simulation, failure)
    end subroutine resume
 
-   !> Refuse to begin a run where there is a result or a checkpoint of one.
-   subroutine refuse_old(scene, folder, failure)
+   !> Refuse to begin a run where there are files of others and, unless it is forced, a result or a checkpoint of one.
+   subroutine refuse_old(scene, folder, force, failure)
       type(scene_t), intent(in) :: scene
       character(*), intent(in) :: folder
+      logical, intent(in) :: force
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: path, checkpoint
       path = result_path(scene, folder)
       checkpoint = checkpoint_name(path)
+      call refuse_files_of_others(path, failure)
+      if (failure%failed() .or. force) return
       if (file_exists(checkpoint)) then
          call failure%report(exit_file, checkpoint//': there is a checkpoint of a run. To go on with it: hampm --resume '// &
                              checkpoint//'. To begin it anew: --force. Or use another &output file or --output')

@@ -1,12 +1,13 @@
-!> The memory that this process may use, as Linux tells it in files.
+!> The memory and the stack that this process may use, as Linux tells it in files.
 module hampm_memory
    use hampm_kinds, only: dp
    implicit none
    private
-   public :: memory_there_is, room_for_algebra
+   public :: memory_there_is, room_for_algebra, stack_there_is, least_stack
 
    real(dp), parameter :: unknown = -1
    real(dp), parameter :: of_algebra = 3.2e8_dp  !! address space that OpenBLAS and its thread take at first use, or wait for [bytes]
+   real(dp), parameter :: least_stack = 1048576  !! five times what the program and its threads have taken of it at most [bytes]
 
 contains
 
@@ -35,6 +36,12 @@ contains
    logical function room_for_algebra()
       room_for_algebra = memory_there_is() > 1
    end function room_for_algebra
+
+   !> The limit of the stack [bytes]; huge where there is none or nothing tells.
+   real(dp) function stack_there_is() result(bytes)
+      bytes = number_behind('/proc/self/limits', 'Max stack size')
+      if (bytes < 0) bytes = huge(bytes)
+   end function stack_there_is
 
    !> The number behind a label that begins a line of a file; negative where there is no file, line or number.
    real(dp) function number_behind(path, label) result(number)

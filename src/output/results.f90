@@ -17,7 +17,7 @@ module hampm_results
    use hampm_snapshots, only: snapshots_t, piece_t
    implicit none
    private
-   public :: results_t
+   public :: results_t, last_name
 
    integer, parameter :: chunk = 512      !! values of a column stored together
    integer, parameter :: capacity = 512   !! samples kept in memory at most
@@ -60,6 +60,13 @@ module hampm_results
    end type results_t
 
 contains
+
+   !> The second name of the last file of a result while a new one takes its place.
+   pure function last_name(path) result(name)
+      character(*), intent(in) :: path
+      character(:), allocatable :: name
+      name = path//last_ending
+   end function last_name
 
    !> Begin a file, with the groups /history and /input. `exit_file` where that is impossible.
    subroutine create(self, path, failure)
@@ -121,7 +128,7 @@ contains
       if (others) then
          call fault%report(exit_file, path//': cannot be written: another run is writing it')
       else
-         call remove_file(path//last_ending)
+         call remove_file(last_name(path))
       end if
    end subroutine begin
 
@@ -246,9 +253,9 @@ contains
       logical :: has_last
       if (self%broken .or. .not. self%file%is_open()) return
       has_last = .false.
-      if (self%is_published) has_last = give_second_name(self%path, self%path//last_ending)
+      if (self%is_published) has_last = give_second_name(self%path, last_name(self%path))
       call publish(self, fault)
-      if (has_last) has_last = rename_file(self%path//last_ending, partial_name(self%path))
+      if (has_last) has_last = rename_file(last_name(self%path), partial_name(self%path))
       if (has_last .and. .not. fault%failed()) call bring_up_to_date(self, has_last)
       if (.not. has_last .and. .not. fault%failed()) call copy_file(self%path, partial_name(self%path), fault)
       if (.not. fault%failed()) call reopen(self, fault)

@@ -7,7 +7,7 @@ module hampm_run_lock
    use hampm_file_moves, only: remove_file
    implicit none
    private
-   public :: run_lock_t
+   public :: run_lock_t, lock_name
 
    character(*), parameter :: ending = '.lock'
    integer(c_int), parameter :: read_only = int(o'2000000', c_int) !! O_RDONLY and O_CLOEXEC
@@ -61,13 +61,20 @@ module hampm_run_lock
 
 contains
 
+   !> Name of the file that is locked while a result is written.
+   pure function lock_name(path) result(name)
+      character(*), intent(in) :: path           !! of the result
+      character(:), allocatable :: name
+      name = path//ending
+   end function lock_name
+
    !> Take the lock of the result `path`. `others` tells that another program has it. Where the folder cannot be written to, or its
    !> file system knows no locks, the run goes on without.
    subroutine take(self, path, others)
       class(run_lock_t), intent(inout) :: self
       character(*), intent(in) :: path
       logical, intent(out) :: others
-      self%path = path//ending
+      self%path = lock_name(path)
       do
          call open_and_lock(self, others)
          if (self%descriptor < 0) return

@@ -46,6 +46,7 @@ module hampm_settings
       procedure :: count_of
       procedure :: find
       procedure :: good
+      procedure :: all_good
       procedure :: given
       procedure :: number
       procedure :: numbers
@@ -172,6 +173,13 @@ contains
       good = .false.
       if (entry > 0) good = self%entries(entry)%settings(row_of(self%entries(entry), key))%good
    end function good
+
+   !> Whether no mistake was found in any key of any group.
+   pure logical function all_good(self)
+      class(settings_t), intent(in) :: self
+      integer :: i
+      all_good = all([(all(self%entries(i)%settings%good), i=1, self%count)])
+   end function all_good
 
    !> Whether the user wrote this key.
    pure logical function given(self, entry, key)

@@ -84,30 +84,15 @@ contains
    pure logical function is_known(scene, settings) result(known)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      character(*), parameter :: of_method(*) = [character(10) :: 'scheme', 'wave_speed', 'time_steps', 'frame', 'mass', 'order', &
-                                                 'blend', 'solver']
-      character(*), parameter :: of_material(*) = [character(7) :: 'law', 'young', 'poisson', 'density']
-      integer :: i, k
-      known = size(scene%bodies) > 0
-      known = known .and. settings%good(settings%find('run', 1), 'plane') .and. settings%good(settings%find('run', 1), 'end_time') &
-              .and. settings%good(settings%find('grid', 1), 'cell') &
-              .and. settings%good(settings%find('grid', 1), 'lower') .and. size(scene%materials) > 0 .and. bodies_good(settings)
-      known = known .and. all([(settings%good(settings%find('method', 1), trim(of_method(k))), k=1, size(of_method))])
-      do i = 1, size(scene%materials)
-         known = known .and. all([(settings%good(settings%find('material', i), trim(of_material(k))), k=1, size(of_material))])
-         if (known) known = scene%materials(i)%is_complete(scene%run%plane)
-      end do
-      if (settings%count_of('damping') > 0) known = known .and. settings%good(settings%find('damping', 1), 'rate')
-      if (settings%count_of('refine') > 0) known = known .and. settings%good(settings%find('refine', 1), 'indicator') &
-                                                   .and. settings%good(settings%find('refine', 1), 'max_level')
-      if (settings%count_of('output') > 0) known = known .and. settings%good(settings%find('output', 1), 'history_interval') &
-                                                   .and. settings%good(settings%find('output', 1), 'snapshot_interval')
+      integer :: i
+      known = settings%all_good() .and. settings%count_of('run') > 0 .and. settings%count_of('grid') > 0 &
+              .and. size(scene%bodies) > 0 .and. size(scene%materials) > 0
+      if (known) known = bodies_good(settings)
+      if (known) known = all([(scene%materials(i)%is_complete(scene%run%plane), i=1, size(scene%materials))])
       do i = 1, size(scene%bodies)
          if (.not. known) return
          associate (body => scene%bodies(i))
-            known = settings%good(settings%find('body', i), 'points_per_cell') &
-                    .and. settings%good(settings%find('body', i), 'velocity') .and. body%material_index > 0 &
-                    .and. all(body%upper > body%lower)
+            known = body%material_index > 0 .and. all(body%upper > body%lower)
             if (known) known = particle_number(body, scene%grid%cell) <= most_particles
          end associate
       end do
