@@ -29,19 +29,22 @@ COUNTS = "time", "step", "particles"  # of which there are no means
 OWN = {"case": ("1", "name of the case"), "outcome": ("1", "how it ended"), "message": ("1", "what hampm said"),
        "starts": ("1", "number of times that it was started"), "cpu_seconds": ("s", "processor time of its runs"),
        "wall_seconds": ("s", "wall time of its runs"), "peak_megabytes": ("MB", "peak memory of its runs")}
+ATTRIBUTES = {"G_ref": ("J/m2", "reference value of G"), "G_beam_on_foundation": ("J/m2", "G of the beam on an elastic foundation"),
+              "distance_from_rest": ("1", "how far the last values are from those at rest, relative to these")}
 
 
 def main(arguments=None):
     options = parse(arguments)
     sweep = read_sweep(options.sweep, options.program)
     rows, about = [], {}
+    settings = {key: (sweep.units.get(key, "1"), key) for key in sweep.keys}
     for name in sweep.cases:
         row = begun(sweep, name)
         rows.append(row | measured(sweep, name, about) if row["outcome"] == "done" else row)
     sweep.output.mkdir(parents=True, exist_ok=True)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     write_csv(sweep.output / "table.csv", columns, rows)
-    write_hdf5(sweep.output / "table.h5", columns, rows, OWN | about, sweep)
+    write_hdf5(sweep.output / "table.h5", columns, rows, OWN | settings | about, sweep)
     report(sweep, rows, about, options.brief)
 
 
@@ -73,7 +76,8 @@ def measured(sweep, name, about):
         return {}
     last = {column: samples[-1].item() for column, samples in history.columns.items()}
     last |= {key: value for key, value in history.attributes.items() if isinstance(value, (int, float))}
-    about |= {column: (history.units.get(column, "1"), history.long_names.get(column, column)) for column in last}
+    about |= {column: (history.units[column], history.long_names[column]) if column in history.columns
+              else ATTRIBUTES.get(column, ("1", column)) for column in last}
     values = {"particles": last["particles"]}
     for column in (column for pattern in sweep.columns for column in last if fnmatchcase(column, pattern)):
         values[column] = last[column]

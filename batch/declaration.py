@@ -6,12 +6,15 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "postprocess"))
 
-from history import UNREADABLE, ResultError, run  # noqa: F401  what the commands of this folder share
+from history import UNREADABLE, ResultError, printable, run  # noqa: F401  what the commands of this folder share
 
 try:
     import yaml
 except ImportError as missing:
     sys.exit(f"{missing}: run tools/setup.sh with a Python of 3.11 or later and use .venv/bin/python")
+
+
+MOST = 100_000  # values and letters that a file may come to by its aliases, beside ten times its own
 
 
 class Text(str):
@@ -23,7 +26,8 @@ class Text(str):
 def read_yaml(path):
     """The file's content as dictionaries, lists and Text; ResultError where it is none, or a key stands twice."""
     try:
-        node = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+        text = Path(path).read_text(encoding="utf-8")
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
     except (OSError, UnicodeDecodeError) as error:
         raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
     except yaml.YAMLError as error:
@@ -33,28 +37,33 @@ def read_yaml(path):
     except RecursionError as error:
         raise ResultError(f"{path}:1: lists and keys are nested too deeply") from error
     try:
-        return _plain(node, path) if node else {}
+        return _Plain(path, MOST + 10 * len(text)).of(node) if node else {}
     except RecursionError as error:
         raise ResultError(f"{path}:1: lists and keys are nested too deeply, or contain themselves") from error
 
 
-def printable(text):
-    """A text for a message of one line: what does not print, such as an end of a line, is a question mark."""
-    return "".join(letter if letter.isprintable() else "?" for letter in str(text))
+class _Plain:
+    """Nodes as dictionaries, lists and Text, as long as they have not more than so many values and letters together: an alias stands for all
+    that it names, and a few lines of aliases of aliases would fill any memory."""
 
+    def __init__(self, path, most):
+        self._path, self._left = path, most
 
-def _plain(node, path):
-    if isinstance(node, yaml.SequenceNode):
-        return [_plain(item, path) for item in node.value]
-    if isinstance(node, yaml.MappingNode):
-        items = {}
-        for key, value in node.value:
-            text = _text(key)
-            if text in items:
-                raise ResultError(f"{path}:{text.line}: '{printable(text)}' stands twice")
-            items[text] = _plain(value, path)
-        return items
-    return _text(node)
+    def of(self, node):
+        self._left -= 1 + (len(node.value) if isinstance(node, yaml.ScalarNode) else 0)
+        if self._left < 0:
+            raise ResultError(f"{self._path}:{node.start_mark.line + 1}: aliases make too much of this file")
+        if isinstance(node, yaml.SequenceNode):
+            return [self.of(item) for item in node.value]
+        if isinstance(node, yaml.MappingNode):
+            items = {}
+            for key, value in node.value:
+                text = _text(key)
+                if text in items:
+                    raise ResultError(f"{self._path}:{text.line}: '{printable(text)}' stands twice")
+                items[text] = self.of(value)
+            return items
+        return _text(node)
 
 
 def _text(node):

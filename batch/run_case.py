@@ -57,7 +57,7 @@ def has_ended(what, options):
         begin = {"case": what, "spent": NOTHING_SPENT}
         write(folder / "case.json", begin)
     code, spent = start(command(options), options, begin["spent"])
-    message = said(folder / "hampm.log")
+    message = messages((folder / "hampm.log").read_text(errors="replace"))
     behind = f": {message}" if message else ""
     if code not in OUTCOMES:
         write(folder / "case.json", {"case": what, "spent": spent})
@@ -163,10 +163,10 @@ def pass_on_signals(process):
         signal.signal(number, stop)
 
 
-def said(log):
-    """The messages of hampm in one line."""
-    lines = log.read_text(errors="replace").splitlines()
-    return "; ".join(line.removeprefix("hampm: ").strip() for line in lines if line.strip())
+def messages(text):
+    """The messages of hampm in one line, without what a terminal would take for a command."""
+    said = "; ".join(line.removeprefix("hampm: ").strip() for line in text.splitlines() if line.strip())
+    return "".join(letter if letter.isprintable() else "?" for letter in said)
 
 
 def ending(code):

@@ -50,6 +50,7 @@ class Sweep:
     mean                     time at the end over which means are taken [s]; None: no means
     threads, memory, runtime of a case; memory [MB] is None where it is not declared, runtime in minutes
     checkpoint               wall time between checkpoints [s]
+    units                    of the keys that cases set
     """
 
     path: Path
@@ -62,6 +63,7 @@ class Sweep:
     memory: int | None
     runtime: int
     checkpoint: float
+    units: dict
 
     @property
     def keys(self):
@@ -94,17 +96,17 @@ def read_sweep(path, program=PROGRAM):
 
 
 def namelist_keys(program):
-    """'group' -> its keys, from the program's own template."""
+    """'group' -> its keys, each with its unit, from the program's own reference, which has all that --set takes."""
     try:
-        text = subprocess.run([program, "--template"], check=True, capture_output=True, text=True).stdout
+        text = subprocess.run([program, "--keys"], check=True, capture_output=True, text=True).stdout
     except (OSError, subprocess.CalledProcessError) as error:
         raise ResultError(f"{program}: cannot be run ({error}); build it with make", UNREADABLE) from error
     groups = {}
-    for name, key in re.findall(r"^&(\w+)|^   (\w+) =", text, re.MULTILINE):
+    for name, key, unit in re.findall(r"^## &(\w+)|^\| `(\w+)` \|[^|]*\| *([^|]*?) *\|", text, re.MULTILINE):
         if name:
-            keys = groups[name] = []
+            keys = groups[name] = {}
         else:
-            keys.append(key)
+            keys[key] = unit or "1"
     return groups
 
 
@@ -120,7 +122,7 @@ class Reader:
     """Takes a declaration apart and notes what is wrong with it."""
 
     def __init__(self, path, groups):
-        self.path, self.groups, self.mistakes = path, groups, []
+        self.path, self.groups, self.mistakes, self.units = path, groups, [], {}
         self.items = read_yaml(path)
         if not isinstance(self.items, dict):
             raise ResultError(f"{path}:1: not keys and values; a sweep begins with 'namelist: FILE'")
@@ -134,7 +136,7 @@ class Reader:
             path=self.path, namelist=folder / self.file("namelist"), output=(folder / self.file("output")).resolve(),
             cases=self.cases(), columns=self.columns(), mean=self.number("mean", float, None),
             threads=self.number("threads", int, 1), memory=self.number("memory", int, None),
-            runtime=self.number("runtime", int, 60), checkpoint=self.number("checkpoint", float, 600.0, least=0))
+            runtime=self.number("runtime", int, 60), checkpoint=self.number("checkpoint", float, 600.0, least=0), units=self.units)
         if sweep.namelist != folder and not os.path.isfile(sweep.namelist):
             self.note(self.items["namelist"], f"namelist: there is no file {sweep.namelist}")
         if self.mistakes:
@@ -239,6 +241,8 @@ class Reader:
             self.note(where, f"'{key}': &{group} has no key '{name}'{meant(name, self.groups[group])}")
         elif key == OWN_KEY:
             self.note(where, f"'{key}': the results of a sweep are named by their folders")
+        else:
+            self.units[key] = self.groups[group][name]
         return key
 
     def value(self, key, value, where):

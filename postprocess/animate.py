@@ -69,9 +69,12 @@ class Film:
 
     def __init__(self, result, options):
         field = ParticleField(result, options.field)
-        seen = survey(result, field, range(result.times.size), options)
+        every = range(result.times.size)
+        seen = survey(result, field, every, options, options.scale or 1.0)
         scale = options.scale or (1.0 if bodies_meet(result) else default_scale(seen, options.window))
-        lower, upper = extent(seen, options.window, scale)
+        if scale != (options.scale or 1.0):
+            seen = survey(result, field, every, options, scale)
+        lower, upper = extent(seen, options.window)
         size = upper - lower
         self.figure, axes = plt.subplots(figsize=(8.4, 1.5 + 6.6 * min(max(size[1] / size[0], 0.15), 1.0)),
                                          layout="compressed")

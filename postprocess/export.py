@@ -5,7 +5,7 @@ import argparse
 import sys
 from contextlib import nullcontext
 
-from history import UNREADABLE, History, ResultError, run
+from history import UNREADABLE, History, ResultError, refuse_to_replace, run
 
 
 def main(arguments=None):
@@ -18,6 +18,7 @@ def main(arguments=None):
     else:
         names = [name for name in history.select(options.columns) if name != "time"]
         lines = names if options.list else table(history, ["time", *names], options.normalised)
+    refuse_to_replace(options.output, [options.file])
     try:
         with nullcontext(sys.stdout) if options.output == "-" else open(options.output, "w") as stream:
             stream.writelines(f"{line}\n" for line in lines)

@@ -21,7 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from history import UNREADABLE, History, ResultError, add_strict, error_name, run, tell_of_motion
+from history import UNREADABLE, History, ResultError, add_strict, error_name, refuse_to_replace, run, tell_of_motion
 from tabulate import fraction
 
 
@@ -135,6 +135,7 @@ def order(cells, values):
 def write(path, histories, times, columns):
     """Write /history as a result file has it."""
     source = histories[-1]
+    refuse_to_replace(path, [history.path for history in histories])
     try:
         with h5py.File(path, "w") as file:
             group = file.create_group("history")

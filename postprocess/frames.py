@@ -9,7 +9,7 @@ from collections import namedtuple
 from pathlib import Path
 
 from history import UNREADABLE, ResultError
-from stored import opened
+from stored import opened, printable
 
 import numpy as np
 
@@ -50,8 +50,8 @@ class Frames:
 
     @property
     def stem(self):
-        """File name without folder and suffix."""
-        return self.path.stem
+        """File name without folder and suffix, for people."""
+        return printable(self.path.stem)
 
     def number(self, snapshot=None, time=None):
         """Number of a snapshot, counted from 0 from the end where negative, or nearest to a time; else the last."""
@@ -70,6 +70,11 @@ class Frames:
     def leaves(self, number):
         """The cells of a snapshot's mesh."""
         return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower", count=2)), self.scene.cell(), self.path)
+
+    def cells_of(self, particles, leaves):
+        """The cell of each particle; -1 outside the mesh. In the total frame it is that in which the particle was at first, wherever it has moved to."""
+        at_first = self.scene.text("method", "frame") == "total"
+        return leaves.at(particles.points - particles.point_fields["displacement"][:, :2] if at_first else particles.points)
 
     def cracks(self, number=0):
         """The cracks of a snapshot; those along grid lines that stay as they are as the scene has them."""

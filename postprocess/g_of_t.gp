@@ -9,9 +9,12 @@
 # The beam on an elastic foundation, eq. (33), is drawn as the first file knows it.
 
 environment(name, default) = system(sprintf("printf %%s \"${%s:-%s}\"", name, default))
-quoted(text) = "'" . text . "'"
-stem(path) = system("basename " . quoted(path) . " .h5")
-label(column) = system("printf %s " . column[3:*] . " | tr _ ' '")
+
+# Names of files and columns are texts for the shell and for the picture: a quote in one ends and begins the quotes around it
+escaped(text) = strstrt(text, "'") == 0 ? text : text[1:strstrt(text, "'") - 1] . "'\\''" . escaped(text[strstrt(text, "'") + 1:*])
+quoted(text) = "'" . escaped(text) . "'"
+stem(path) = system("basename -- " . quoted(path) . " .h5")
+label(column) = strstrt(column, "_") == 0 ? column : column[1:strstrt(column, "_") - 1] . " " . label(column[strstrt(column, "_") + 1:*])
 
 folder = system("dirname " . quoted(ARG0))
 export = quoted(environment("HAMPM_PYTHON", "python3")) . " " . quoted(folder . "/export.py") . " --normalised "
@@ -42,8 +45,8 @@ do for [argument = 2:ARGC] {
     if (GPVAL_SYSTEM_ERRNO != 0) { exit status GPVAL_SYSTEM_ERRNO }
     do for [column in columns] {
         curves = curves + 1
-        command[curves] = "< " . export . quoted(file) . " --columns " . column
-        title[curves] = stem(file) . ": " . label(column)
+        command[curves] = "< " . export . quoted(file) . " --columns " . quoted(column)
+        title[curves] = stem(file) . ": " . label(column[3:*])
     }
 }
 beam = system(export . quoted(ARG2) . " --attribute G_beam_on_foundation 2>/dev/null")

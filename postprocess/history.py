@@ -12,7 +12,7 @@ from collections import namedtuple
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from stored import UNREADABLE, USAGE, ResultError, opened  # noqa: F401  (the scripts take them from here)
+from stored import UNREADABLE, USAGE, ResultError, opened, printable  # noqa: F401  (the scripts take them from here)
 
 import numpy as np
 
@@ -36,6 +36,12 @@ def run(main):
         sys.exit(0)
 
 
+def refuse_to_replace(output, files):
+    """Refuse to write over a file that is read."""
+    if Path(output).exists() and any(Path(output).samefile(path) for path in files):
+        raise ResultError(f"{output}: is read, and is not replaced; name another file")
+
+
 def report(error):
     """Print a ResultError for the user and return its exit code."""
     tell(error)
@@ -44,7 +50,7 @@ def report(error):
 
 def tell(message):
     """Print a message for the user, with the name of the script in front."""
-    print(f"{Path(sys.argv[0]).name}: {message}".encode(errors="replace").decode(), file=sys.stderr)
+    print(printable(f"{Path(sys.argv[0]).name}: {message}".encode(errors="replace").decode(), keep="\n"), file=sys.stderr)
 
 
 def add_strict(parser):
@@ -109,8 +115,8 @@ class History:
         self.is_static = stored.has("input/namelist") and bool(STATIC.search(stored.text("input/namelist")))
         self.columns = {name: stored.numbers(f"history/{name}", finite=name == "time") for name in names}
         described = {name: stored.attributes(f"history/{name}", texts=("units", "long_name")) for name in names}
-        self.units = {name: found.get("units", "1") for name, found in described.items()}
-        self.long_names = {name: found.get("long_name", name) for name, found in described.items()}
+        self.units = {name: printable(found.get("units", "1")) for name, found in described.items()}
+        self.long_names = {name: printable(found.get("long_name", name)) for name, found in described.items()}
         self.attributes = stored.attributes("history", texts=("ended", "warnings"),
                                             numbers=("G_ref", "G_beam_on_foundation", "distance_from_rest"))
         for name, values in self.columns.items():
@@ -126,8 +132,8 @@ class History:
 
     @property
     def stem(self):
-        """File name without folder and suffix."""
-        return self.path.stem
+        """File name without folder and suffix, for people."""
+        return printable(self.path.stem)
 
     def select(self, patterns):
         """Names of the columns that match any of the patterns, in the order asked for."""

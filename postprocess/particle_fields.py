@@ -43,9 +43,10 @@ def displacement(_, particles, __):
     return np.linalg.norm(particles.point_fields["displacement"], axis=1)
 
 
-def level(_, particles, leaves):
+def level(result, particles, leaves):
     """How often the cell of each particle has been divided."""
-    return leaves.level[leaves.at(particles.points)]
+    cell = result.cells_of(particles, leaves)
+    return np.where(cell >= 0, leaves.level[cell], 0)
 
 
 def mean_stress(result, particles, _):

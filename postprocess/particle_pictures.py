@@ -24,8 +24,8 @@ SHARE = 0.12    # of the picture's width that the largest displacement takes whe
 DECADES = 4     # that a logarithmic scale of colours reaches down at most
 
 Survey = namedtuple("Survey", "moved values lower upper tip")
-Survey.__doc__ = ("Largest displacement [mm] and values of the field that are shown, corners of the material and the crack tip, where it is in "
-                  "the last snapshot [mm].")
+Survey.__doc__ = ("Largest displacement [mm] and values of the field that are shown, corners of the squares that are drawn and the crack tip, where "
+                  "it is in the last snapshot [mm].")
 Colours = namedtuple("Colours", "norm map factor unit extend")
 Colours.__doc__ = "Scale of colours for a field times a factor, which has the unit, and on which side values lie beyond it."
 
@@ -52,18 +52,20 @@ def add_axes_option(parser):
                         help="number of the crack tip that is meant, of several (default: %(default)s)")
 
 
-def survey(result, field, numbers, options):
-    """What some snapshots of a result show."""
+def survey(result, field, numbers, options, scale=1.0):
+    """What some snapshots of a result show, with displacements enlarged."""
     plane, moved, values, corners = plane_of(result, options), 0.0, [], []
     tip = plane.tip * MM
     for number in numbers:
         tip = result.tip_place(plane, options.tip, number) * MM
         particles = result.block("particles", number)
-        places = plane.local(particles.points) * MM
-        shown = np.abs(places - tip).max(axis=1) < (options.window or np.inf)
-        moved = max(moved, np.linalg.norm(particles.point_fields["displacement"][shown, :2], axis=1).max(initial=0.0) * MM)
-        values.append(field.values(particles, result.leaves(number))[shown])
-        corners += [places.min(axis=0), places.max(axis=0)]
+        leaves, displacement = result.leaves(number), particles.point_fields["displacement"][:, :2]
+        shown = np.abs(plane.local(particles.points) * MM - tip).max(axis=1) < (options.window or np.inf)
+        moved = max(moved, np.linalg.norm(displacement[shown], axis=1).max(initial=0.0) * MM)
+        values.append(field.values(particles, leaves)[shown])
+        width = options.size * share_of_cell(result, leaves, particles)
+        drawn = plane.local(squares(particles.points + (scale - 1) * displacement - width[:, None] / 2, width)).reshape(-1, 2) * MM
+        corners += [drawn.min(axis=0), drawn.max(axis=0)]
     corners = plane.whole(np.array(corners), MM)
     return Survey(moved, np.concatenate(values), corners.min(axis=0), corners.max(axis=0), tip)
 
@@ -72,6 +74,14 @@ def joined(surveys):
     """What all of some surveys show together."""
     moved, values, lower, upper, tips = zip(*surveys)
     return Survey(max(moved), np.concatenate(values), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
+
+
+def share_of_cell(result, leaves, particles):
+    """Size of the square of each particle: the particles of a cell share its area [m]."""
+    cell = result.cells_of(particles, leaves)
+    number = np.bincount(cell[cell >= 0], minlength=leaves.width.size)
+    width = leaves.width / np.sqrt(np.maximum(number, 4))  # a cell at the edge is not full
+    return np.where(cell >= 0, width[cell], result.scene.cell() / 2)
 
 
 def plane_of(result, options):
@@ -117,12 +127,11 @@ def bodies_meet(result):
     return bool(others)
 
 
-def extent(seen, window, scale):
+def extent(seen, window):
     """Corners of what is shown [mm]."""
     if window:
         return seen.tip - window, seen.tip + window
-    width = seen.upper[0] - seen.lower[0]
-    margin = np.array([0.02 * width, 0.02 * width + (scale if scale != 1 else 0) * seen.moved])
+    margin = 0.02 * (seen.upper - seen.lower).max()
     return seen.lower - margin, seen.upper + margin
 
 
@@ -166,7 +175,7 @@ class Canvas:
         """Draw a snapshot. Returns what it shows, in words."""
         leaves, particles, cracks = self.result.leaves(number), self.result.block("particles", number), self.result.cracks(number)
         values = self.shades.factor * self.field.values(particles, leaves)
-        squares_of = Squares(particles, self._width(leaves, particles), cracks, self.scale, self.result.scene)
+        squares_of = Squares(particles, share_of_cell(self.result, leaves, particles), cracks, self.scale, self.result.scene)
         self.mesh.set_verts(self._seen(squares(leaves.lower, leaves.width)))
         self._draw_particles(squares_of, values)
         self._draw_cracks(squares_of, cracks)
@@ -208,13 +217,6 @@ class Canvas:
         tips = [self._seen(lines[:1, place]).mean(axis=0) for lines, crack in zip(moved, cracks)
                 for place in (0, -1) if crack.tips[place]]
         self.tips.set_data(*np.array(tips).reshape(-1, 2).T)
-
-    def _width(self, leaves, particles):
-        """Size of the square of each particle: the particles of a cell share its area [m]."""
-        cell = leaves.at(particles.points)
-        number = np.bincount(cell[cell >= 0], minlength=leaves.width.size)
-        width = leaves.width / np.sqrt(np.maximum(number, 4))  # a cell at the edge is not full
-        return np.where(cell >= 0, width[cell], 0.0)
 
 
 class Squares:

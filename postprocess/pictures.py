@@ -15,7 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-from history import UNREADABLE, ResultError  # noqa: E402
+from history import UNREADABLE, ResultError, printable  # noqa: E402
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
 DASHES = ["-", (0, (6, 2)), (0, (3, 3)), (0, (6, 2, 1.2, 2)), (0, (1.2, 1.8)), (0, (9, 3))]
@@ -27,7 +27,7 @@ STYLE = {
 TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs")}
 PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of 1000
 MM = 1e3  # per metre
-NO_BREAK = "\u00a0"
+NO_BREAK, THIN_SPACE = "\u00a0", "\u2009"
 
 
 def add_picture_options(parser, suffix):
@@ -107,8 +107,19 @@ def picture(text):
 def names(results):
     """File stems, with the folder in front where stems are not enough to tell files apart."""
     count = Counter(result.stem for result in results)
-    return [result.stem if count[result.stem] == 1 else f"{result.path.resolve().parent.name}/{result.stem}"
+    return [result.stem if count[result.stem] == 1 else printable(f"{result.path.resolve().parent.name}/{result.stem}")
             for result in results]
+
+
+def picture_names(results):
+    """The same for pictures."""
+    return [verbatim(name) for name in names(results)]
+
+
+def verbatim(text):
+    """A text of a file or its name for a picture: no $ makes a formula of it, and a legend shows one that begins with _ too."""
+    text = printable(text).replace("$", r"\$")
+    return THIN_SPACE + text if text.startswith("_") else text
 
 
 def prefixed(largest, unit):

@@ -12,7 +12,7 @@ import argparse
 import numpy as np
 
 from history import History, run
-from pictures import COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, names, plt, prefixed, time_axis, write
+from pictures import COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, picture_names, plt, prefixed, time_axis, write
 
 PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy")
 WORDS = {"kinetic_energy": "kinetic energy", "strain_energy": "strain energy", "damping_loss": "taken by damping",
@@ -66,7 +66,7 @@ def draw(balances, options):
                                 sharey="row", height_ratios=(1, 0.4), layout="constrained")
     largest = max(balance.largest for balance in balances)
     factor, unit = prefixed(largest, "J")
-    for balance, name, (upper, lower) in zip(balances, names(balances), axes.T):
+    for balance, name, (upper, lower) in zip(balances, picture_names(balances), axes.T):
         scale, label = time_axis([balance], options.time_unit)
         draw_parts(upper, balance, scale, 1 / balance.largest if options.relative else factor, options.stacked)
         upper.set_title(f"{name}\n{closure(balance)}")

@@ -12,7 +12,7 @@ from frames import Frames
 from history import run
 from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined, survey
-from pictures import add_picture_options, names, plt, positive, write
+from pictures import add_picture_options, picture_names, plt, positive, write
 
 TALLEST = 6.5  # height of a panel [inch]
 
@@ -44,21 +44,21 @@ def draw(results, options):
     """The figure: a panel for each file and time."""
     views = [(result, number) for result in results for number in numbers(result, options)]
     fields = {result: ParticleField(result, options.field) for result in results}
-    surveys = [survey(result, fields[result], [number], options) for result, number in views]
+    surveys = [survey(result, fields[result], [number], options, options.scale) for result, number in views]
     seen = joined(surveys)
     shades = colours(fields[results[0]], seen.values, options.log)
     of_scene = {is_in_scene(result, options) for result in results}
     apart = True in of_scene or any(result.has_crack_lines for result in results)  # tips may be at different places
     is_shared = len(of_scene) == 1 and not (options.window and apart)
-    lower, upper = extent(seen, options.window, options.scale)
+    lower, upper = extent(seen, options.window)
     figure, axes = panels(len(views), upper - lower, is_shared)
-    stems = dict(zip(results, names(results)))
+    stems = dict(zip(results, picture_names(results)))
     for panel, (result, number), own in zip(axes, views, surveys):
         canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
         canvas.mesh.set_visible(options.mesh)
         if not options.window:
-            lower, upper = extent(seen if is_shared else own, options.window, options.scale)
+            lower, upper = extent(seen if is_shared else own, options.window)
             panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
         if is_shared:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from growing_tips import columns_over_time
 from history import OF_TIP, History, ResultError, is_error, lowpass, read_curve, run
-from pictures import (COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, names, plt, positive, prefixed, time_axis, wrapped,
-                      write)
+from pictures import (COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, picture_names, plt, positive, prefixed, time_axis, verbatim,
+                      wrapped, write)
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def parse(arguments):
 
 def draw(histories, options):
     """The figure: curves of all files, the reference curve, and the static values as horizontal lines."""
-    shown = [Curve(history, name, column) for history, name in zip(histories, names(histories))
+    shown = [Curve(history, name, column) for history, name in zip(histories, picture_names(histories))
              for column in columns(history, options)]
     scales = scales_of(shown, options)
     figure, panels = plt.subplots(len(scales), squeeze=False, sharex=True, figsize=(6.3, 4), layout="constrained")
@@ -81,7 +81,7 @@ def draw(histories, options):
         if options.lowpass and np.any(np.diff(t) <= 0):
             raise ResultError(f"{options.reference}: times have to rise for --lowpass")
         curve(panels[unit_of_first], t, value * (scale.factor if options.column else 1), color="0.15", linewidth=0.9, zorder=3,
-              label=options.reference_name or f"reference: {Path(options.reference).stem}")
+              label=options.reference_name or verbatim(f"reference: {Path(options.reference).stem}"))
     for item, (colour, dash), width in zip(shown, styles(shown, options), np.linspace(WIDE, THIN, len(shown))):
         axes, times, factor = panels[item.unit], item.history.times, scales[item.unit].factor_of(item.history)
         value, is_few = item.values * factor, times.size <= FEW
@@ -115,7 +115,7 @@ class Curve:
 
     def __init__(self, history, name, column):
         self.history, self.name, self.column = history, name, column
-        self.values, self.unit = history.columns[column], history.units[column]
+        self.values, self.unit = history.columns[column], verbatim(history.units[column])
 
 
 class Scale:
@@ -159,7 +159,7 @@ def scale_of(shown, unit, options):
 
 def common_name(shown):
     """What columns are, in the words that their long names begin with, up to a comma; else the names of all."""
-    parts = [item.history.long_names[item.column].split(", ") for item in shown]
+    parts = [verbatim(item.history.long_names[item.column]).split(", ") for item in shown]
     common = parts[0]
     for other in parts[1:]:
         common = [a for k, a in enumerate(common) if other[:k + 1] == common[:k + 1]]

@@ -11,7 +11,7 @@ import argparse
 from frames import Frames, squares
 from history import ResultError, run
 from particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of
-from pictures import COLOURS, MM, add_picture_options, plt, positive, write
+from pictures import COLOURS, MM, add_picture_options, plt, positive, verbatim, write
 
 import numpy as np
 from matplotlib.collections import PolyCollection
@@ -91,7 +91,7 @@ class View:
 
     def heading(self, window):
         """Name or critical value, time, and how many cells of each level are shown."""
-        name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else self.result.stem
+        name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else verbatim(self.result.stem)
         shown = within(self.corners - self.tip, window) & self.holds_material
         return f"{name}, $t$ = {self.time * 1e3:.4g} ms\n{levels(self.leaves.level[shown])}"
 

@@ -19,7 +19,7 @@ from growing_tips import growing_tips
 from history import History, ResultError, is_rate, run
 from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, survey
-from pictures import COLOURS, DASHES, MM, add_picture_options, add_time_unit, names, plt, positive, prefixed, time_axis, write
+from pictures import COLOURS, DASHES, MM, add_picture_options, add_time_unit, picture_names, plt, positive, prefixed, time_axis, verbatim, write
 from points import read_points
 
 TALLEST = 6.0  # height of the picture [inch]
@@ -68,8 +68,8 @@ def draw(first, histories, measured, options):
     """The figure: a snapshot of the first result, and over it the paths of all results and the measured points."""
     number = first.number(options.snapshot, options.time)
     field = ParticleField(first, options.field)
-    seen = survey(first, field, [number], options)
-    lower, upper = extent(seen, options.window, options.scale)
+    seen = survey(first, field, [number], options, options.scale)
+    lower, upper = extent(seen, options.window)
     size = upper - lower
     figure, axes, panel = panels(size[1] / size[0], options.beside)
     canvas = Canvas(axes, first, field, options.scale, colours(field, seen.values, options.log), options)
@@ -77,11 +77,11 @@ def draw(first, histories, measured, options):
     canvas.mesh.set_visible(options.mesh)
     axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]), title=options.title or title)
     add_colour_bar(figure, axes, canvas)
-    for k, (history, name) in enumerate(zip(histories, names(histories))):
+    for k, (history, name) in enumerate(zip(histories, picture_names(histories))):
         draw_paths(axes, canvas.plane, history, name, k, first.times[number] if k == 0 else None)
     for k, (path, points) in enumerate(measured):
         axes.plot(*canvas.plane.local(points / MM).T * MM, MARKERS[k % len(MARKERS)], markersize=5, markerfacecolor="none",
-                  markeredgecolor="black", markeredgewidth=1.1, label=Path(path).stem, zorder=6)
+                  markeredgecolor="black", markeredgewidth=1.1, label=verbatim(Path(path).stem), zorder=6)
     if panel:
         draw_over_time(panel, histories, first.times[number], options)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False, handlelength=3.2)
@@ -111,7 +111,7 @@ def draw_over_time(axes, histories, now, options):
         history.select([name])
     is_ratio = is_rate(name) and all("G_ref" in history.attributes for history in histories)
     largest = max(np.abs(history.columns[name][np.isfinite(history.columns[name])]).max(initial=0.0) for history in histories)
-    unit = histories[0].units[name]
+    unit = verbatim(histories[0].units[name])
     scale, unit = (1.0, "–") if is_ratio else prefixed(largest, unit)
     for k, history in enumerate(histories):
         axes.plot(history.times * factor, history.columns[name] * (1 / history.g_ref() if is_ratio else scale), color=COLOURS[k % len(COLOURS)],

@@ -15,7 +15,7 @@ from collections import namedtuple
 from frames import CrackPlane, Frames
 from history import ResultError, read_curve, run
 from particle_fields import ParticleField
-from pictures import COLOURS, DASHES, add_picture_options, legend_below, names, plt, positive, prefixed, write
+from pictures import COLOURS, DASHES, add_picture_options, legend_below, names, plt, positive, prefixed, verbatim, write
 
 import numpy as np
 
@@ -79,7 +79,7 @@ def profile(result, name, number, options):
     if options.nodes:
         near &= block.point_fields["mass"] > 0
     if options.at is not None:
-        near &= np.abs(across - options.at) <= reach(block, leaves, options)
+        near &= np.abs(across - options.at) <= reach(result, block, leaves, options)
     if options.log:
         near &= (place > 0) & (values > 0)
     if not near.any():
@@ -99,11 +99,11 @@ def on_axes(result, number, points, options):
     return plane.local(points)[:, ::1 if options.along == "x" else -1]
 
 
-def reach(block, leaves, options):
+def reach(result, block, leaves, options):
     """How far from the line particles are on it: half of their share of the cell; nodes lie on it [m]."""
     if options.nodes:
         return CLOSE * leaves.width.min()
-    cell = leaves.at(block.points)
+    cell = result.cells_of(block, leaves)
     share = leaves.width / np.sqrt(np.maximum(leaves.particles, 1))
     return np.where(cell >= 0, (0.5 + CLOSE) * share[cell], 0.0)
 
@@ -201,7 +201,7 @@ def label_of(shown, profiles):
     time = f"$t$ = {shown.time:.4g} s"
     one_time = len({other.time for other in profiles}) == 1
     one_file = len({other.name for other in profiles}) == 1
-    return shown.name if one_time else time if one_file else f"{shown.name}, {time}"
+    return verbatim(shown.name) if one_time else time if one_file else f"{verbatim(shown.name)}, {time}"
 
 
 def write_csv(profiles):

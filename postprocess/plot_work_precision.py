@@ -14,7 +14,7 @@ import sys
 
 from history import UNREADABLE, ResultError, run
 from pareto import cheapest, front, measured, number, size
-from pictures import COLOURS, add_picture_options, plt, write
+from pictures import COLOURS, add_picture_options, plt, verbatim, write
 
 MARKERS = "osD^vP*X<>"
 LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
@@ -125,8 +125,8 @@ def axis_words(column):
     """What an axis shows: relative_percent -> relative [%]."""
     for ending, unit in ENDINGS.items():
         if column.endswith(ending) and column not in AXES:
-            return f"{column.removesuffix(ending).replace('_', ' ')} [{unit}]"
-    return AXES.get(column, column.replace("_", " "))
+            return verbatim(f"{column.removesuffix(ending).replace('_', ' ')} [{unit}]")
+    return AXES.get(column, verbatim(column.replace("_", " ")))
 
 
 def draw_runs(axes, rows, cost, options):
@@ -137,7 +137,7 @@ def draw_runs(axes, rows, cost, options):
         of_family = [row for row in rows if row[options.family] == family]
         axes.plot([number(row, cost) for row in of_family], heights(of_family, rows, options.error), linestyle="none",
                   marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=marker_size, alpha=0.8,
-                  markeredgewidth=0, label=family)
+                  markeredgewidth=0, label=verbatim(family))
 
 
 def heights(rows, among, error):
@@ -175,7 +175,7 @@ def write_key(figure, axes, numbers):
     handles, labels = axes.get_legend_handles_labels()
     handles += [plt.Line2D([], [], linestyle="none", marker=f"${n}$", color="black", markersize=5 + 3 * (n > 9), markeredgewidth=0)
                 for n in numbers.values()]
-    labels += list(numbers)
+    labels += [verbatim(name) for name in numbers]
     across = max(1, min(len(labels), round(figure.get_figwidth() * 11 / (max(map(len, labels)) + 4))))
     rows = -(-len(labels) // across)
     figure.set_figheight(figure.get_figheight() + 0.2 * rows)

@@ -3,6 +3,7 @@
 Whatever is not as hampm writes it is a `ResultError` that names the file, the dataset and what is wrong.
 """
 
+import re
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ except ImportError as missing:
 USAGE, UNREADABLE = 2, 4  # exit codes: the request makes no sense, or what a file holds; a file cannot be read or written
 BEYOND = 1e200            # sizes from which numbers cannot be computed with
 LARGEST = 2**35           # bytes of one dataset
+NAME = re.compile(r"[A-Za-z0-9_]+")  # of a column or a field
 KINDS = {"O": "texts or references", "S": "texts", "U": "texts", "b": "truth values", "c": "complex numbers", "V": "compounds", "M": "dates"}
 
 
@@ -65,8 +67,12 @@ class Stored:
             return []
         if not self.has_group(group):
             raise self.wrong(group, "is no group")
-        return [plain(name) for name in self._file[group] if self.has(f"{group}/{name}") and
-                isinstance(self._file[f"{group}/{name}"], h5py.Dataset)]
+        found = [plain(name) for name in self._file[group] if self.has(f"{group}/{name}") and
+                 isinstance(self._file[f"{group}/{name}"], h5py.Dataset)]
+        for name in found:
+            if not NAME.fullmatch(name):
+                raise self.wrong(group, f"has a column '{printable(name)[:40]}'; names are of letters, digits and _")
+        return found
 
     def numbers(self, name, dims=1, whole=False, finite=False, least=-BEYOND, most=BEYOND, first=0, count=None):
         """Real numbers with so many dimensions, or the part of them from a row on: finite ones in a range, if asked for, and whole numbers."""
@@ -144,4 +150,9 @@ def plain(value):
         value = value.reshape(-1)[0]
     value = value.item() if isinstance(value, np.generic) else value
     value = value.decode(errors="replace") if isinstance(value, bytes) else value
-    return value.encode(errors="replace").decode().rstrip("\0 ") if isinstance(value, str) else value
+    return printable(value.encode(errors="replace").decode().rstrip("\0 "), keep="\n\t") if isinstance(value, str) else value
+
+
+def printable(text, keep=""):
+    """A text without what a terminal takes for a command: what does not print, such as an end of a line that is not to be kept, is a question mark."""
+    return "".join(letter if letter.isprintable() or letter in keep else "?" for letter in str(text))

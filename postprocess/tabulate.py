@@ -2,7 +2,7 @@
 """Table of the last values of columns of one or more hampm results, such as energy release rates at rest.
 
 A value is the mean over the last tenth of the run (--part), so that what still rings counts little. Energy release rates are
-given over G_ref where there is one. With --converged each is followed by its difference from that, in percent, with --errors by its
+given over G_ref where all files have one, else in their unit. With --converged each is followed by its difference from that, in percent, with --errors by its
 estimated error where the files hold that, in the unit of the value. A run that is not at rest is named where G, J or K are asked for.
 """
 
@@ -10,7 +10,7 @@ import argparse
 import csv
 import sys
 
-from history import USAGE, History, ResultError, add_strict, error_name, is_rate, matches, run, tell_of_motion
+from history import USAGE, History, ResultError, add_strict, error_name, is_rate, matches, run, tell, tell_of_motion
 
 
 def main(arguments=None):
@@ -20,10 +20,13 @@ def main(arguments=None):
              if any(matches(name, pattern) for pattern in options.column)]
     if not names:
         raise ResultError(f"no column of {', '.join(map(str, options.files))} matches {', '.join(options.column)}", USAGE)
+    rates_are_ratios = is_ratio(histories, names, options)
     uncertain = {name for name in names for history in histories
                  if options.errors and history.error_of(name) and error_name(name) not in names}
     rows = [["file", *(heading for name in names for heading in headings(name, name in uncertain, options))]]
-    rows += [[history.stem, *(word for name in names for word in words(history, name, name in uncertain, options))]
+    if not options.csv:
+        rows.append(["", *(word for name in names for word in unit_words(histories, name, name in uncertain, rates_are_ratios, options))])
+    rows += [[history.stem, *(word for name in names for word in words(history, name, name in uncertain, rates_are_ratios, options))]
              for history in histories]
     if options.csv:
         csv.writer(sys.stdout).writerows(rows)
@@ -61,15 +64,33 @@ def is_of_crack(name):
     return is_rate(name) or name.startswith("K_")
 
 
+def is_ratio(histories, names, options):
+    """Whether energy release rates are given over G_ref: where all files that have one of them have it. A column has one unit."""
+    with_rates = [history for history in histories if any(is_rate(name) and name in history.columns for name in names)]
+    without = [history for history in with_rates if "G_ref" not in history.attributes]
+    if without and options.converged:
+        without[0].g_ref()  # which says what is missing
+    if without and len(without) < len(with_rates):
+        tell(f"warning: {without[0].path} has no G_ref: energy release rates are in J/m2 in all rows")
+    return not without
+
+
+def unit_words(histories, name, is_uncertain, rates_are_ratios, options):
+    """The units of the columns of a name."""
+    unit = next(history.units[name] for history in histories if name in history.columns)
+    found = [f"[{'1' if is_rate(name) and rates_are_ratios else unit}]"]
+    return [*found, *[""] * (len(headings(name, False, options)) - 1), *found * is_uncertain]
+
+
 def headings(name, is_uncertain, options):
     return [name, *["[%]"] * bool(options.converged and is_rate(name)), *[error_name(name)] * is_uncertain]
 
 
-def words(history, name, is_uncertain, options):
+def words(history, name, is_uncertain, rates_are_ratios, options):
     """The value of a column as text, its difference from the converged one where that is asked for, and its error."""
     if name not in history.columns:
         return ["-"] * len(headings(name, is_uncertain, options))
-    g_ref = history.g_scale() if is_rate(name) else 1.0
+    g_ref = history.g_ref() if is_rate(name) and rates_are_ratios else 1.0
     value = history.late_mean(name, options.part) / g_ref
     found = [f"{value:.5g}"]
     if options.converged and is_rate(name):

@@ -103,16 +103,16 @@ def test_a_sweep_with_failures_and_kills(tmp_path):
     second = times(sweep, before.cases)
     assert first.items() <= second.items()
 
-    # Only that one is run again
+    # Only that one is run again; cases that are refused are an error of the sweep at its end
     code, lines, messages = finish(start(path))
-    assert code == 0, messages
+    assert code == 1 and "3 of 55 cases are refused: mend or remove them" in messages, messages
     assert len([line for line in lines if line.startswith(("refused before: ", "failed before: "))]) == 6
     assert lines[-3:] == [f"These are not run again, unless they are forgotten: batch/forget.py {path}",
                           "55 cases: 48 done, 3 refused, 3 failed, 1 to run", f"[55/55] done: {slow}"]
     assert times(sweep, before.cases) == second
     assert_table(path, sweep, slow)
     code, lines, messages = finish(start(path))
-    assert code == 0 and lines[-1] == "55 cases: 49 done, 3 refused, 3 failed" and "Nothing to be done" in messages
+    assert code == 1 and lines[-1] == "55 cases: 49 done, 3 refused, 3 failed" and "Nothing to be done" in messages
 
 
 def assert_table(path, sweep, slow):
@@ -130,6 +130,7 @@ def assert_table(path, sweep, slow):
         assert row["outcome"] == end and message in row["message"] and row["kinetic_energy"] == ""
     with h5py.File(sweep.output / "table.h5") as file:
         energies = file["table/kinetic_energy"]
+        assert file["table/body.velocity"].attrs["units"] == "m/s" and file["table/run.end_time"].attrs["units"] == "s"
         assert energies.shape == (55,) and energies.attrs["units"] == "J" and np.isnan(energies[:]).sum() == 6
         assert file["table/outcome"].asstr()[:].tolist() == [row["outcome"] for row in rows.values()]
 
@@ -142,7 +143,7 @@ def test_cases_in_groups_as_on_a_cluster(tmp_path):
     process = start(path, "--profile", BATCH / "profiles/slurm", "--executor", "standin",
                     "--seconds-between-status-checks", "1", cores=4, PYTHONPATH=str(BATCH.parent / "tests/batch/plugins"))
     code, _, messages = finish(process)
-    assert code == 0, messages
+    assert code == 1 and "3 of 6 cases are refused" in messages, messages
     assert Counter(row["outcome"] for row in table(path)) == {"done": 3, "refused": 3}
     # The six after one another: cores and memory of one, time of all
     assert (tmp_path / "submitted.txt").read_text().split() == ["6", "2", "100", "42"]
@@ -153,6 +154,15 @@ def test_a_mistake_ends_before_any_case_is_run(tmp_path):
     code, _, messages = finish(start(path))
     assert code == 1 and f"{path}:3: 'grid.cel': &grid has no key 'cel'; did you mean 'cell'?" in messages
     assert "Traceback" not in messages and not (tmp_path / "out").exists()
+
+
+def test_all_cases_are_checked_before_the_first_is_run(tmp_path):
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [ful, lumped]}")
+    out, messages = (process := start(path, cores=1)).communicate(timeout=300)
+    first, bad = out.splitlines()[0], next(iter(read_sweep(path).cases))
+    assert first.startswith(f"will be refused: {bad}: ") and "did you mean 'full'?" in first
+    assert "1 of 2 cases will be refused; the others are run, and the exit code is 1" in out
+    assert process.returncode == 1 and Counter(row["outcome"] for row in table(path)) == {"done": 1, "refused": 1}
 
 
 def test_failures_are_forgotten_when_asked_for(tmp_path):

@@ -121,6 +121,28 @@ def test_what_is_missing_is_named(tmp_path):
     assert error.value.exit_code == UNREADABLE
 
 
+LAUGHS = "".join(f"{b}: &{b} [{', '.join(9 * [f'*{a}'])}]\n" for a, b in zip("abcdefgh", "bcdefghi"))
+
+
+@pytest.mark.parametrize("text", [f"a: &a [1]\n{LAUGHS}product: {{grid.cell: *i}}", f"a: &a {{grid.cell: 1}}\n{LAUGHS}cases: *i",
+                                  f"a: &a '{100_000 * 'x'}'\nproduct: {{run.title: [{', '.join(1000 * ['*a'])}]}}"], ids=["values", "cases", "texts"])
+def test_aliases_do_not_fill_the_memory(declared, text):
+    """A file of some lines may stand for more than there is room for."""
+    with pytest.raises(ResultError, match="aliases make too much of this file"):
+        declared(text)
+
+
+def test_aliases_are_what_they_stand_for(declared):
+    sweep = declared("product: {grid.cell: &sizes [1.0, 0.5], method.order: [2]}\ncases: [{grid.cell: &one 2.0}, {grid.cell: *one, method.order: 3}]")
+    assert [case["grid.cell"] for case in settings(sweep)] == ["1.0", "0.5", "2.0", "2.0"]
+
+
+def test_keys_have_the_units_of_the_program(declared):
+    """For the table; a number of a group does not matter, and what has none is 1."""
+    sweep = declared("cases: [{grid.cell: 1, body(1).velocity: '1,0', material.density: 2, method.courant: 0.1, growth.toughness: 3}]")
+    assert sweep.units == {"grid.cell": "m", "body(1).velocity": "m/s", "material.density": "kg/m3", "method.courant": "1", "growth.toughness": "J/m2"}
+
+
 def test_the_command_lists_the_cases(tmp_path):
     path = write_sweep(tmp_path, HEAD + "product: {method.mass: [lumped, full]}")
     result = subprocess.run([sys.executable, BATCH / "sweep.py", path], capture_output=True, text=True)
