@@ -7,6 +7,7 @@ module hampm_simulation
    use hampm_caveats, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
+   use hampm_crack_group, only: path_spec_t
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
    use hampm_cracks, only: cracks_t, keep_cracks
    use hampm_cut_cells, only: line_t
@@ -597,8 +598,21 @@ contains
       call s%results%add_attribute('/input', 'host', host_name(), failure)
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
+      if (any(s%scene%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%scene%paths), failure)
       call declare_columns(s%scene, s%motion, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
+
+   !> The names of cracks of the kind 'path', in their order, which is that of the tips.
+   pure function path_names(paths) result(names)
+      type(path_spec_t), intent(in) :: paths(:)
+      character(:), allocatable :: names
+      integer :: k
+      names = ''
+      do k = 1, size(paths)
+         names = names//trim(paths(k)%name)
+         if (k < size(paths)) names = names//', '
+      end do
+   end function path_names
 
    !> Tell the progress line where the run is; `last` ends it.
    subroutine show_progress(s, last)

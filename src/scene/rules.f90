@@ -112,6 +112,37 @@ module hampm_rules
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
       rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", "")]
 
+   type(rule_t), parameter :: of_choices(*) = [ &
+      rule_t("&method wave_speed", no_effect_without, "&method courant", &
+             by_meaning, "the step is a part of the largest that is stable", ""), &
+      rule_t("&method wave_speed", no_effect_with, "&method time = 'static' and &method courant", &
+             mechanics, "a load step has no length to limit", ""), &
+      rule_t("&method order", no_effect_without, "&method mass = 'fmpm'", by_meaning, "", ""), &
+      rule_t("&method blend", no_effect_without, "&method mass = 'blend'", by_meaning, "", ""), &
+      rule_t("&method full_region", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
+      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial' and &method full_region = 'box'", &
+             by_meaning, "", ""), &
+      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial' and &method full_region = 'box'", &
+             by_meaning, "", ""), &
+      rule_t("&method solver = 'umfpack' | 'banded'", no_effect_without, &
+             "&method mass = 'full' | 'partial' | 'blend' or &method time = 'static' | 'implicit'", &
+             by_meaning, "there are no equations to solve", ""), &
+      rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = 'domain_integral' | 'crack_closure'", &
+             by_meaning, "", ""), &
+      rule_t("&energy_release reference_value", no_effect_without, "&energy_release reference = 'value'", by_meaning, "", ""), &
+      rule_t("&output history_interval", no_effect_with, "samples at other times than load steps", &
+             by_meaning, "at rest a row of the history is a load step", ""), &
+      rule_t("&load start < 0", no_effect_with, "&load history = 'step'", &
+             by_meaning, "what begins before the run is there from its beginning", ""), &
+      rule_t("&growth limit_speed", no_effect_without, "&growth law = 'toughness'", by_meaning, "", ""), &
+      rule_t("&growth exponent", no_effect_without, "&growth law = 'toughness' and &growth limit_speed > 0", &
+             by_meaning, "", ""), &
+      rule_t("&growth tips", no_effect_with, "&crack kind = 'symmetry'", mechanics, "it has one tip", ""), &
+      rule_t("&crack direction", no_effect_without, "&crack kind = 'symmetry' | 'line'", &
+             by_meaning, "a path goes along its points", ""), &
+      rule_t("&crack name", no_effect_without, "&crack kind = 'path'", &
+             by_meaning, "there is one crack, which needs no name", "")]
+
    !> All rows.
-   type(rule_t), parameter :: rules(*) = [of_histories, of_refinement, of_steps, of_cracks]
+   type(rule_t), parameter :: rules(*) = [of_histories, of_refinement, of_steps, of_cracks, of_choices]
 end module hampm_rules
