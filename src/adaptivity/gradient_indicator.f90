@@ -170,7 +170,7 @@ contains
          step = 0
          step(d) = (2*side - 3)*distance
          inside(side) = m%grid%has_element_toward(node, step)
-         if (inside(side)) call value_at(m, phi, m%grid%node_position(:, node) + step, value(side), inside(side))
+         if (inside(side)) call value_at(m, phi, node, m%grid%node_position(:, node) + step, value(side), inside(side))
       end do
       if (all(inside)) then
          mean = sum(value)/2
@@ -181,19 +181,33 @@ contains
       end if
    end function mean_beside
 
-   !> Value of a nodal field at a place, and whether the place is in or at the edge of an occupied cell.
-   subroutine value_at(m, phi, x, value, inside)
+   !> Value of a nodal field at a place beside a node, and whether the place is in or at the edge of an occupied cell. Where the place
+   !> is on a crack, its side is that of the node: the cells of the node come first.
+   subroutine value_at(m, phi, node, x, value, inside)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: phi(:)
+      integer, intent(in) :: node
       real(dp), intent(in) :: x(ndim)
       real(dp), intent(out) :: value
       logical, intent(out) :: inside
+      real(dp), parameter :: beside = 1.0e-3_dp  ! finest cells
       real(dp) :: probe(ndim)
       integer :: k, d, e
+      associate (elements => m%grid%dofs%elements_at(node))
+         do k = 1, size(elements)
+            e = elements(k)
+            if (any(abs(m%grid%local_coordinate(e, x) - 0.5_dp) > 0.5_dp + beside)) cycle
+            inside = is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))
+            if (.not. inside) cycle
+            value = dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
+            return
+         end do
+      end associate
       value = 0
+      inside = .false.
       do k = 0, corners - 1                      ! a place on the edge between cells is in any of them
          do d = 1, ndim
-            probe(d) = x(d) + (2*ibits(k, d - 1, 1) - 1)*1.0e-3_dp*m%grid%finest_cell
+            probe(d) = x(d) + (2*ibits(k, d - 1, 1) - 1)*beside*m%grid%finest_cell
          end do
          e = m%grid%element_at(probe)
          inside = e /= outside

@@ -153,20 +153,25 @@ contains
       call self%put_back(number, points)
    end subroutine extend
 
-   !> Give the crack of a tip other points, and the tip its place.
+   !> Give the crack of a tip other points, and its tips their places: a straight part may end at both.
    pure subroutine put_back(self, number, points)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: points(:, :)       !! [m]
       type(crack_tip_t) :: new
-      associate (tip => self%tips(number))
-         self%crack(tip%crack)%points = points
-         call place_tip(self%crack(tip%crack), tip%end, new)
-         tip%place = new%place
-         tip%now = new%now
-         tip%direction = new%direction
-         tip%axis = new%axis
-      end associate
+      integer :: crack, k
+      crack = self%tips(number)%crack
+      self%crack(crack)%points = points
+      do k = 1, size(self%tips)
+         if (self%tips(k)%crack /= crack) cycle
+         associate (tip => self%tips(k))
+            call place_tip(self%crack(crack), tip%end, new)
+            tip%place = new%place
+            tip%now = new%now
+            tip%direction = new%direction
+            tip%axis = new%axis
+         end associate
+      end do
    end subroutine put_back
 
    !> Let a tip that grows in motion go on along the part of its crack that is bonded.

@@ -374,8 +374,8 @@ contains
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
       do n = 1, springs%n
          at_point = 0
-         do i = 1, springs%n_left(n)
-            at_point = at_point + springs%share(i, n)*q(:, springs%node(i, n))
+         do i = 1, count(springs%node(:, n) > 0)    ! the mean of both faces, of which the right one has the other sign
+            at_point = at_point + sign(0.5_dp, springs%n_left(n) - i + 0.5_dp)*springs%share(i, n)*q(:, springs%node(i, n))
          end do
          if (.not. any(at_point > 0)) cycle
          call look_at_faces(springs, n, direction, force, slope, is_there)

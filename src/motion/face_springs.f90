@@ -172,7 +172,7 @@ contains
       before = max(k - 1, 1)
       if (springs%kind(before) /= contact .or. norm2(springs%normal(:, before) - springs%normal(:, k)) > 1e-6_dp) before = k
       after = min(k + 1, springs%n)
-      if (norm2(springs%normal(:, after) - springs%normal(:, k)) > 1e-6_dp) after = k
+      if (springs%kind(after) /= contact .or. norm2(springs%normal(:, after) - springs%normal(:, k)) > 1e-6_dp) after = k
       way = dot_product(springs%place(:, after) - springs%place(:, before), direction)
       if (abs(way) > 0) slope = (springs%opening(:, after) - springs%opening(:, before))/way
    end subroutine look_at_faces

@@ -60,7 +60,8 @@ contains
    end subroutine find_distance_from_rest
 
    !> The lowest angular frequency that the loads excite [1/s], by inverse iteration from where the material would rest under them.
-   !> 0 where it is not known: the loads move a body as a whole, there is neither load nor motion, or the scene is too large.
+   !> 0 where it is not known: the loads move a body as a whole or nothing at all, there is neither load nor motion, or the scene is
+   !> too large.
    !>
    !> A few turns only: the deflection by the loads is near the mode that is sought. A translation that nothing resists, of which
    !> rounding leaves a part that would grow with each turn, is taken out.
@@ -87,7 +88,9 @@ contains
          call k%solve(m, force, x)
          call take_out_translation(m, mass, x)
          last = 0
+         square = 0
          do turn = 1, turns
+            if (.not. sum(mass*x**2) > 0) exit   ! the loads act on nodes that are held
             x = x/sqrt(sum(mass*x**2))
             call k%solve(m, mass*x, y)
             call take_out_translation(m, mass, y)

@@ -255,7 +255,7 @@ contains
       end associate
    end subroutine add_contact
 
-   !> Add layers of a kind along a polyline, leaf by leaf; with `after` none that end before that way from its first point.
+   !> Add layers of a kind along a polyline, leaf by leaf: from one edge of a leaf to the next, whichever way one walks; with `after` none that end before that way from its first point.
    pure subroutine add_along(springs, grid, p, blocks, materials, points, kind, after)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
@@ -266,6 +266,7 @@ contains
       type(layer_t), intent(in) :: kind          !! without its ends
       real(dp), intent(in), optional :: after    !! [m]
       real(dp), parameter :: least_part = 1e-6_dp ! of a leaf
+      real(dp), parameter :: parallel = 1e-3_dp  ! less of a direction along an axis is along a grid line of the other one
       real(dp) :: direction(ndim), aside(ndim), from, to, length, step, way
       type(layer_t) :: layer
       integer :: i, leaf, d
@@ -274,22 +275,27 @@ contains
          do i = 2, size(points, 2)
             length = norm2(points(:, i) - points(:, i - 1))
             direction = (points(:, i) - points(:, i - 1))/length
-            aside = least_part*forest%cell*(merge(-1, 1, kind%face == right_face)*[-direction(2), direction(1)] + direction)
+            aside = direction
+            if (any(abs(direction) < parallel)) aside = aside + merge(-1, 1, kind%face == right_face)*[-direction(2), direction(1)]
+            aside = least_part*forest%cell*aside
             from = 0
             do while (from < length)
                leaf = forest%leaf_at(points(:, i - 1) + from*direction + aside)
                step = forest%cell/4
                if (leaf /= outside) then
                   step = 2*forest%size_of(leaf)
-                  associate (lower => forest%position(forest%place_of(leaf)), x => points(:, i - 1) + from*direction + aside)
+                  associate (lower => forest%position(forest%place_of(leaf)), x => points(:, i - 1) + from*direction)
                      do d = 1, ndim
-                        if (direction(d) > least_part) step = min(step, (lower(d) + forest%size_of(leaf) - x(d))/direction(d))
-                        if (direction(d) < -least_part) step = min(step, (lower(d) - x(d))/direction(d))
+                        associate (from_d => merge(x(d), x(d) + aside(d), abs(direction(d)) > parallel))
+                           if (direction(d) > least_part) step = min(step, (lower(d) + forest%size_of(leaf) - from_d)/direction(d))
+                           if (direction(d) < -least_part) step = min(step, (lower(d) - from_d)/direction(d))
+                        end associate
                      end do
                   end associate
                   step = max(step, least_part*forest%size_of(leaf))
                end if
-               to = min(from + step, length)
+               to = from + step
+               if (to > length - least_part*forest%cell) to = length
                layer = kind
                layer%from = points(:, i - 1) + from*direction
                layer%to = points(:, i - 1) + to*direction
@@ -298,7 +304,7 @@ contains
                   if (way + to < after) leaf = outside
                end if
                if (leaf /= outside) call add_layer(springs, grid, p, blocks, materials, layer)
-               from = to + least_part*forest%cell
+               from = to
             end do
             way = way + length
          end do

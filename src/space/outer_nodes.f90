@@ -4,6 +4,7 @@
 !> stiffness would be as badly conditioned. So a node that belongs to no cell filled by a part `least_fill` at least has no degrees of
 !> freedom of its own: it hangs on the nodes of a cell that is full enough, next to one that it belongs to, and moves as the shape functions of
 !> that cell are continued to it. Where no cell beside a nearly empty one is full enough, as at a sharp corner, it takes the host of one beside it.
+!> Of cells that are as full, or hosts that are as near, it takes that towards which the material is, not the first one: a mirror image has the same.
 !> Displacements stay continuous, and linear ones exact.
 !>
 !> Cells beside cells of another size, and those that a crack cuts or that are next to such, keep their nodes.
@@ -78,21 +79,24 @@ contains
       type(cut_cells_t), intent(in) :: cut_cells
       type(outline_t), intent(in) :: bodies(:)
       type(outer_nodes_t), intent(out) :: outer
-      real(dp) :: fill(forest%leaf_count())
+      real(dp) :: fill(forest%leaf_count()), centre(ndim, forest%leaf_count())
       logical :: may_hang(forest%leaf_count())
       integer :: leaf, c, status
       integer, dimension(forest%leaf_count()) :: hosts, before
-      fill = [(fill_of(forest, bodies, leaf), leaf=1, size(fill))]
+      do leaf = 1, size(fill)
+         call look_into(forest, bodies, leaf, fill(leaf), centre(:, leaf))
+      end do
       hosts = 0
       may_hang = [(fill(leaf) > 0 .and. fill(leaf) < least_fill, leaf=1, size(fill))]
       do leaf = 1, size(fill)
          if (may_hang(leaf)) may_hang(leaf) = is_among_alike(forest, cut_cells, leaf)
-         if (may_hang(leaf)) hosts(leaf) = host_of(forest, cut_cells, fill, leaf)
+         if (may_hang(leaf)) hosts(leaf) = host_of(forest, cut_cells, fill, centre(:, leaf), leaf)
       end do
       do
          before = hosts
          do leaf = 1, size(fill)
-            if (may_hang(leaf) .and. before(leaf) == 0) hosts(leaf) = host_of_next(forest, cut_cells, before, leaf)
+            if (may_hang(leaf) .and. before(leaf) == 0) &
+               hosts(leaf) = host_of_next(forest, cut_cells, before, centre(:, leaf), leaf)
          end do
          if (all(hosts == before)) exit
       end do
@@ -103,28 +107,34 @@ contains
       do leaf = 1, size(fill)
          if (hosts(leaf) == 0) cycle
          do c = 1, corners
-            call add_corner(forest, fill, hosts, forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf)), &
+            call add_corner(forest, fill, centre, hosts, &
+                            forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf)), &
                             leaf, outer)
          end do
       end do
    end subroutine find_outer_nodes
 
-   !> Part of a leaf that is filled [-].
-   pure real(dp) function fill_of(forest, bodies, leaf) result(fill)
+   !> Part of a leaf that is filled, and the centre of what is in it.
+   pure subroutine look_into(forest, bodies, leaf, fill, centre)
       type(forest_t), intent(in) :: forest
       type(outline_t), intent(in) :: bodies(:)
       integer, intent(in) :: leaf
-      real(dp) :: m(0:ndim)
+      real(dp), intent(out) :: fill              !! [-]
+      real(dp), intent(out) :: centre(ndim)      !! [m]
+      real(dp) :: m(0:ndim), of_body(0:ndim)
       integer :: k
-      fill = 0
+      m = 0
       associate (lower => forest%position(forest%place_of(leaf)), size_of => forest%size_of(leaf))
          do k = 1, size(bodies)
-            m = bodies(k)%moments(lower, lower + size_of)
-            fill = fill + max(m(0), 0.0_dp)/size_of**ndim
+            of_body = bodies(k)%moments(lower, lower + size_of)
+            if (of_body(0) > 0) m = m + of_body
          end do
+         fill = m(0)/size_of**ndim
       end associate
+      centre = middle_of(forest, leaf)
+      if (fill > 0) centre = forest%position(forest%place_of(leaf)) + m(1:)/m(0)
       if (fill < least_part*0.1_dp) fill = 0
-   end function fill_of
+   end subroutine look_into
 
    !> Whether all leaves around one are of its size, and no crack cuts them.
    pure logical function is_among_alike(forest, cut_cells, leaf) result(is)
@@ -143,10 +153,11 @@ contains
    end function is_among_alike
 
    !> The leaf beside one of the four sides of a nearly empty one that is fullest, and full enough; 0 for none.
-   pure integer function host_of(forest, cut_cells, fill, leaf) result(host)
+   pure integer function host_of(forest, cut_cells, fill, centre, leaf) result(host)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       real(dp), intent(in) :: fill(:)
+      real(dp), intent(in) :: centre(ndim)       !! of what is in it [m]
       integer, intent(in) :: leaf
       integer :: next, side
       host = 0
@@ -155,7 +166,8 @@ contains
          if (next == outside) cycle
          if (fill(next) < least_fill) cycle
          if (host > 0) then
-            if (fill(next) <= fill(host)) cycle
+            if (.not. is_first(-fill(next), -fill(host), distance_to(forest, next, centre), &
+                               distance_to(forest, host, centre))) cycle
          end if
          host = next
       end do
@@ -163,26 +175,45 @@ contains
    end function host_of
 
    !> The host of a leaf beside one of the four sides of a nearly empty one, the nearest of them; 0 for none.
-   pure integer function host_of_next(forest, cut_cells, hosts, leaf) result(host)
+   pure integer function host_of_next(forest, cut_cells, hosts, centre, leaf) result(host)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       integer, intent(in) :: hosts(:)
+      real(dp), intent(in) :: centre(ndim)       !! of what is in it [m]
       integer, intent(in) :: leaf
-      real(dp) :: least, distance
       integer :: next, side
       host = 0
-      least = huge(least)
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
          if (hosts(next) == 0) cycle
          if (is_across(forest, cut_cells, leaf, hosts(next))) cycle
-         distance = norm2(middle_of(forest, hosts(next)) - middle_of(forest, leaf))
-         if (distance >= least*(1 - 1e-9_dp)) cycle
-         least = distance
+         if (host > 0) then
+            associate (x => middle_of(forest, leaf), other => hosts(next))
+               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, host, x), &
+                                  distance_to(forest, other, centre), distance_to(forest, host, centre))) cycle
+            end associate
+         end if
          host = hosts(next)
       end do
    end function host_of_next
+
+   !> Whether one of two comes first: by the first pair of numbers, or by the second where these are the same but for rounding.
+   pure logical function is_first(one, other, one_else, other_else)
+      real(dp), intent(in) :: one, other         !! the smaller one is first
+      real(dp), intent(in) :: one_else, other_else
+      real(dp), parameter :: same = 1e-9_dp
+      is_first = one < other - same*abs(other)
+      if (abs(one - other) <= same*abs(other)) is_first = one_else < other_else - same*abs(other_else)
+   end function is_first
+
+   !> Distance of the middle of a leaf from a place [m].
+   pure real(dp) function distance_to(forest, leaf, x) result(distance)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      distance = norm2(middle_of(forest, leaf) - x)
+   end function distance_to
 
    !> Whether a crack is between two leaves.
    pure logical function is_across(forest, cut_cells, leaf, other)
@@ -209,28 +240,38 @@ contains
    end function middle_of
 
    !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the hosts of these.
-   pure subroutine add_corner(forest, fill, hosts, place, leaf, outer)
+   pure subroutine add_corner(forest, fill, centre, hosts, place, leaf, outer)
       type(forest_t), intent(in) :: forest
       real(dp), intent(in) :: fill(:)
+      real(dp), intent(in) :: centre(:, :)       !! of what is in each leaf [m]
       integer, intent(in) :: hosts(:)
       integer(long), intent(in) :: place(ndim)   !! of the corner
       integer, intent(in) :: leaf
       type(outer_nodes_t), intent(inout) :: outer
-      real(dp) :: least, distance
-      integer :: i, j, next, host, number
+      real(dp) :: middle(ndim), filled
+      integer :: around(corners), c, host, number
       host = 0
-      least = huge(least)
-      do j = 0, 1
-         do i = 0, 1
-            next = forest%leaf_at(forest%position(place) + ([i, j] - 0.5_dp)*forest%size_of(leaf))
-            if (next == outside) cycle
-            if (.not. fill(next) > 0) cycle
-            if (hosts(next) == 0) return
-            distance = norm2(middle_of(forest, hosts(next)) - forest%position(place))
-            if (distance >= least*(1 - 1e-9_dp)) cycle
-            least = distance
-            host = hosts(next)
-         end do
+      middle = 0
+      filled = 0
+      do c = 1, corners
+         around(c) = forest%leaf_at(forest%position(place) + (corner_offset(c) - 0.5_dp)*forest%size_of(leaf))
+         if (around(c) == outside) cycle
+         if (.not. fill(around(c)) > 0) around(c) = outside
+         if (around(c) == outside) cycle
+         if (hosts(around(c)) == 0) return
+         middle = middle + fill(around(c))*centre(:, around(c))
+         filled = filled + fill(around(c))
+      end do
+      middle = middle/filled
+      do c = 1, corners
+         if (around(c) == outside) cycle
+         associate (other => hosts(around(c)), x => forest%position(place))
+            if (host > 0) then
+               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, host, x), &
+                                  distance_to(forest, other, middle), distance_to(forest, host, middle))) cycle
+            end if
+            host = other
+         end associate
       end do
       call outer%places%enter(place, number)
       outer%host(number) = host
