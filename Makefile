@@ -110,6 +110,7 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
 	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
+	$(PYTHON) tests/fuzz/combinations.py --program build/checked/hampm --cases 5000 --seed 100
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/rest_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import checkpoint_files
+import combinations
 import growth_scenes
 import h5py
 import interleaved_scenes
@@ -18,7 +19,7 @@ from fuzz import SCENES, answers, fuzz, table
 from runs import try_runs
 from scene_fuzzer import try_scenes
 
-from paths import DEBUG_PROGRAM, PROGRAM
+from paths import CHECKED_PROGRAM, DEBUG_PROGRAM, PROGRAM
 
 DRIVER = DEBUG_PROGRAM.with_name("fuzz_driver")
 CASES = 2000
@@ -82,6 +83,14 @@ def test_bodies_at_random(program, cases, scenes):
     ends, findings = try_scenes(program, cases, 1, scenes.scene, scenes.look)
     assert not findings
     assert ends[0] >= cases // 4
+
+
+def test_combinations_at_random():
+    """Scenes over all features together, in the build with all checks: what they give does not hang on how they are written, turned, measured, split and run."""
+    numbers = (1, 2, 3, 4, 5, 6, 8, 9, 10, 12)
+    _, ends, faults = combinations.try_cases(combinations.Bench(CHECKED_PROGRAM), 1, numbers, [], asked=2)
+    assert not faults
+    assert ends["done"] >= len(numbers) // 2
 
 
 @pytest.mark.parametrize("cases", [2, pytest.param(40, marks=pytest.mark.verify)])

@@ -1,0 +1,801 @@
+"""Scenes drawn at random over all features and keys together, held to what needs no reference.
+
+    .venv/bin/python tests/fuzz/combinations.py --cases 1000 --seed 3
+    .venv/bin/python tests/fuzz/combinations.py --seed 3 --first 17 --cases 1 --oracle mirror --reduce
+
+A scene (`drawn_scenes.py`) that is refused is repaired by the keys that the refusal names. One that runs has to pass its own oracles, which look at its result, and some
+of those, drawn at random, that run it a second time as something that is known to give the same (`scene_maps.py`). A fault is printed with seed, case and oracle, with
+`--reduce` with the least scene that still shows it. Exit code 1 where there is a fault. Cases are independent of each other: `--first` and `--cases` divide a seed.
+
+What a second run may differ by is rounding: `ROUNDING` of the largest value of that kind of quantity. Where it differs by more, the scene is run once more
+with its moduli, densities and loads changed by `NUDGE`: if that alone changes the result by more than `CHAOTIC` times `NUDGE`, the answer hangs on rounding, as whether two
+faces touch does; such cases are counted as `chaotic` and are no faults of symmetry.
+"""
+
+import argparse
+import os
+import random
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from itertools import permutations
+from pathlib import Path
+
+import h5py
+import numpy as np
+import scene_maps as maps
+from drawn_scenes import copy_of, draw, group, groups, repair, text_of
+from runs import ACCIDENTS
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = ROOT / "build/checked/hampm"
+RELEASE = ROOT / "build/release/hampm"
+REPAIRS = 15           # how often a scene is drawn anew by what its refusal names
+LONGEST = 60           # that a run may take [s of processor time]
+ASKED = 3              # oracles with a second run, of those that a scene can be asked
+# Rounding of 1e-16 times the condition of a stiffness of some hundred nodes with cells that are cut, 1e5, over some hundred steps; the residual of `cg` is 1e-10 and
+# is amplified by as much as the root of that condition
+ROUNDING = 1e-7
+NUDGE, CHAOTIC = 1e-11, 1e3
+# Particles of quadratic cells that are odd in number stand on the edges between quarters of cells, and rounding tells on which side: K and J change by some 1e-7
+ROUNDING_ON_EDGES = 1e-5
+# Part of the largest energy or force that may be missing in a balance; of the energy where cells are cut, as what holds motions that strain no particle, with 1e-10 of
+# the stiffness, is no part of it, and where bodies meet, which is booked by steps
+BALANCED, BALANCED_CUT, BALANCED_MET = 1e-8, 1e-6, 1e-4
+SLOW = 0.02            # between what a motion has settled at and the answer at rest
+
+
+class Run:
+    """What a run left behind."""
+
+    def __init__(self, code, said, row=None, units=None, warnings="", data=None):
+        self.code, self.said, self.row, self.units, self.warnings, self.data = code, said, row, units, warnings, data
+
+
+class Fault(Exception):
+    """Something that must not be."""
+
+
+class Unasked(Exception):
+    """An oracle that has nothing to say about this scene."""
+
+
+class Chaotic(Exception):
+    """A result that hangs on rounding."""
+
+
+def limit_time():
+    """Limits the processor time of a run, which does not hang on what else the machine does."""
+    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
+
+
+class Bench:
+    """Runs scenes in a folder of its own."""
+
+    def __init__(self, program, release=RELEASE):
+        self.program, self.release, self.count = program, release, 0
+
+    def command(self, folder, words, program=None, threads=1):
+        """The end of one process; a fault where that is no end of the program's own."""
+        self.count += 1
+        environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+        try:
+            run = subprocess.run([program or self.program, *words, "--threads", str(threads)], cwd=folder, capture_output=True, text=True, errors="replace",
+                                 timeout=20 * LONGEST, env=environment, preexec_fn=limit_time)
+        except subprocess.TimeoutExpired:
+            raise Fault(f"has not ended after {20 * LONGEST} s") from None
+        if run.returncode == -signal.SIGKILL:
+            raise Fault(f"has not ended after {LONGEST} s of processor time")
+        said = run.stdout + run.stderr
+        if run.returncode not in (0, 2, 3, 5) or any(word in said for word in ACCIDENTS):
+            where = re.findall(r"at (?:\S*/)?(\w+\.f90:\d+)", said) or re.findall(r"of file (?:\S*/)?(\w+\.f90)", said)
+            raise Fault(f"accident, exit code {run.returncode}, {' < '.join(where[:3])}: {' '.join(said.split())[:300]}")
+        return run.returncode, run.stderr
+
+    def run(self, scene, *options, program=None, threads=1, keep_data=False):
+        """A whole run of a scene."""
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            (folder / "case.nml").write_text(text_of(scene))
+            code, said = self.command(folder, ["case.nml", "--quiet", *options], program, threads)
+            return self.result(folder, code, said, keep_data)
+
+    def resumed(self, scene, stops):
+        """A run that is stopped after so many steps, each time, and resumed."""
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            (folder / "case.nml").write_text(text_of(scene))
+            words = ["case.nml"]
+            for steps in stops:
+                code, said = self.command(folder, [*words, "--quiet", "--steps", str(steps)])
+                if code != 5:
+                    return self.result(folder, code, said, True)
+                words = ["--resume", "case.h5.checkpoint"]
+            code, said = self.command(folder, [*words, "--quiet"])
+            return self.result(folder, code, said, True)
+
+    def result(self, folder, code, said, keep_data):
+        """What a run left in its folder."""
+        path = folder / "case.h5"
+        if code in (2, 4) or not path.exists():
+            return Run(code, said)
+        data = {}
+        with h5py.File(path) as file:
+            row = {name: values[:] for name, values in file["history"].items()}
+            units = {name: values.attrs["units"] for name, values in file["history"].items()}
+            warnings = file["history"].attrs.get("warnings", "")
+            if keep_data:
+                file.visititems(lambda name, one: data.update({name: one[()]}) if isinstance(one, h5py.Dataset) and not name.startswith("input") else None)
+        return Run(code, said, row, units, warnings, data)
+
+
+def natural_scales(scene, run):
+    """By unit, the size that values have where stresses are those that store the energies of this run: what is far below is rounding."""
+    material = group(scene, "material")
+    young = max(keys.get("young", keys.get("young_1", 0.0)) for keys in groups(scene, "material") if keys["name"] != "unused")
+    thickness, cell = group(scene, "run").get("thickness", 1.0), group(scene, "grid")["cell"]
+    density = material["density"]
+    energy = max(np.max(np.abs(values), initial=0.0) for name, values in run.row.items() if run.units[name] == "J")
+    area = (10 * cell)**2
+    stress = np.sqrt(energy * young / (thickness * area))
+    return {"J": energy, "J/m2": stress**2 / young * 10 * cell, "Pa m^0.5": stress * np.sqrt(10 * cell), "N": stress * thickness * 10 * cell,
+            "kg m/s": np.sqrt(2 * energy * density * area * thickness), "kg m2/s": np.sqrt(2 * energy * density * area * thickness) * 10 * cell,
+            "m": stress / young * 10 * cell, "m/s": stress / np.sqrt(young * density)}
+
+
+LENGTHS = "finest_cell", "tip_cell", "crack_length", "tip_x", "tip_y"
+
+
+def scales(scene, run):
+    """By column, by what a difference is divided."""
+    natural, largest = natural_scales(scene, run), {}
+
+    def kind(name):
+        return "place" if maps.family(name) in LENGTHS else name if run.units[name] == "1" else run.units[name]
+
+    for name, values in run.row.items():
+        if not maps.family(name).endswith("_error") and np.all(np.isfinite(values)):
+            largest[kind(name)] = max(largest.get(kind(name), 0.0), np.max(np.abs(values), initial=0.0))
+    return {name: max(largest.get(kind(name), 0.0), natural.get(kind(name), 0.0), 1e-290) for name in run.row}
+
+
+def differences(expected, got, scale):
+    """The largest difference over its scale, and its column."""
+    worst, where = 0.0, ""
+    for name, values in expected.items():
+        if name not in got:
+            return np.inf, f"{name} is missing"
+        other = got[name]
+        if len(other) != len(values):
+            return np.inf, f"{len(other)} in place of {len(values)} rows"
+        if maps.family(name) == "mode_mixity":
+            continue
+        apart = np.abs(other - values)
+        if maps.family(name) == "tip_angle":
+            apart = np.abs((other - values + 180) % 360 - 180)
+        with np.errstate(invalid="ignore"):
+            value = np.max(apart, initial=0.0) / scale[name]
+        if not value <= worst:
+            at = int(np.nanargmax(apart)) if np.any(np.isfinite(apart)) else 0
+            worst, where = value, f"{name} {other[at]:.9g} in place of {values[at]:.9g} in row {at}"
+    return worst, where
+
+
+def nudged(scene, chance):
+    """The scene with its moduli, densities and loads changed by rounding, each its own."""
+    scene = copy_of(scene)
+    for name, keys in scene:
+        for key in {"material": ("young", "density", "young_1", "young_2", "yield_stress", "moduli"), **maps.LOADS}.get(name, ()):
+            if key in keys:
+                keys[key] = maps.scaled(keys[key], 1 + NUDGE * chance.choice([-1, 1]) * chance.uniform(0.5, 1))
+    return scene
+
+
+class Case:
+    """A scene that has run to its end, and what its oracles need."""
+
+    def __init__(self, bench, scene, base, chance):
+        self.bench, self.scene, self.base, self.chance = bench, scene, base, chance
+        self.method = group(scene, "method")
+        self.time, self.frame = self.method.get("time", "explicit"), self.method.get("frame", "total")
+        used = {keys.get("material") for keys in groups(scene, "body")}
+        self.laws = {keys.get("law", "linear_elastic") for keys in groups(scene, "material") if keys["name"] in used}
+        self.indicator = group(scene, "refine").get("indicator", "none")
+        self.contact = any(keys.get("contact", "none") != "none" for keys in groups(scene, "crack"))
+        self.friction = any(keys.get("contact", "none") == "friction" for keys in groups(scene, "crack"))
+        self.meets = group(scene, "contact").get("bodies", "joined") != "joined"
+        self.grows = bool(groups(scene, "growth"))
+        self.push = any(keys.get("push_only") for keys in groups(scene, "constraint"))
+        self.linear = self.laws <= {"linear_elastic", "orthotropic", "viscoelastic"} and self.frame == "total"
+        self.is_cut = any(keys.get("kind") == "path" for keys in groups(scene, "crack")) or any(keys.get("shape", "rectangle") != "rectangle" or keys.get("hole")
+                                                                                              for keys in groups(scene, "body"))
+        self.scale = scales(scene, base)
+
+    def need(self, condition):
+        """The oracle has nothing to say but where the condition holds."""
+        if not condition:
+            raise Unasked
+
+    def again(self, scene, **keywords):
+        """The second run, which has to end as the first one."""
+        run = self.bench.run(scene, **keywords)
+        if run.code != self.base.code:
+            self.unless_chaotic(f"ends with {run.code}: {' '.join(run.said.split())[:300]}", 1.0)
+        return run
+
+    def same(self, expected, run, scale=None, any_order=False):
+        """Holds a second run to what is expected of it."""
+        on_edges = group(self.scene, "grid").get("order", 1) == 2 and any(keys.get("points_per_cell", 2) % 2 for keys in groups(self.scene, "body"))
+        rounding = ROUNDING_ON_EDGES if on_edges else ROUNDING
+        worst, where = differences(expected, run.row, scale or self.scale)
+        if any_order and not worst <= rounding:
+            worst, where = min((differences(renumbered(expected, order), run.row, self.all_scales(scale)) for order in orders_of_tips(expected)), key=lambda pair: pair[0])
+        if not worst <= rounding:
+            self.unless_chaotic(f"{where}: {worst:.1e} of its scale", worst)
+
+    def all_scales(self, scale):
+        """Scales of columns whichever tip they are of: the largest."""
+        scale = scale or self.scale
+        largest = {}
+        for name, value in scale.items():
+            largest[maps.family(name)] = max(largest.get(maps.family(name), 0.0), value)
+        return {name: largest[maps.family(name)] for name in scale}
+
+    def unless_chaotic(self, message, worst):
+        """A fault, but where rounding alone makes as much."""
+        for number in range(2):
+            run = self.bench.run(nudged(self.scene, random.Random(number)))
+            if run.code != self.base.code:
+                raise Chaotic(f"changed by rounding it ends with {run.code}; {message}")
+            moved, where = differences(self.base.row, run.row, self.scale)
+            if not moved <= CHAOTIC * NUDGE and not moved < 1e-3 * min(worst, 1.0):
+                raise Chaotic(f"changed by rounding: {where}: {moved:.1e}; {message}")
+        raise Fault(message)
+
+
+def tip_numbers(row):
+    """How many tips the columns are of."""
+    numbers = [int(name.rpartition("_tip")[2]) for name in row if maps.family(name) != name]
+    return max(numbers, default=1)
+
+
+def orders_of_tips(row):
+    """Each order of the numbers of tips."""
+    return permutations(range(1, min(tip_numbers(row), 5) + 1))
+
+
+def renumbered(row, order):
+    """The columns with other numbers of tips."""
+    many = [maps.family(name) for name in row if maps.family(name) != name]
+    found = {}
+    for name, values in row.items():
+        base = maps.family(name)
+        if base in many:
+            old = int(name.rpartition("_tip")[2]) if base != name else 1
+            new = order[old - 1] if old <= len(order) else old
+            name = base if new == 1 else f"{base}_tip{new}"
+        found[name] = values
+    return found
+
+
+# Oracles that look at the result of the scene itself
+
+def finite(case):
+    """Every number is one."""
+    bad = [name for name, values in case.base.row.items() if not np.all(np.isfinite(values))]
+    if bad:
+        raise Fault(f"{bad[0]} is not finite")
+
+
+def energies(case):
+    """The work of the loads is what is stored, moves and is taken."""
+    row, names = case.base.row, ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "plastic_dissipation", "viscous_dissipation", "friction_loss",
+                                 "contact_loss", "fracture_energy")
+    eigenstrain = any(any(keys.get("eigenstrain", ())) for keys in groups(case.scene, "body"))
+    case.need("does not account for" not in case.base.warnings and "energy has grown" not in case.base.warnings)
+    case.need(not case.laws & {"j2_plastic", "viscoelastic"})      # the work on what remembers is of the second order in the step
+    case.need("neo_hookean" not in case.laws or case.time == "explicit")
+    if case.time == "static":
+        case.need(not (eigenstrain or case.friction or case.grows) and (case.indicator in ("none", "tip") or "numerical_loss" in row))
+    elif case.time == "implicit":
+        moved = any("velocity" in keys or "displacement" in keys for keys in groups(case.scene, "constraint"))
+        case.need(case.method.get("hht_alpha", 0.0) == 0.0 and not (moved and case.method.get("mass", "lumped") != "lumped"))
+    else:
+        case.need("numerical_loss" in row)
+    inside = sum(row[name] for name in names if name in row)
+    start = 0.0 if case.time == "static" else inside[0] - row["external_work"][0]
+    largest = max(np.max(np.abs(row[name])) for name in (*names, "external_work") if name in row)
+    missing = np.max(np.abs(row["external_work"] - inside + start)) / max(largest, 1e-300)
+    allowed = BALANCED_MET if case.meets else BALANCED_CUT if case.is_cut else BALANCED
+    if not missing <= allowed:
+        raise Fault(f"{missing:.1e} of the energy is missing")
+    if not eigenstrain and np.min(row["strain_energy"]) < -1e-9 * largest:
+        raise Fault(f"strain energy {np.min(row['strain_energy']):.3g} J")
+
+
+def outline_area(keys):
+    """The area of a body or hole."""
+    kind = keys.get("shape", "rectangle")
+    if kind == "circle":
+        return np.pi * keys["radius"]**2
+    if kind == "polygon":
+        x, y = np.reshape(keys["points"], (-1, 2)).T
+        return abs(np.dot(x, np.roll(y, -1)) - np.dot(np.roll(x, -1), y)) / 2
+    return np.prod(np.subtract(keys["upper"], keys["lower"]))
+
+
+def factor(keys, time):
+    """The factor of a history at times."""
+    t = time - keys.get("start", 0.0)
+    kind = keys.get("history", "step")
+    value = np.ones_like(t)
+    if kind == "ramp":
+        value = np.clip(t / keys["rise_time"], 0.0, 1.0)
+    elif kind == "sine":
+        value = np.sin(2 * np.pi * keys["frequency"] * t)
+    elif kind == "table":
+        value = np.interp(t, keys["times"], keys["factors"])
+    return np.where(t < 0, 0.0, value)
+
+
+def resultant(case, time):
+    """The sum of all loads at times, x and y, where it is known from the scene alone."""
+    scene, thickness = case.scene, group(case.scene, "run").get("thickness", 1.0)
+    total = np.zeros((2, len(time)))
+    solid = [keys for keys in groups(scene, "body") if not keys.get("hole")]
+    holes = [keys for keys in groups(scene, "body") if keys.get("hole")]
+    density = {keys["name"]: keys["density"] for keys in groups(scene, "material")}
+    for keys in groups(scene, "load"):
+        if keys["kind"] == "gravity":
+            case.need(not holes or len(solid) == 1)
+            area = [outline_area(one) for one in solid]
+            area[0] -= sum(outline_area(one) for one in holes)
+            force = np.array(keys["acceleration"]) * sum(a * density[one["material"]] for a, one in zip(area, solid)) * thickness
+        elif keys["kind"] == "pressure" and keys.get("on") == "crack":
+            force = np.zeros(2)
+        elif keys["kind"] == "pressure":
+            case.need(len(solid) == 1 and not holes and solid[0].get("shape", "rectangle") == "rectangle")
+            body, low, high = solid[0], np.array(keys["lower"]), np.array(keys["upper"])
+            along = int(high[1] - low[1] > high[0] - low[0])
+            case.need(high[1 - along] == low[1 - along])
+            inward = 1.0 if abs(low[1 - along] - body["lower"][1 - along]) < abs(low[1 - along] - body["upper"][1 - along]) else -1.0
+            length = min(high[along], body["upper"][along]) - max(low[along], body["lower"][along])
+            force = np.zeros(2)
+            force[1 - along] = inward * keys["pressure"] * length * thickness
+        else:
+            force = np.array(keys["force"])
+        total += np.outer(force, factor(keys, time))
+    return total
+
+
+def forces(case):
+    """At rest loads and reactions balance each other; in motion without constraints momentum changes by the loads."""
+    row, scene = case.base.row, case.scene
+    time = row["time"]
+    if case.time == "static":
+        held = groups(scene, "constraint")
+        case.need(held and all("name" in keys for keys in held))
+        total = resultant(case, time) * row.get("load_factor", 1.0)
+        sizes = max(np.max(np.abs(total), initial=0.0), case.scale[f"reaction_{held[0]['name']}_x"])
+        for d in range(2):
+            total[d] += sum(row[f"reaction_{keys['name']}_{'xy'[d]}"] for keys in held)
+        missing = np.max(np.abs(total)) / max(sizes, 1e-300)
+    else:
+        case.need("momentum_x" in row and not groups(scene, "constraint") and not groups(scene, "damping"))
+        case.need(all(keys.get("history", "step") == "step" and keys.get("start", 0.0) <= 0 for keys in groups(scene, "load")))
+        total = resultant(case, time) * time
+        sizes = max(np.max(np.abs(total), initial=0.0), case.scale["momentum_x"])
+        missing = max(np.max(np.abs(row[f"momentum_{axis}"] - row[f"momentum_{axis}"][0] - total[d])) for d, axis in enumerate("xy")) / sizes
+    if not missing <= BALANCED:
+        raise Fault(f"forces and momentum miss {missing:.1e}")
+
+
+# Oracles that run the scene a second time
+
+def isometry(q):
+    def oracle(case):
+        scene = maps.isometric(case.scene, q)
+        run = case.again(scene)
+        expected = maps.isometric_columns(case.base.row, q)
+        if case.method.get("scheme", "musl") != "musl" and any(keys["kind"] == "point" for keys in groups(case.scene, "load")):
+            # The work of the last step is a guess by the particle nearest to the point, which is one of two or four where these are as near
+            expected = {name: values for name, values in expected.items() if name not in ("external_work", "numerical_loss")}
+        scale = {name: case.scale.get(name, 1.0) for name in expected}
+        for name in scale:
+            if maps.family(name) == "tip_angle":
+                scale[name] = 180.0
+        case.same(expected, run, scale)
+    return oracle
+
+
+def units(case):
+    """In other units, powers of two, so that each number is the old one times its factor to the last bit."""
+    chance = case.chance
+    mass, length, time = 2.0 ** chance.randint(-20, 20), 4.0 ** chance.randint(-10, 10), 2.0 ** chance.randint(-20, 20)
+    run = case.again(maps.in_units(case.scene, mass, length, time))
+    expected = maps.in_units_columns(case.base.row, case.base.units, mass, length, time)
+    scale = maps.in_units_columns({name: np.array(value) for name, value in case.scale.items()}, case.base.units, mass, length, time)
+    case.same(expected, run, scale)
+
+
+def thickness(case):
+    """Three times as thick, under three times the forces."""
+    run = case.again(maps.thicker(case.scene, 4.0))
+    scale = maps.thicker_columns(case.scale, case.base.units, 4.0)
+    case.same(maps.thicker_columns(case.base.row, case.base.units, 4.0), run, scale)
+
+
+def halved(case):
+    """Half of the loads, of the initial velocities and eigenstrains."""
+    case.need(case.linear and not (case.grows and case.time != "static") and not case.meets)
+    case.need(np.all(case.base.row.get("load_factor", 0.0) != 1.0))      # at rest, where no tip grows the loads are not scaled
+    run = case.again(maps.times_loads(case.scene, 0.5))
+    expected = maps.times_loads_columns(case.base.row, case.base.units, 0.5)
+    scale = maps.times_loads_columns({name: np.array(value) for name, value in case.scale.items()}, case.base.units, 0.5) if "load_factor" not in case.base.row else case.scale
+    case.same(expected, run, scale)
+
+
+def order(case):
+    """Groups in another order, and a material that nothing is made of."""
+    run = case.again(maps.shuffled(case.scene, case.chance))
+    case.same(case.base.row, run, any_order=True)
+
+
+def reverse(case):
+    """The points of each crack in the opposite order."""
+    scene = maps.reversed_cracks(case.scene)
+    case.need(scene is not None)
+    run = case.again(scene)
+    case.same(case.base.row, run, any_order=True)
+
+
+def split(case):
+    """A body in two that are bonded."""
+    scene = maps.split_bodies(case.scene)
+    case.need(scene is not None)
+    run = case.bench.run(scene)
+    case.need(run.code != 2)                   # an edge of which a half only would be loaded, a crack with no body of its own
+    if run.code != case.base.code:
+        case.unless_chaotic(f"ends with {run.code}: {' '.join(run.said.split())[:300]}", 1.0)
+    case.same(case.base.row, run)
+
+
+def motion(case):
+    """A velocity more of all that is free: what is seen from the body stays."""
+    case.need(case.time != "static" and case.frame == "total" and not groups(case.scene, "constraint") and not groups(case.scene, "damping"))
+    case.need(group(case.scene, "refine").get("field") != "speed")
+    largest = np.sqrt(2 * case.scale["kinetic_energy"] / (group(case.scene, "material")["density"] * 100 * group(case.scene, "grid")["cell"]**2))
+    run = case.again(maps.carried(case.scene, [float(3.0 * largest), float(-2.0 * largest)]))
+    keep = [name for name in case.base.row if maps.family(name) not in ("kinetic_energy", "external_work", "numerical_loss")]
+    case.same({name: case.base.row[name] for name in keep}, run)
+
+
+def superposed(case):
+    """Two parts of the loads, each by itself: what is linear adds up."""
+    case.need(case.linear and not (case.grows or case.meets or case.contact or case.push) and case.indicator in ("none", "tip"))
+    count = len(groups(case.scene, "load"))
+    case.need(count > 0)
+    chosen = case.chance.randrange(count)
+
+    def first(name, number):
+        return name == "load" and number == chosen
+
+    parts = [maps.times_loads(case.scene, 0.0, lambda *one: not first(*one)), maps.times_loads(case.scene, 0.0, first)]
+    for part in parts:
+        for k in range(len(part) - 1, -1, -1):
+            name, keys = part[k]
+            if name == "load" and not any(np.ravel(keys.get("force", keys.get("acceleration", keys.get("pressure", 0.0))))):
+                del part[k]                     # a pressure of 0 is none
+    case.need(all(len(part) < len(case.scene) or groups(part, "constraint") or groups(part, "body") for part in parts))
+    runs = [case.again(part) for part in parts]
+    names = [name for name in case.base.row if case.base.units[name] in ("Pa m^0.5", "N", "kg m/s") and not maps.family(name).endswith("_error")
+             or maps.family(name) in ("crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding")]
+    case.need(names)
+    run = Run(0, "", {name: sum(one.row[name] for one in runs) for name in names}, case.base.units)
+    scale = {name: max(case.scale[name], *(scales(case.scene, one)[name] for one in runs)) for name in names}
+    case.same({name: case.base.row[name] for name in names}, run, scale)
+
+
+def reciprocal(case):
+    """Two constraints, moved one after the other: the force of each by the way of the other."""
+    held = [k for k, (name, _) in enumerate(case.scene) if name == "constraint"]
+    case.need(case.time == "static" and case.linear and "viscoelastic" not in case.laws and len(held) > 1 and not (case.grows or case.contact or case.push))
+    case.need(case.indicator in ("none", "tip") and all("name" in case.scene[k][1] for k in held))
+    cell, ways, runs = group(case.scene, "grid")["cell"], [], []
+    for which in held[:2]:
+        scene = [one for one in copy_of(case.scene) if one[0] != "load"]
+        for name, keys in scene:
+            if name == "body":
+                keys.pop("eigenstrain", None)
+            if name == "constraint":
+                for key in ("displacement", "velocity", "history", "start", "rise_time", "frequency", "times", "factors"):
+                    keys.pop(key, None)
+                if keys["name"] == case.scene[which][1]["name"]:
+                    keys["displacement"] = [1e-4 * cell * (1.0 if "x" in keys["fix"] else 0.0), 0.7e-4 * cell * (1.0 if "y" in keys["fix"] else 0.0)]
+                    ways.append((keys["name"], keys["displacement"]))
+        runs.append(case.again(scene))
+    (one, way), (other, way_of_other) = ways
+    work = [sum(run.row[f"reaction_{name}_{axis}"][-1] * d[k] for k, axis in enumerate("xy"))
+            for run, name, d in ((runs[0], other, way_of_other), (runs[1], one, way))]
+    size = max(abs(work[0]), abs(work[1]), *(run.row["strain_energy"][-1] for run in runs))
+    if not abs(work[0] - work[1]) <= ROUNDING * size:
+        raise Fault(f"not reciprocal: {work[0]:.9g} and {work[1]:.9g} J")
+
+
+def loaded_by(scene, last, history):
+    """A scene at rest whose loads and motions, those at time `last`, come by a history instead."""
+    scene = copy_of(scene)
+    for keys in groups(scene, "load") + [keys for keys in groups(scene, "constraint") if "displacement" in keys or "velocity" in keys]:
+        size = float(factor(keys, np.array([last]))[0])
+        if "velocity" in keys or size == 0.0:
+            raise Unasked
+        for key in ("history", "start", "rise_time", "frequency", "times", "factors"):
+            keys.pop(key, None)
+        for key in ("force", "pressure", "acceleration", "displacement"):
+            if key in keys:
+                keys[key] = maps.scaled(keys[key], size)
+        keys |= history
+    return scene
+
+
+def is_plain_rest(case):
+    """Whether a scene is one at rest that motion tends to as well, and that something holds."""
+    return (case.time == "static" and case.linear and "viscoelastic" not in case.laws and not (case.grows or case.friction or case.push)
+            and case.indicator in ("none", "tip") and case.method.get("mass", "lumped") != "fmpm"
+            and not any(any(keys.get("eigenstrain", ())) for keys in groups(case.scene, "body"))
+            and any(keys["fix"] == "xy" and keys["lower"] != keys["upper"] for keys in groups(case.scene, "constraint")))
+
+
+def tick_of(scene):
+    """The longest time that a wave takes through a cell."""
+    young = min(keys.get("young", keys.get("shear_12", 0.0)) for keys in groups(scene, "material"))
+    return float(group(scene, "grid")["cell"] * np.sqrt(max(keys["density"] for keys in groups(scene, "material")) / young))
+
+
+def settled(case, end, method, history, damping=None):
+    """Holds what is left of a motion at its end to the answer at rest."""
+    case.need(is_plain_rest(case))
+    scene = loaded_by(case.scene, case.base.row["time"][-1], history)
+    group(scene, "run")["end_time"] = end
+    keys = group(scene, "method")
+    keys |= method
+    keys.pop("load_steps", None)
+    group(scene, "output")["history_interval"] = end
+    group(scene, "output").pop("snapshot_interval", None)
+    group(scene, "energy_release")["estimators"] = [name for name in group(scene, "energy_release").get("estimators", []) if name != "energy_balance"]
+    if damping:
+        scene.append(["damping", {"rate": damping}])
+    run = case.bench.run(scene)
+    case.need(run.code != 2)
+    if run.code:
+        raise Fault(f"ends with {run.code}: {' '.join(run.said.split())[:300]}")
+    case.need(run.row["kinetic_energy"][-1] < 1e-6 * run.row["strain_energy"][-1])
+    names = [name for name in case.base.row if name in run.row and (case.base.units[name] in ("Pa m^0.5", "N", "J/m2") and "_error" not in name
+                                                                     and "spread" not in name or name == "strain_energy")]
+    worst, where = differences({name: case.base.row[name][-1:] for name in names}, {name: run.row[name][-1:] for name in names}, case.scale)
+    if not worst <= SLOW:
+        raise Fault(f"at rest and settled in motion: {where}, {worst:.1e}")
+
+
+def slow(case):
+    """Implicit steps under a load that comes slowly give the answer at rest."""
+    tick = tick_of(case.scene)
+    settled(case, 3000 * tick, {"time": "implicit", "time_step": 30 * tick, "hht_alpha": -0.3}, {"history": "ramp", "rise_time": 1500 * tick})
+
+
+def damped(case):
+    """Explicit steps, damped until they rest, give the answer at rest."""
+    case.need(case.method.get("mass", "lumped") in ("lumped", "full"))
+    tick = tick_of(case.scene)
+    settled(case, 400 * tick, {"time": "explicit"}, {"history": "ramp", "rise_time": 100 * tick}, 0.1 / tick)
+
+
+def finer(case):
+    """Cells of half the size: J within three times what both say of their errors."""
+    case.need(case.time == "static" and not case.grows and "J_error" in case.base.row and case.indicator in ("none", "tip"))
+    case.need(not any("part" in keys for keys in groups(case.scene, "body")))
+    scene = copy_of(case.scene)
+    grid = group(scene, "grid")
+    grid |= {"cell": grid["cell"] / 2, "cells": [2 * n for n in grid["cells"]]}
+    run = case.bench.run(scene)
+    case.need(run.code == 0)
+    for name, values in case.base.row.items():
+        if maps.family(name) == "J":
+            told = name.replace("J", "J_error")
+            off = np.max(np.abs(run.row[name] - values) - 3 * (run.row[told] + case.base.row[told]))
+            if off > 1e-6 * case.scale[name]:
+                raise Fault(f"{name} {values[-1]:.6g} +- {case.base.row[told][-1]:.2g}, with cells of half the size {run.row[name][-1]:.6g} +- {run.row[told][-1]:.2g}")
+
+
+def bytes_of(case, run):
+    """Holds a run to the bytes of the first one."""
+    base = case.bench.run(case.scene, keep_data=True)
+    if base.code != run.code:
+        raise Fault(f"ends with {run.code} in place of {base.code}: {' '.join(run.said.split())[:300]}")
+    for name, values in base.data.items():
+        if name not in run.data or np.asarray(values).tobytes() != np.asarray(run.data[name]).tobytes():
+            raise Fault(f"{name} has other bytes")
+
+
+def threads(case):
+    """On two threads."""
+    bytes_of(case, case.bench.run(case.scene, threads=2, keep_data=True))
+
+
+def resume(case):
+    """Stopped twice and resumed."""
+    steps = int(case.base.row["step"][-1])
+    case.need(steps > 1)
+    first = case.chance.randint(1, steps - 1)
+    stops = [first] + ([case.chance.randint(1, steps - first)] if steps - first > 1 else [])
+    bytes_of(case, case.bench.resumed(case.scene, stops))
+
+
+def check(case):
+    """`--check` accepts what runs."""
+    run = case.bench.run(case.scene, "--check")
+    if run.code:
+        raise Fault(f"--check ends with {run.code}: {run.said[:300]}")
+
+
+def builds(case):
+    """The release build."""
+    case.need(case.bench.release.exists())
+    case.same(case.base.row, case.again(case.scene, program=case.bench.release))
+
+
+OWN = {"finite": finite, "energies": energies, "forces": forces}
+SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "thickness": thickness,
+          "halved": halved, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
+          "slow": slow, "damped": damped, "finer": finer, "threads": threads, "resume": resume, "check": check, "builds": builds}
+
+
+def accept(bench, chance):
+    """A scene that is not refused, its run, and how often it was drawn anew; None where it is refused to the end."""
+    scene = draw(chance)
+    for attempt in range(REPAIRS):
+        try:
+            run = bench.run(scene)
+        except Fault as fault:
+            return scene, fault, attempt
+        if run.code != 2:
+            return scene, run, attempt
+        messages = [line.removeprefix("hampm: ") for line in run.said.splitlines() if line.startswith("hampm: ")]
+        scene = repair(scene, messages, chance)
+    return scene, None, REPAIRS
+
+
+def ask(bench, scene, base, name, seed):
+    """Whether an oracle is content: 'passed', 'unasked', 'chaotic: ...', or what is wrong."""
+    try:
+        case = Case(bench, scene, base, random.Random(f"{seed} {name}"))
+        {**OWN, **SECOND}[name](case)
+    except Unasked:
+        return "unasked"
+    except Chaotic as reason:
+        return f"chaotic: {reason}"
+    except Fault as fault:
+        return str(fault)
+    return "passed"
+
+
+def shows(bench, scene, name, seed):
+    """What an oracle finds wrong with a scene, '' where nothing is."""
+    try:
+        base = bench.run(scene)
+    except Fault as fault:
+        return str(fault) if name == "run" else ""
+    if name == "run" or base.code != 0:
+        return ""
+    found = ask(bench, scene, base, name, seed)
+    return "" if found in ("passed", "unasked") or found.startswith("chaotic") else found
+
+
+def reduced(bench, scene, name, seed):
+    """The least scene that still shows a fault: groups, then keys, are left out one after the other."""
+    scene, went = copy_of(scene), True
+    while went:
+        went = False
+        for k in range(len(scene) - 1, -1, -1):
+            if scene[k][0] not in ("run", "grid"):
+                fewer = scene[:k] + scene[k + 1:]
+                if shows(bench, fewer, name, seed):
+                    scene, went = fewer, True
+        for k, (group_name, keys) in enumerate(scene):
+            for key in list(keys):
+                fewer = copy_of(scene)
+                del fewer[k][1][key]
+                if key != "file" and shows(bench, fewer, name, seed):
+                    scene, went = fewer, True
+    return scene
+
+
+def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=False, chaotic=False):
+    """Counts by oracle and end, and the faults as (case, oracle, what, scene)."""
+    counts, ends, faults = Counter(), Counter(), []
+
+    def fault(number, name, what, scene):
+        counts[name, "failed"] += 1
+        faults.append((number, name, what, scene))
+        tell(f"seed {seed} case {number} {name}: {what}")
+        if reduce:
+            tell(text_of(reduced(bench, scene, name, f"{seed} {number}")))
+
+    for number in numbers:
+        chance = random.Random(f"{seed} {number}")
+        scene, base, attempt = accept(bench, chance)
+        ends["drawn"] += 1
+        if base is None:
+            ends["refused"] += 1
+            continue
+        counts["run", "asked"] += 1
+        if isinstance(base, Fault):
+            fault(number, "run", str(base), scene)
+            continue
+        ends["accepted"] += 1
+        ends["accepted at once"] += attempt == 0
+        if base.code != 0:
+            ends["stopped"] += 1
+            ends["stopped: " + re.sub(r"[-+]?\d[-+.\de]*", "#", base.said.split("hampm: ")[-1])[:160].strip()] += 1
+            continue
+        ends["done"] += 1
+        second = [name for name in SECOND if name in oracles or not oracles and name != "builds"]
+        chance.shuffle(second)
+        left = len(second) if oracles else asked
+        for name in [name for name in OWN if not oracles or name in oracles] + second:
+            if name in SECOND and left == 0:
+                break
+            found = ask(bench, scene, base, name, f"{seed} {number}")
+            left -= name in SECOND and found != "unasked"
+            if found == "unasked":
+                continue
+            counts[name, "asked"] += 1
+            if found.startswith("chaotic"):
+                counts[name, "chaotic"] += 1
+                if chaotic:
+                    tell(f"seed {seed} case {number} {name}: {found}")
+            elif found != "passed":
+                fault(number, name, found, scene)
+    ends["runs"] = bench.count
+    return counts, ends, faults
+
+
+def table(counts, ends):
+    """The counts as text."""
+    lines = ["| oracle | asked | chaotic | failed |", "|---|---|---|---|"]
+    for name in ("run", *OWN, *SECOND):
+        if counts[name, "asked"]:
+            lines.append(f"| {name} | {counts[name, 'asked']} | {counts[name, 'chaotic']} | {counts[name, 'failed']} |")
+    return "\n".join([*lines, "", *(f"{name}: {count}" for name, count in ends.most_common())])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=250, metavar="N")
+    parser.add_argument("--first", type=int, default=0, metavar="N", help="number of the first case of the seed")
+    parser.add_argument("--seed", type=int, default=1, metavar="N")
+    parser.add_argument("--oracle", action="append", default=[], choices=[*OWN, *SECOND], help="ask these only, but all of them")
+    parser.add_argument("--asked", type=int, default=ASKED, metavar="N", help="how many oracles with a second run a scene is asked")
+    parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
+    parser.add_argument("--release", type=Path, default=RELEASE, metavar="FILE", help="the build that oracle 'builds' compares with")
+    parser.add_argument("--reduce", action="store_true", help="print the least scene that shows each fault")
+    parser.add_argument("--chaotic", action="store_true", help="print the cases that hang on rounding too")
+    parser.add_argument("--show", action="store_true", help="print the scenes and do not ask any oracle")
+    options = parser.parse_args()
+    bench = Bench(options.program.resolve(), options.release.resolve())
+    numbers = range(options.first, options.first + options.cases)
+    if options.show:
+        for number in numbers:
+            print(text_of(accept(bench, random.Random(f"{options.seed} {number}"))[0]))
+        return
+    counts, ends, faults = try_cases(bench, options.seed, numbers, options.oracle, options.asked, lambda text: print(text, flush=True), options.reduce, options.chaotic)
+    print(table(counts, ends))
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,457 @@
+"""Scenes drawn at random over all features and keys together, as lists of groups [name, {key: value}].
+
+Lengths are drawn in cells, times in those that a wave takes through a cell, loads as strains. Where the program refuses a scene, the keys that its messages name are
+drawn anew (`repair`). All numbers are drawn from a `random.Random`, so that a seed and a number tell a scene.
+"""
+
+import math
+import re
+
+LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "j2_plastic", "viscoelastic", "orthotropic"]
+HISTORY_KEYS = ["history", "start", "rise_time", "frequency", "times", "factors"]
+# Values of keys that are drawn by themselves, when a message names them or as one change too many
+CHOICES = {
+    "run": {"plane": ["stress", "strain"]},
+    "grid": {"order": [1, 1, 2]},
+    "material": {"dilatation": ["point", "cell"]},
+    "body": {"points_per_cell": [1, 2, 2, 3, 4]},
+    "constraint": {"push_only": [False, True], "fix": ["x", "y", "xy"]},
+    "load": {"face": ["none", "left", "right"]},
+    "contact": {"bodies": ["joined", "stick", "frictionless", "friction"]},
+    "method": {"time": ["explicit", "implicit", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
+               "time_steps": ["global", "global", "local"], "frame": ["total", "updated"], "functions": ["linear", "linear", "cpdi"],
+               "mass": ["lumped", "lumped", "full", "partial", "fmpm", "blend"], "solver": ["auto", "cg", "umfpack", "banded"],
+               "full_region": ["box", "refined"], "order": [1, 2, 3], "blend": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
+    "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
+               "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
+    "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "symmetry"]},
+    "growth": {"law": ["quasi_static", "prescribed", "toughness"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
+               "tips": ["all", "largest", "last", "first"]},
+    "energy_release": {"estimators": [["domain_integral"], ["nodal_force"], ["stress_closure"], ["energy_balance"], ["crack_closure"], [],
+                                      ["domain_integral", "energy_balance"], ["domain_integral", "nodal_force"]]},
+}
+REQUIRED = {"run", "grid", "material", "body"}
+
+
+def value_text(value):
+    """A value as a namelist has it."""
+    if isinstance(value, bool):
+        return ".true." if value else ".false."
+    if isinstance(value, (list, tuple)):
+        return ", ".join(value_text(one) for one in value)
+    return f"'{value}'" if isinstance(value, str) else repr(value)
+
+
+def text_of(scene):
+    """A scene as a namelist, a group a line."""
+    return "".join(f"&{name} " + "  ".join(f"{key} = {value_text(value)}" for key, value in keys.items()) + " /\n" for name, keys in scene)
+
+
+def groups(scene, name):
+    """The keys of all groups of a name."""
+    return [keys for group, keys in scene if group == name]
+
+
+def group(scene, name):
+    """The keys of the first group of a name, {} where there is none."""
+    return next(iter(groups(scene, name)), {})
+
+
+def copy_of(scene):
+    """A scene that may be changed without changing this one."""
+    return [[name, {key: list(value) if isinstance(value, list) else value for key, value in keys.items()}] for name, keys in scene]
+
+
+class Drawing:
+    """One scene as it is drawn: what its groups have to agree on."""
+
+    def __init__(self, chance):
+        self.chance = chance
+        self.cell = chance.choice([1e-3, 2.0**-10, 0.25, 1.0, 0.03])
+        self.origin = [chance.choice([0.0, 0.0, 3.0, -7.5, chance.uniform(-9, 9)]) for _ in "xy"]
+        self.young, self.density = chance.choice([(70e9, 2700.0), (1e4, 1000.0), (3e9, 1200.0)])
+        self.poisson = chance.choice([0.0, 0.25, 0.3, 0.3, 0.4, 0.49])
+        self.strain = 10 ** chance.uniform(-5, -3)
+        self.tick = self.cell / math.sqrt(self.young / self.density)
+        self.time = chance.choices(["static", "explicit", "implicit"], [4, 5, 2])[0]
+        self.frame = "updated" if self.time == "explicit" and chance.random() < 0.4 else "total"
+        self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
+        self.crack = chance.choices(["none", "symmetry", "line", "path"], [2, 2, 2, 5])[0]
+        self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.time != "implicit" and self.order == 1 and chance.random() < 0.25
+        self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
+        small = self.crack == "none"
+        self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
+        self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
+        self.end = self.tick * {"static": 10, "explicit": chance.uniform(6, 25), "implicit": chance.uniform(20, 200)}[self.time]
+        self.thickness = chance.choice([1.0, 1.0, 0.01, 3.0])
+
+    def place(self, x, y):
+        """A place given in cells from the lower corner of the body."""
+        return [(self.origin[0] + x) * self.cell, (self.origin[1] + y) * self.cell]
+
+    def box(self, x0, y0, x1, y1):
+        """The two keys of a box."""
+        return {"lower": self.place(x0, y0), "upper": self.place(x1, y1)}
+
+    def material(self, name, law):
+        """The keys of a material."""
+        chance = self.chance
+        stiff = chance.choice([1.0, 1.0, 0.3, 3.0]) if name != "m0" else 1.0
+        young, keys = self.young * stiff, {"name": name, "law": law}
+        if law == "orthotropic":
+            keys |= {"young_1": young, "young_2": 0.4 * young, "young_3": 0.3 * young, "shear_12": 0.2 * young, "poisson_12": 0.3, "poisson_13": 0.2,
+                     "poisson_23": 0.25, "angle": chance.choice([0.0, 90.0, 30.0, -50.0])}
+        else:
+            keys |= {"young": young, "poisson": self.poisson}
+        keys["density"] = self.density * chance.choice([1.0, 1.0, 2.0])
+        if law == "j2_plastic":
+            keys |= {"yield_stress": young * self.strain * chance.choice([0.2, 1.0, 5.0]), "hardening": young * chance.choice([0.0, 0.1])}
+        if law == "viscoelastic":
+            keys |= {"moduli": [0.1 * young, 0.05 * young], "relaxation_times": [self.end / 20, self.end]}
+        if law in ("j2_plastic", "viscoelastic") and chance.random() < 0.3:
+            keys["dilatation"] = "cell"
+        return keys
+
+    def motion(self, keys):
+        """Adds what a body does at the start."""
+        chance = self.chance
+        speed = self.strain * self.cell / self.tick
+        if self.time != "static" and chance.random() < 0.4:
+            keys["velocity"] = [chance.uniform(-1, 1) * speed, chance.uniform(-1, 1) * speed]
+        if self.time != "static" and chance.random() < 0.2:
+            keys["spin"] = chance.uniform(-1, 1) * speed / (5 * self.cell)
+        if chance.random() < 0.15:
+            keys["eigenstrain"] = [chance.uniform(-1, 1) * self.strain, chance.uniform(-1, 1) * self.strain,
+                                   0.0 if self.crack == "symmetry" else chance.choice([0.0, self.strain])]
+        return keys
+
+    def bodies(self):
+        """The groups of bodies and materials."""
+        chance, (w, h) = self.chance, self.size
+        law = chance.choice(LAWS)
+        points = {"points_per_cell": chance.choice([3, 4]) if self.order == 2 else chance.choice([1, 2, 2, 2, 2, 3, 4])}
+        materials, first = [self.material("m0", law)], {"material": "m0"} | points
+        found = []
+        self.lower_edge, self.upper_edge = 0.0, float(h)
+        if self.shaped:
+            kind = chance.choice(["circle", "polygon", "hole", "hole"])
+            r = min(w, h) / 2
+            if kind == "circle":
+                first |= {"shape": "circle", "center": self.place(w / 2 + chance.uniform(-0.2, 0.2), h / 2 + chance.uniform(-0.2, 0.2)), "radius": chance.uniform(0.85, 1) * r * self.cell}
+            elif kind == "polygon":
+                angles = sorted(chance.uniform(0, 2 * math.pi) for _ in range(chance.randint(4, 7)))
+                points_of = [self.place(w / 2 + chance.uniform(0.6, 1) * r * math.cos(a), h / 2 + chance.uniform(0.6, 1) * r * math.sin(a)) for a in angles]
+                first |= {"shape": "polygon", "points": [x for point in points_of for x in point]}
+            else:
+                first |= self.box(0, 0, w, h)
+        elif chance.random() < 0.2 and self.crack in ("none", "path"):
+            first |= self.box(chance.choice([0, 0.5]), 0, w - chance.choice([0.25, 0.5]), h - chance.choice([0, 0.3]))
+        else:
+            first |= self.box(0, 0, w, h)
+        found.append(["body", self.motion(first)])
+        self.width = w
+        if chance.random() < 0.3 and not self.shaped:                     # a second body, bonded or met
+            wide = chance.randint(2, 4)
+            other = {"material": chance.choice(["m0", "m1"])} | points
+            gap = chance.choice([0, 0, 1, 1.3]) if self.frame == "updated" else 0
+            other |= self.box(w + gap, 0, w + gap + wide, h)
+            self.motion(other)
+            if gap or self.frame == "updated":
+                other["velocity"] = [-self.strain * self.cell / self.tick * chance.choice([10, 100]), 0.0]
+            if other["material"] == "m1":
+                materials.append(self.material("m1", chance.choice([law, law, *LAWS])))
+            found.append(["body", other])
+            self.width = w + gap + wide
+            if self.frame == "updated" and chance.random() < 0.8:
+                kind = chance.choice(["stick", "frictionless", "friction"])
+                found.append(["contact", {"bodies": kind} | ({"friction": chance.choice([0.1, 0.6])} if kind == "friction" else {})
+                              | ({"distance": 0.1 * self.cell} if chance.random() < 0.2 else {})])
+        if self.shaped and (kind == "hole" or chance.random() < 0.3):
+            r = chance.uniform(0.15, 0.3) * min(w, h)
+            middle = self.place(w / 2 + chance.uniform(-1, 1), h / 2 + chance.uniform(-1, 1))
+            found.append(["body", {"hole": True, "shape": "circle", "center": middle, "radius": r * self.cell}])
+        if chance.random() < 0.1:
+            materials.append(self.material("spare", chance.choice(LAWS)))
+        chance.shuffle(materials)
+        return [["material", keys] for keys in materials] + found
+
+    def history(self, motion=False):
+        """Keys of a history."""
+        chance = self.chance
+        kind = chance.choice(["ramp", "sine", "table"] if motion and self.time != "static" else ["step", "step", "ramp", "sine", "table"])
+        keys = {"history": kind} if kind != "step" else {}
+        if kind == "ramp":
+            keys["rise_time"] = chance.choice([0.3, 1.0, 2.0]) * self.end
+        if kind == "sine":
+            keys["frequency"] = chance.choice([0.3, 1.0]) / self.end
+        if kind == "table":
+            keys |= {"times": [0.0, 0.4 * self.end, self.end], "factors": [0.0, 1.0, chance.choice([0.5, 1.0, -0.5])]}
+        if chance.random() < 0.15:
+            keys["start"] = chance.choice([0.1, 0.3, -0.1]) * self.end
+        return keys
+
+    def cracks(self):
+        """The groups of cracks and their growth."""
+        chance, (w, h) = self.chance, self.size
+        if self.crack == "none":
+            return []
+        if self.crack == "symmetry":
+            self.tip = chance.randint(3, w - 4)
+            found = [["crack", {"kind": "symmetry", "tip": self.place(self.tip, 0)}],
+                     ["constraint", self.box(self.tip, 0, self.width, 0) | {"fix": "y", "name": "plane"}]]
+        elif self.crack == "line":
+            keys = {"kind": "line", "contact": chance.choice(["none", "none", "frictionless"])}
+            across = chance.random() < 0.3
+            x, y = chance.randint(4, w - 4), chance.randint(4, h - 4)
+            keys |= {"tip": self.place(x, y), "direction": [0.0, 1.0] if across else chance.choice([[1.0, 0.0], [-1.0, 0.0]])}
+            if chance.random() < 0.4:
+                keys["length"] = 2 * self.cell
+            found = [["crack", keys]]
+        else:
+            found, number = [], chance.choices([1, 2, 3], [6, 2, 1])[0] if not self.grows else chance.choice([1, 1, 2])
+            places = {1: [(0.5, 0.5)], 2: [(0.3, 0.35), (0.7, 0.65)], 3: [(0.25, 0.3), (0.75, 0.3), (0.5, 0.75)]}[number]
+            for k, (x, y) in enumerate(places):
+                found.append(["crack", self.path(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
+        if self.grows:
+            law = "quasi_static" if self.time == "static" else chance.choice(["prescribed", "toughness"])
+            for keys in [keys for name, keys in found if name == "crack"]:
+                if "name" not in keys or keys["name"] == "c0" or chance.random() < 0.5:
+                    found.append(["growth", self.growth(law, keys)])
+        return found
+
+    def path(self, number, x, y, room):
+        """The keys of a crack of kind path around a place [cells]."""
+        chance, (w, h) = self.chance, self.size
+        half, angle = chance.uniform(1.2, 0.28 * min(w, h) * max(room, 0.6)), chance.choice([0, 45, 90, 30, chance.uniform(0, 180)])
+        if chance.random() < 0.3:
+            x, y = round(2 * x) / 2, round(2 * y) / 2
+        dx, dy = half * math.cos(math.radians(angle)), half * math.sin(math.radians(angle))
+        points = [[x - dx, y - dy], [x + dx, y + dy]]
+        if chance.random() < 0.3 and room == 1:                            # from the surface
+            points[0] = [-0.5, y - dy]
+        if chance.random() < 0.2:
+            s = chance.uniform(-0.4, 0.4)
+            points.insert(1, [(points[0][0] + points[1][0]) / 2 - s * dy, (points[0][1] + points[1][1]) / 2 + s * dx])
+        kind = chance.choice(["none", "none", "none", "frictionless", "friction"])
+        keys = {"kind": "path", "name": f"c{number}", "points": [x for point in points for x in self.place(*point)], "contact": kind}
+        if kind == "friction":
+            keys["friction"] = chance.choice([0.2, 0.7])
+        return keys
+
+    def growth(self, law, crack):
+        """The keys of a growth."""
+        chance = self.chance
+        modulus = self.young * self.strain**2 * self.cell
+        keys = {"law": law, "direction": chance.choice(["straight", "hoop_stress", "local_symmetry", "max_energy"]), "tips": chance.choice(["all", "all", "largest" if law == "quasi_static" else "last"])}
+        if crack["kind"] == "symmetry":
+            keys |= {"direction": "straight", "tips": "all"}
+        else:
+            keys["crack"] = crack["name"]
+        if law == "prescribed":
+            keys["speed"] = chance.choice([0.05, 0.2, 0.4]) * self.cell / self.tick
+        else:
+            keys["toughness"] = modulus * 10 ** chance.uniform(-1, 1.5)
+        if law == "quasi_static":
+            keys["increment"] = chance.choice([2.0, 3.0]) * self.cell
+        elif chance.random() < 0.3:
+            keys |= {"start": 0.2 * self.end, "end": 0.8 * self.end}
+        if chance.random() < 0.2:
+            keys["max_length"] = 8 * self.cell
+        return keys
+
+    def constraints(self):
+        """The groups of constraints."""
+        chance, (w, h) = self.chance, self.size
+        found, name = [], iter("abc")
+        move = self.strain * self.cell * h
+        kind = chance.choice(["none", "low", "corner", "sides", "moved", "moved", "push"]) if self.time != "static" else chance.choice(
+            ["low", "low", "sides", "moved", "moved", "corner", "push"])
+        symmetric = self.crack == "symmetry"
+        if kind in ("low", "moved", "push") and not symmetric:
+            found.append(self.box(-1 if self.shaped else 0, -0.5 if self.shaped else 0, self.width + self.shaped, 1.2 if self.shaped else 0) | {"fix": chance.choice(["y", "xy", "xy"])})
+            if kind == "push" and self.time == "static":
+                found[-1] |= {"fix": "y", "push_only": True}
+        if kind == "corner" and not symmetric:
+            found.append(self.box(0, 0, 0, 0) | {"fix": "xy"})
+            found.append(self.box(w, 0, w, 0) | {"fix": "y"})
+        if kind == "sides":
+            found.append(self.box(0, 1, 0, h) | {"fix": chance.choice(["x", "xy"])})
+        if kind == "moved":
+            fix = chance.choice(["y", "xy"])
+            amount = [chance.uniform(-1, 1) * move if fix == "xy" else 0.0, chance.uniform(-1, 1) * move]
+            if chance.random() < 0.3 and self.time != "static":
+                found.append(self.box(0, h, self.width, h) | {"fix": fix, "velocity": [a / self.end for a in amount]})
+            else:
+                found.append(self.box(0, h, self.width, h) | {"fix": fix, "displacement": amount} | self.history(motion=True))
+        for keys in found:
+            if chance.random() < 0.8:
+                keys["name"] = next(name)
+        return [["constraint", keys] for keys in found]
+
+    def loads(self):
+        """The groups of loads."""
+        chance, (w, h) = self.chance, self.size
+        found = []
+        force = self.strain * self.young * w * self.cell * self.thickness
+        for _ in range(chance.choices([0, 1, 2, 3], [1, 4, 3, 1])[0]):
+            kind = chance.choice(["traction", "traction", "point", "body", "pressure", "pressure", "gravity", "crack"])
+            direction = [chance.choice([0.0, chance.uniform(-1, 1)]) * force, chance.uniform(-1, 1) * force]
+            edge = chance.choice([(0, h, w, h), (0, h, w, h), (0, 0, 0, h), (w, 0, w, h)])
+            if self.shaped:
+                edge = chance.choice([(-1, h / 2, w + 1, h + 1), (-1, -1, w / 2, h + 1), (0, h, w, h)])
+            if kind == "traction":
+                keys = {"kind": kind, "force": direction} | self.box(*edge)
+            elif kind == "point":
+                place = chance.choice([(w / 2, h), (w, h), (0, h / 2), (w / 3, h / 4)])
+                keys = {"kind": kind, "force": [0.2 * f for f in direction]} | self.box(*place, *place)
+            elif kind == "body":
+                keys = {"kind": kind, "force": direction} | self.box(0, h / 2 + 0.07, w, h)    # no particle on its edge, for rounding to decide
+            elif kind == "pressure":
+                keys = {"kind": kind, "pressure": chance.choice([-1, 1]) * self.strain * self.young} | self.box(*edge)
+            elif kind == "gravity":
+                keys = {"kind": kind, "acceleration": [f / (self.density * w * h * self.cell**2 * self.thickness) for f in direction]}
+            elif self.crack == "path":
+                keys = {"kind": "pressure", "on": "crack", "pressure": chance.choice([-0.5, 1, 1]) * self.strain * self.young, "crack": "c0"}
+            else:
+                continue
+            found.append(["load", keys | self.history()])
+        return found
+
+    def method(self):
+        """The keys of the method."""
+        chance = self.chance
+        keys = {"time": self.time}
+        if self.frame != "total":
+            keys["frame"] = self.frame
+        if self.time == "static":
+            keys["load_steps"] = chance.choice([1, 1, 2, 4])
+        if self.time == "implicit":
+            keys["time_step"] = self.end / chance.choice([20, 40])
+            if chance.random() < 0.3:
+                keys["hht_alpha"] = -0.1
+        if self.time == "explicit" and chance.random() < 0.6:
+            keys["scheme"] = chance.choice(["musl", "usf", "usl", "usavg"])
+        if self.frame == "updated" and self.crack == "none" and chance.random() < 0.3:
+            keys["functions"] = "cpdi"
+        if self.time == "explicit" and chance.random() < 0.1 and self.order == 1:
+            keys["time_steps"] = "local"
+        if self.order == 2 and self.time != "static" and (self.shaped or self.crack == "path"):
+            keys |= {"mass": "full", "solver": "umfpack"}
+        elif chance.random() < 0.5:
+            keys["mass"] = chance.choice(["lumped", "full", "partial", "fmpm", "blend"])
+            if keys["mass"] == "fmpm":
+                keys["order"] = chance.choice([1, 2, 3])
+            if keys["mass"] == "partial":
+                box = self.box(1, 1, 5, 5)
+                keys |= {"full_lower": box["lower"], "full_upper": box["upper"]}
+            if keys["mass"] in ("full", "partial", "blend") or self.time != "explicit":
+                keys["solver"] = chance.choice(["auto", "cg", "umfpack", "banded"])
+        return keys
+
+    def refine(self):
+        """The group of refinement, or none."""
+        chance, (w, h) = self.chance, self.size
+        if chance.random() < 0.55:
+            return []
+        keys = {"indicator": chance.choice(["tip", "tip", "zz", "gradient"] if self.crack != "none" else ["zz", "gradient"]), "max_level": chance.choice([1, 1, 2]),
+                "max_particles": 4000}
+        if keys["indicator"] == "tip":
+            keys["rings"] = chance.choice([2, 3, 4])
+        elif self.time == "explicit":
+            keys["interval"] = chance.choice([5, 20])
+        if keys["indicator"] == "zz":
+            keys["tolerance"] = chance.choice([0.05, 0.1, 0.2])
+        if keys["indicator"] == "gradient":
+            keys["field"] = chance.choice(["energy_density", "stress_norm", "speed"])
+            if chance.random() < 0.5:
+                keys |= {"r_crit": 0.1, "r_coarsen": chance.choice([0.0, 0.02])}
+        if chance.random() < 0.15:
+            box = self.box(1, 1, w - 1, h - 1)
+            keys |= {"region_lower": box["lower"], "region_upper": box["upper"]}
+        return [["refine", keys]]
+
+    def energy_release(self):
+        """The keys of what is recorded of energy."""
+        chance = self.chance
+        names = []
+        if self.crack != "none" and (self.grows or chance.random() < 0.8):
+            names.append("domain_integral")
+        if self.crack in ("line", "symmetry") and not self.grows:
+            names += [name for name in ("nodal_force", "stress_closure") if chance.random() < 0.4]
+        if self.crack == "path" and not self.grows and chance.random() < 0.15:
+            names.append("crack_closure")
+        if self.time != "implicit" and chance.random() < 0.5:
+            names.append("energy_balance")
+        keys = {"estimators": names}
+        if "domain_integral" in names and chance.random() < 0.2:
+            keys["radii"] = [2.0 * self.cell, 2.5 * self.cell]
+        return keys
+
+    def scene(self):
+        """The whole scene."""
+        chance, margin = self.chance, self.margin
+        bodies = self.bodies()
+        wide = math.ceil(self.width)
+        grid = {"lower": self.place(-margin, -margin), "cell": self.cell, "cells": [wide + 2 * margin, self.size[1] + 2 * margin]}
+        if self.order == 2:
+            grid["order"] = 2
+        output = {"file": "case.h5"}
+        if self.time != "static":
+            output["history_interval"] = self.end / chance.choice([4, 7, 10])
+        if chance.random() < 0.5:
+            output["snapshot_interval"] = self.end / 2
+        scene = [["run", {"plane": chance.choice(["stress", "strain"]), "thickness": self.thickness, "end_time": self.end}], ["grid", grid], *bodies,
+                 *self.cracks(), *self.constraints(), *self.loads(), ["method", self.method()], *self.refine(), ["energy_release", self.energy_release()],
+                 ["output", output]]
+        if self.time != "static" and chance.random() < 0.25:
+            scene.append(["damping", {"rate": chance.choice([0.01, 0.1]) / self.tick}])
+        if chance.random() < 0.25:                                         # a change too many
+            name = chance.choice([name for name, _ in scene if name in CHOICES])
+            key = chance.choice(list(CHOICES[name]))
+            chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
+        return scene
+
+
+def draw(chance):
+    """A scene, accepted or not."""
+    return Drawing(chance).scene()
+
+
+NAMED = re.compile(r"&([a-z_]+)(?: ([a-z_0-9]+))?(?: = ('[^']*'|[^ :,]+))?")
+ADVICE = re.compile(r"must be '([a-z_0-9]+)'")
+
+
+def repair(scene, messages, chance):
+    """The scene with keys drawn anew that the messages of a refusal name: each is set to what the message asks for, dropped or drawn, or its group goes."""
+    scene, named = copy_of(scene), set()
+    for message in messages:
+        start = re.match(r"[^:]*:(\d+): (.*)", message)
+        line, text = (int(start[1]) - 1, start[2]) if start else (None, message)
+        found = NAMED.findall(text)
+        if not found:
+            continue
+        at = chance.randrange(len(found))
+        name, key = found[at][:2]
+        if (name, key) in named:
+            continue
+        named.add((name, key))
+        where = [k for k, (group_name, _) in enumerate(scene) if group_name == name]
+        if at == 0 and line is not None and line < len(scene) and scene[line][0] == name:
+            where = [line]
+        if not where and name in CHOICES and key in CHOICES[name] and name not in ("crack", "load", "constraint", "growth"):
+            scene.append([name, {}])
+            where = [len(scene) - 1]
+        if not where:
+            continue
+        keys = scene[chance.choice(where)][1]
+        advice = ADVICE.search(text)
+        what = chance.random()
+        if at == 0 and advice and what < 0.5 and key:
+            keys[key] = advice[1]
+        elif name not in REQUIRED and (what < 0.25 or not key) and name not in ("method", "output", "energy_release"):
+            scene[scene.index([name, keys])][1]["drop"] = True
+        elif key in CHOICES.get(name, {}) and what < 0.8:
+            keys[key] = chance.choice(CHOICES[name][key])
+        elif key in keys and key not in ("lower", "upper", "cell", "cells", "material", "young", "density", "end_time", "name", "tip", "fix", "kind"):
+            del keys[key]
+    return [one for one in scene if "drop" not in one[1]]

@@ -1,0 +1,232 @@
+"""What a scene becomes in a mirror, turned, in other units, in another order, and what that makes of its results.
+
+Each map is a pair: of a scene (a list of groups, see `drawn_scenes.py`) and of the columns of its history.
+"""
+
+import math
+
+import numpy as np
+from drawn_scenes import copy_of, groups
+
+# Exponents of mass, length and time of what a key has
+LENGTH, TIME, NOTHING = (0, 1, 0), (0, 0, 1), (0, 0, 0)
+PRESSURE, SPEED, RATE, TOUGHNESS, FORCE = (1, -1, -2), (0, 1, -1), (0, 0, -1), (1, 0, -2), (1, 1, -2)
+DIMENSIONS = {
+    "run": {"thickness": LENGTH, "end_time": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
+    "material": {"density": (1, -3, 0), "relaxation_times": TIME}
+    | dict.fromkeys(("young", "yield_stress", "hardening", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
+    "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE},
+    "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
+    "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
+    "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "full_lower": LENGTH, "full_upper": LENGTH},
+    "refine": {"region_lower": LENGTH, "region_upper": LENGTH, "start": TIME}, "crack": {"tip": LENGTH, "length": LENGTH, "points": LENGTH},
+    "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH},
+    "energy_release": {"radii": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
+}
+for _name in ("constraint", "load"):
+    DIMENSIONS[_name] |= {"start": TIME, "rise_time": TIME, "times": TIME, "frequency": RATE}
+UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2),
+         "rad": NOTHING, "deg": NOTHING, "m/s": SPEED}
+BOXES = {"body", "constraint", "load"}
+LOADS = {"load": ("force", "pressure", "acceleration"), "constraint": ("displacement", "velocity"), "body": ("velocity", "spin", "eigenstrain")}
+
+
+def scaled(value, factor):
+    """A number or a list of numbers times a factor."""
+    return [factor * one for one in value] if isinstance(value, (list, tuple)) else factor * value
+
+
+# Mirrors and quarter turns: orthogonal matrices of 0, 1 and -1
+MIRROR_X, MIRROR_Y, TURN = np.array([[-1, 0], [0, 1]]), np.array([[1, 0], [0, -1]]), np.array([[0, -1], [1, 0]])
+
+
+def moved(q, vectors):
+    """Vectors one behind the other, each as the map q has it."""
+    return [float(x) + 0.0 for vector in np.reshape(vectors, (-1, 2)) for x in q @ vector]
+
+
+def isometric(scene, q):
+    """The scene of which each place and vector is mapped by q."""
+    scene, flips, turns = copy_of(scene), round(np.linalg.det(q)) < 0, q[0, 0] == 0
+    for name, keys in scene:
+        if name == "grid":
+            upper = [keys.get("lower", [0.0, 0.0])[d] + keys["cell"] * keys["cells"][d] for d in range(2)]
+            keys["lower"] = list(np.minimum(moved(q, keys.get("lower", [0.0, 0.0])), moved(q, upper)))
+            keys["lower"] = [float(x) for x in keys["lower"]]
+            keys["cells"] = keys["cells"][::-1] if turns else keys["cells"]
+        for low, high in (("lower", "upper"), ("full_lower", "full_upper"), ("region_lower", "region_upper")):
+            if name != "grid" and low in keys and high in keys:
+                a, b = moved(q, keys[low]), moved(q, keys[high])
+                keys[low], keys[high] = [min(pair) for pair in zip(a, b)], [max(pair) for pair in zip(a, b)]
+        for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction"):
+            if key in keys and not isinstance(keys[key], str):
+                keys[key] = moved(q, keys[key])
+        if name == "crack" and keys.get("kind", "symmetry") != "path" and "direction" not in keys:
+            keys["direction"] = moved(q, [1.0, 0.0])
+        if name == "material" and "angle" in keys:
+            keys["angle"] = math.degrees(math.atan2(*(q @ [math.cos(math.radians(keys["angle"])), math.sin(math.radians(keys["angle"]))])[::-1]))
+            keys["angle"] = round(keys["angle"], 9)
+        if name == "material" and keys.get("law") == "orthotropic" and "angle" not in keys:
+            keys["angle"] = 90.0 if turns else 0.0
+        if "spin" in keys and flips:
+            keys["spin"] = -keys["spin"]
+        if "eigenstrain" in keys:
+            xx, yy, xy, *zz = keys["eigenstrain"]
+            strain = q @ np.array([[xx, xy], [xy, yy]]) @ q.T
+            keys["eigenstrain"] = [float(strain[0, 0]), float(strain[1, 1]), float(strain[0, 1]), *zz]
+        if "fix" in keys and turns:
+            keys["fix"] = {"x": "y", "y": "x"}.get(keys["fix"], keys["fix"])
+        if flips and keys.get("face") in ("left", "right"):
+            keys["face"] = {"left": "right", "right": "left"}[keys["face"]]
+    return scene
+
+
+def family(column):
+    """The name of a column without the number of its tip."""
+    base, _, number = column.rpartition("_tip")
+    return base if number.isdigit() and base else column
+
+
+def isometric_columns(row, q):
+    """The columns of the history of the mapped scene."""
+    flips, found = round(np.linalg.det(q)) < 0, {}
+    for column, values in row.items():
+        name = family(column)
+        odd = name in ("K_II", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("G_") and name.endswith("_II")
+        if name == "mode_mixity":
+            continue
+        if name == "tip_angle":
+            angle = np.radians(values)
+            ahead = q @ np.array([np.cos(angle), np.sin(angle)])
+            found[column] = np.degrees(np.arctan2(ahead[1], ahead[0]))
+        elif name.endswith(("_x", "_y")):
+            axis = "xy".index(name[-1])
+            other = column.replace(name, name[:-1] + "xy"[1 - axis])
+            source = column if q[axis, axis] else other
+            found[column] = q[axis, "xy".index(family(source)[-1])] * row[source]
+        else:
+            found[column] = -values if odd and flips else values
+    return found
+
+
+def in_units(scene, mass, length, time):
+    """The scene in other units, of which one old one is `mass`, `length` and `time`."""
+    scene = copy_of(scene)
+    for name, keys in scene:
+        for key, exponents in DIMENSIONS.get(name, {}).items():
+            if key in keys:
+                keys[key] = scaled(keys[key], mass**exponents[0] * length**exponents[1] * time**exponents[2])
+        if name == "run" and "thickness" not in keys:
+            keys["thickness"] = length
+    return scene
+
+
+def in_units_columns(row, units, mass, length, time):
+    """The columns of the history in the other units."""
+    found = {}
+    for column, values in row.items():
+        m, x, t = UNITS[units[column]]
+        found[column] = values * (mass**m * length**x * time**t)
+    return found
+
+
+def thicker(scene, factor):
+    """The scene of another thickness, with forces to match."""
+    scene = copy_of(scene)
+    scene[0][1]["thickness"] = scene[0][1].get("thickness", 1.0) * factor
+    for keys in groups(scene, "load"):
+        if "force" in keys:
+            keys["force"] = scaled(keys["force"], factor)
+    return scene
+
+
+def thicker_columns(row, units, factor):
+    """Energies, forces and momenta go with the thickness; what is of the plane stays."""
+    return {column: values * factor if units[column] in ("J", "N", "kg m/s", "kg m2/s") else values for column, values in row.items()}
+
+
+def times_loads(scene, factor, keep=lambda name, number: True):
+    """The scene with each load, motion and eigenstrain times a factor where `keep(group, number of it)`."""
+    scene, count = copy_of(scene), {}
+    for name, keys in scene:
+        number = count[name] = count.get(name, -1) + 1
+        for key in LOADS.get(name, ()):
+            if key in keys and keep(name, number):
+                keys[key] = scaled(keys[key], factor)
+    return scene
+
+
+def times_loads_columns(row, units, factor):
+    """Of a linear scene: what is quadratic, what is linear, and what stays. Where a crack grows at rest, its drive is the toughness: the load factor changes."""
+    if "load_factor" in row:
+        return {column: values / factor if column == "load_factor" else values for column, values in row.items()}
+    power = {"J": 2, "J/m2": 2, "kg m/s": 1, "kg m2/s": 1, "N": 1, "Pa m^0.5": 1}
+    found = {}
+    for column, values in row.items():
+        n = power.get(units[column], 0)
+        if family(column) in ("crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding"):
+            n = 1
+        found[column] = values * factor**n
+    return found
+
+
+def shuffled(scene, chance):
+    """The scene with its groups in another order, and a material that no body has. Constraints keep their order (where boxes overlap the last one holds), holes follow
+    bodies, and the first body stays so where bodies meet (`contact_force` is that of the first)."""
+    scene = copy_of(scene)
+    meets = bool(groups(scene, "contact"))
+    scene.append(["material", {"name": "unused", "young": 3.0, "poisson": 0.1, "density": 1e4}])
+    for name in ("material", "load", "body", "crack", "growth"):
+        where = [k for k, (group, keys) in enumerate(scene) if group == name and not keys.get("hole")]
+        order = where[:]
+        chance.shuffle(order)
+        if name == "body" and meets:
+            order = [where[0]] + [k for k in order if k != where[0]]
+        old = [scene[k] for k in order]
+        for k, one in zip(where, old):
+            scene[k] = one
+    return scene
+
+
+def reversed_cracks(scene):
+    """The scene with the points of each path in the opposite order; None where there is none, or where tips are named by the order."""
+    scene = copy_of(scene)
+    paths = [keys for keys in groups(scene, "crack") if keys.get("kind") == "path"]
+    swap = {"last": "first", "first": "last"}
+    for keys in paths:
+        keys["points"] = [x for point in np.reshape(keys["points"], (-1, 2))[::-1].tolist() for x in point]
+    for keys in groups(scene, "growth"):
+        keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))
+    return scene if paths else None
+
+
+def split_bodies(scene):
+    """The scene with its first rectangle in two along a grid line, the halves bonded; None where there is no such line or where the halves are not of one motion."""
+    scene = copy_of(scene)
+    grid = groups(scene, "grid")[0]
+    at = next(k for k, (name, _) in enumerate(scene) if name == "body")
+    body = scene[at][1]
+    if body.get("shape", "rectangle") != "rectangle" or body.get("spin", 0.0) != 0.0 or any(keys.get("hole") for keys in groups(scene, "body")):
+        return None
+    lower, cell = grid.get("lower", [0.0, 0.0])[0], grid["cell"]
+    if any(abs((x[0] - lower) / cell - round((x[0] - lower) / cell)) > 1e-9 for x in (body["lower"], body["upper"])):
+        return None                                     # particles fill a body evenly: those of a body between grid lines are not those of its parts
+    middle = lower + cell * round((0.5 * (body["lower"][0] + body["upper"][0]) - lower) / cell)
+    if not body["lower"][0] + 0.5 * cell < middle < body["upper"][0] - 0.5 * cell:
+        return None
+    if groups(scene, "contact") and groups(scene, "contact")[0].get("bodies", "joined") != "joined":
+        body["part"] = body.get("part", "halves")
+    other = {key: list(value) if isinstance(value, list) else value for key, value in body.items()}
+    body["upper"] = [middle, body["upper"][1]]
+    other["lower"] = [middle, other["lower"][1]]
+    scene.insert(at + 1, ["body", other])
+    return scene
+
+
+def carried(scene, velocity):
+    """The scene with a velocity of all bodies more."""
+    scene = copy_of(scene)
+    for keys in groups(scene, "body"):
+        if not keys.get("hole"):
+            keys["velocity"] = [a + b for a, b in zip(keys.get("velocity", [0.0, 0.0]), velocity)]
+    return scene
