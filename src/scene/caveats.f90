@@ -5,7 +5,6 @@ module hampm_caveats
    use hampm_crack_placement, only: body_at
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
    use hampm_placement, only: length_text, upper_corner
-   use hampm_history_consistency, only: has_history
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_text, only: to_text, three_digits
    implicit none
@@ -32,18 +31,7 @@ contains
       call look_at_gaps(scene, text)
       call look_at_points(scene, text)
       call look_at_interfaces(scene, text)
-      call look_at_dissipation(scene, text)
-      call look_at_locking(scene, text)
-      if (grows_in_motion(scene) .and. any(scene%method%scheme == [character(5) :: 'usf', 'usavg'])) call add(text, &
-         'with scheme = '''//trim(scene%method%scheme)//''' stresses are behind the tip of a crack that grows: J at a third '// &
-         'of the speed of Rayleigh waves is '//merge('6', '3', scene%method%scheme == 'usf')//' % low; use ''musl''')
    end function warnings_of
-
-   !> Whether a crack grows in motion.
-   pure logical function grows_in_motion(scene)
-      type(scene_t), intent(in) :: scene
-      grows_in_motion = .not. all(scene%growth%is_at_rest())
-   end function grows_in_motion
 
    !> What the method makes of the scene, and which units look wrong.
    pure function notes_of(scene) result(text)
@@ -59,9 +47,6 @@ contains
             call add(text, '&grid: it is '//length_text(extent)//' m large; lengths are in m')
       end associate
       call look_at_bodies(scene, text)
-      if (grows_in_motion(scene) .and. scene%method%mass == 'lumped') call add(text, 'with mass = ''lumped'' K of a crack that '// &
-         'grows at 0.6 of the speed of Rayleigh waves is up to 4 % low, and by its toughness it comes 5 % less far; ''blend'' '// &
-         'halves that (docs/growth.md)')
    end function notes_of
 
    !> Add a line.
@@ -134,29 +119,6 @@ contains
          call add(text, 'the tip of the crack is between two materials: the parts of modes I and II depend on the size of the '// &
                   'cells there, and only their sum has a meaning; K is not recorded')
    end subroutine look_at_interfaces
-
-   !> J does not depend on the path in elastic material only.
-   pure subroutine look_at_dissipation(scene, text)
-      type(scene_t), intent(in) :: scene
-      character(:), allocatable, intent(inout) :: text
-      if (.not. (scene%energy_release%domain_integral .and. any(has_history(scene%materials%law)))) return
-      call add(text, 'where material yields or creeps J depends on its domain, and is no energy release rate: J_near_tip and '// &
-               'J_far_field are those of the smallest and of the largest one. At a tip in such material K, parts by modes and '// &
-               'estimated errors are not recorded')
-   end subroutine look_at_dissipation
-
-   !> Cells that yield in plane strain lock where each of their points has a dilatation of its own.
-   pure subroutine look_at_locking(scene, text)
-      type(scene_t), intent(in) :: scene
-      character(:), allocatable, intent(inout) :: text
-      character(:), allocatable :: advice
-      if (scene%run%plane /= 'strain' .or. .not. any(scene%materials%law == 'j2_plastic' .and. &
-                                                     scene%materials%dilatation == 'point')) return
-      advice = '. Use dilatation = ''cell'''
-      if (scene%method%frame /= 'total') advice = advice//', with &method frame = ''total'''
-      call add(text, 'cells that yield in plane strain with &material dilatation = ''point'' are too stiff: loads go on rising '// &
-               'where the material has a limit'//advice)
-   end subroutine look_at_locking
 
    !> The material at a point, 0 for none.
    pure integer function material_at(scene, x)

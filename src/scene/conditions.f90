@@ -150,7 +150,7 @@ contains
       logical :: same
       holds = .false.
       if (atom%kind == is_named) then
-         holds = has_feature(scene, settings, trim(atom%text))
+         holds = has_feature(scene, settings, trim(atom%text), entry)
          return
       end if
       if (entry == 0) return

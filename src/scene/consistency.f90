@@ -4,20 +4,16 @@ module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
    use hampm_contact_consistency, only: check_contact
    use hampm_crack_consistency, only: check_crack, check_energy_release
-   use hampm_eigenstrain_consistency, only: check_eigenstrains
    use hampm_function_consistency, only: check_functions
    use hampm_growth_consistency, only: check_growth
-   use hampm_implicit_consistency, only: check_implicit
    use hampm_joints, only: gap_between, groups_of_bodies
    use hampm_kinds, only: dp, name_len
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
-   use hampm_history_consistency, only: check_laws
    use hampm_material_consistency, only: check_constants
    use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_paths
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, particle_number, most_particles, &
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, &
                                 point_text, length_text
-   use hampm_quadratic_consistency, only: check_quadratic_cells
    use hampm_refine_consistency, only: check_refine
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -49,7 +45,6 @@ contains
       if (has_grid .and. mistakes%count == before) call check_particle_number(scene, settings, mistakes)
       has_bodies = has_grid .and. bodies_good(settings) .and. mistakes%count == before
       if (has_bodies) call check_joints(scene, settings, mistakes)
-      call check_eigenstrains(scene, settings, mistakes)
       call check_refine(scene, settings, has_bodies, mistakes)
       call check_constraints(scene, settings, has_grid, mistakes)
       call check_loads(scene, settings, has_bodies, mistakes)
@@ -58,53 +53,29 @@ contains
       call check_paths(scene, settings, has_bodies, mistakes)
       call check_growth(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
       call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
-      call check_mass(scene, settings, has_grid, mistakes)
-      call check_time_steps(scene, settings, mistakes)
+      if (has_grid .and. scene%method%mass == 'partial' .and. scene%method%full_region == 'box') &
+         call check_full_box(scene, settings, settings%find('method', 1), mistakes)
       call check_contact(scene, settings, mistakes)
-      call check_implicit(scene, settings, mistakes)
       call check_functions(scene, settings, mistakes)
-      call check_quadratic_cells(scene, settings, has_bodies, mistakes)
-      call check_laws(scene, settings, mistakes)
+      if (has_bodies .and. scene%grid%order == 2) call check_whole_cells(scene, settings, mistakes)
       call check_stability(scene, settings, mistakes)
       call check_output(scene, settings, mistakes)
    end subroutine check_consistency
 
-   !> A partial mass matrix needs cells in which it is full.
-   pure subroutine check_mass(scene, settings, has_grid, mistakes)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      logical, intent(in) :: has_grid
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: entry
-      entry = settings%find('method', 1)
-      if (scene%method%mass /= 'partial') return
-      select case (scene%method%full_region)
-       case ('box')
-         if (has_grid) call check_full_box(scene, settings, entry, mistakes)
-       case ('refined')
-         if (scene%refine%indicator == 'none') call settings%complain(mistakes, entry, 'full_region', &
-            '''refined'' needs a group &refine with an indicator other than ''none''')
-      end select
-   end subroutine check_mass
-
-   !> Time steps that fit the size of the cells are there for one scheme, with forces that act between no cells but neighbours.
-   pure subroutine check_time_steps(scene, settings, mistakes)
+   !> Rectangles fill the cells of a quadratic lattice.
+   pure subroutine check_whole_cells(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      character(*), parameter :: key = 'time_steps', intro = '''local'' goes with '
-      integer :: entry
-      entry = settings%find('method', 1)
-      if (scene%method%time_steps /= 'local') return
-      if (settings%good(entry, 'scheme') .and. scene%method%scheme /= 'musl') &
-         call settings%complain(mistakes, entry, key, intro//'scheme = ''musl'' only')
-      if (settings%good(entry, 'mass') .and. scene%method%mass /= 'lumped') &
-         call settings%complain(mistakes, entry, key, intro//'mass = ''lumped'' only')
-      if (scene%crack%contact) call settings%complain(mistakes, entry, key, intro//'&crack contact = ''none'' only')
-      if (scene%energy_release%energy_balance) &
-         call settings%complain(mistakes, entry, key, 'needs estimators of &energy_release other than ''energy_balance'': '// &
-                                'with ''local'' the loss of the method is not known')
-   end subroutine check_time_steps
+      integer :: k
+      do k = 1, size(scene%bodies)
+         associate (body => scene%bodies(k))
+            if (body%outline%is_there() .or. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) cycle
+            call settings%complain(mistakes, settings%find('body', k), 'lower', 'and upper must be nodes of the lattice with '// &
+                                   '&grid order = 2: bodies are to fill their cells')
+         end associate
+      end do
+   end subroutine check_whole_cells
 
    !> The box in which a partial mass matrix is full has cells in it.
    pure subroutine check_full_box(scene, settings, entry, mistakes)
@@ -126,9 +97,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      character(name_len) :: names(size(scene%materials))
+      character(name_len) :: names(settings%count_of('material'))
       integer :: i, entry
-      names = scene%materials%name
+      do i = 1, size(names)
+         names(i) = settings%text(settings%find('material', i), 'name')
+      end do
       do i = 2, size(names)
          entry = settings%find('material', i)
          if (.not. settings%good(entry, 'name')) cycle
@@ -138,7 +111,7 @@ contains
       do i = 1, size(scene%bodies)
          entry = settings%find('body', i)
          if (.not. settings%good(entry, 'material') .or. scene%bodies(i)%material_index > 0) cycle
-         if (scene%bodies(i)%material == '') cycle ! told with its shape
+         if (scene%bodies(i)%material == '') cycle ! told by a rule
          call settings%complain(mistakes, entry, 'material', 'must be the name of a &material'// &
                                 did_you_mean(trim(scene%bodies(i)%material), names))
       end do

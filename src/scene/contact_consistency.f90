@@ -1,4 +1,4 @@
-!> Whether the keys of a scene agree with contact between bodies: what cannot follow them is refused.
+!> Whether contact between bodies has cells and cracks with which it goes.
 module hampm_contact_consistency
    use hampm_crack_placement, only: body_at, distance_to_mouth
    use hampm_kinds, only: dp, ndim
@@ -21,26 +21,12 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: contact, method
+      integer :: contact
       contact = settings%find('contact', 1)
-      method = settings%find('method', 1)
       if (.not. settings%good(contact, 'bodies')) return
-      if (settings%good(contact, 'friction') .and. (scene%contact%bodies == 'friction' .neqv. scene%contact%friction > 0)) &
-         call settings%complain(mistakes, contact, 'friction', 'must be above 0 with bodies = ''friction'' and 0 without')
-      if (.not. scene%contact%is_wanted()) then
-         if (settings%good(contact, 'distance') .and. scene%contact%distance > 0) call settings%complain(mistakes, contact, &
-            'distance', 'must be 0 with bodies = ''joined'': such bodies act on each other as soon as both have cells at a node')
-         call check_parts(scene, settings, mistakes)
-         return
-      end if
+      if (.not. scene%contact%is_wanted()) return
       if (settings%good(contact, 'distance') .and. scene%contact%distance > scene%grid%cell/2) call settings%complain(mistakes, &
          contact, 'distance', 'must not be above half of a cell: bodies farther apart have no nodes in common')
-      call settings%demand(mistakes, method, 'time', 'explicit', intro//': whether bodies touch is found in each short step')
-      call settings%demand(mistakes, method, 'frame', 'updated', intro//': in the total frame bodies never meet')
-      call settings%demand(mistakes, method, 'time_steps', 'global', intro//': bodies that meet exchange momentum at one time')
-      if (settings%good(settings%find('refine', 1), 'indicator') .and. scene%refine%indicator == 'gradient') &
-         call settings%complain(mistakes, settings%find('refine', 1), 'indicator', 'must not be ''gradient'' '//intro// &
-                                ': it takes all nodes of a cell for those of one body. Use ''zz''')
       call check_cracks(scene, settings, mistakes)
       if (maxval(sheets_of_bodies(scene)) > most_sheets) call settings%complain(mistakes, contact, 'bodies', 'must be '// &
          '''joined'' where there are more than '//to_text(most_sheets)//' bodies: each has a velocity field on the whole grid. '// &
@@ -86,18 +72,4 @@ contains
          return
       end do
    end subroutine check_way
-
-   !> Parts are told apart by contact only.
-   pure subroutine check_parts(scene, settings, mistakes)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: k
-      do k = 1, size(scene%bodies)
-         if (scene%bodies(k)%part == '') cycle
-         call settings%complain(mistakes, settings%find('body', k), 'part', 'goes with &contact bodies = ''stick'', '// &
-                                '''frictionless'' or ''friction'' only')
-         return
-      end do
-   end subroutine check_parts
 end module hampm_contact_consistency

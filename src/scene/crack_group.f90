@@ -30,7 +30,7 @@ module hampm_crack_group
             not_negative, 'of a path with contact = ''friction'': coefficient'), &
       key_t('crack', 'points', type_real, 0, max_values, may, '', '', 'm', &
             any_number, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips'), &
-      key_t('crack', 'name', type_text, 1, 1, may, '', 'a', '', &
+      key_t('crack', 'name', type_text, 1, 1, may, '', '', '', &
             '', 'of a path: by which other groups mean it')]
 
    !> &crack: where it is.

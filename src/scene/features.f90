@@ -1,6 +1,7 @@
 !> Features of a scene that no single key tells: predicates with names, by which rows of the table of rules (`hampm_rules`) mean them.
 module hampm_features
    use hampm_kinds, only: dp
+   use hampm_load_placement, only: pressed_path, is_on_faces
    use hampm_scene, only: scene_t, cuts_cells
    use hampm_settings, only: settings_t
    use hampm_values, only: parse_real
@@ -9,8 +10,10 @@ module hampm_features
    public :: has_feature, is_feature
 
    !> The names.
-   character(*), parameter :: names(*) = [character(48) :: 'cells that are cut', 'several cracks', 'several bodies', &
-                                          'edges that are no grid lines', 'samples at other times than load steps']
+   character(*), parameter :: names(*) = [character(48) :: &
+      'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
+      'a linear elastic material', 'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
+      'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it']
 
 contains
 
@@ -20,11 +23,13 @@ contains
       is_feature = any(names == name)
    end function is_feature
 
-   !> Whether a scene has a feature.
-   pure logical function has_feature(scene, settings, name) result(has)
+   !> Whether a scene, or one of its groups where the feature is about such, has a feature.
+   pure logical function has_feature(scene, settings, name, entry) result(has)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       character(*), intent(in) :: name           !! one of `names`
+      integer, intent(in) :: entry               !! position of the group that the rule is about
+      real(dp), allocatable :: strain(:)
       integer :: k
       has = .false.
       select case (name)
@@ -36,6 +41,24 @@ contains
          has = size(scene%bodies) > 1
        case ('edges that are no grid lines')
          has = any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
+       case ('growth by laws of both kinds')
+         has = any(scene%growth%is_at_rest()) .and. .not. all(scene%growth%is_at_rest())
+       case ('a linear elastic material')        ! of a body, or one that is not known
+         has = .true.
+         do k = 1, size(scene%materials)
+            if (scene%materials(k)%name == settings%text(entry, 'material')) has = scene%materials(k)%law == 'linear_elastic'
+         end do
+       case ('a body of it')                     ! of a material
+         has = any(scene%materials%name == settings%text(entry, 'name'))
+       case ('a shear of the eigenstrain', 'a fourth value of the eigenstrain')
+         strain = settings%numbers(entry, 'eigenstrain')
+         k = merge(3, 4, name == 'a shear of the eigenstrain')
+         if (size(strain) >= k) has = abs(strain(k)) > 0
+       case ('a pressed path that grows in motion')
+         do k = 1, size(scene%loads)
+            if (.not. is_on_faces(scene%loads(k)) .or. pressed_path(scene, scene%loads(k)) == 0) cycle
+            has = has .or. any(scene%growth%path == pressed_path(scene, scene%loads(k)) .and. .not. scene%growth%is_at_rest())
+         end do
        case ('samples at other times than load steps')
          has = scene%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))
       end select

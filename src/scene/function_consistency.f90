@@ -1,4 +1,4 @@
-!> Whether the keys of a scene agree with `functions = 'cpdi'`: what domains of particles do not go with is refused.
+!> Whether cracks run along the domains of particles of `functions = 'cpdi'`.
 module hampm_function_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
@@ -22,16 +22,6 @@ contains
       integer :: method, k
       method = settings%find('method', 1)
       if (.not. settings%good(method, 'functions') .or. .not. scene%method%has_domains()) return
-      call settings%demand(mistakes, method, 'frame', 'updated', intro//': in frame = ''total'' particles stay in their cells, '// &
-                           'whose own functions are the better ones')
-      call settings%demand(mistakes, method, 'time_steps', 'global', intro//': a domain is in several cells, which step together')
-      do k = 1, size(scene%materials)
-         call settings%demand(mistakes, settings%find('material', k), 'dilatation', 'point', intro//': the corners of a domain '// &
-                              'tell one dilatation')
-      end do
-      if (scene%crack%present .and. scene%crack%kind == 'line') &
-         call settings%complain(mistakes, settings%find('crack', 1), 'kind', 'must be ''path'' or ''symmetry'' '//intro// &
-                                ': domains at the faces of a line begin on it, and would come across it')
       do k = 1, size(scene%paths)
          call check_path(scene, settings, k, mistakes)
       end do

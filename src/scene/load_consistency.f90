@@ -30,7 +30,7 @@ contains
       do i = 1, size(scene%constraints)
          entry = settings%find('constraint', i)
          call check_history(scene%constraints(i)%motion%history, entry, settings, mistakes)
-         call check_motion(scene, scene%constraints(i), entry, settings, mistakes)
+         call check_motion(scene%constraints(i), entry, settings, mistakes)
          call check_name(scene, i, entry, settings, mistakes)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
          associate (constraint => scene%constraints(i))
@@ -69,41 +69,19 @@ contains
       end associate
    end subroutine check_name
 
-   !> What is moved is a component that is held, in a way that the method can follow.
-   pure subroutine check_motion(scene, constraint, entry, settings, mistakes)
-      type(scene_t), intent(in) :: scene
+   !> What is moved is a component that is held.
+   pure subroutine check_motion(constraint, entry, settings, mistakes)
       type(constraint_spec_t), intent(in) :: constraint
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      character(*), parameter :: intro = 'a motion other than 0 goes with '
-      character(:), allocatable :: key
-      if (constraint%motion%push_only .and. settings%good(settings%find('method', 1), 'time') .and. scene%method%time /= 'static') &
-         call settings%complain(mistakes, entry, 'push_only', 'goes with &method time = ''static'' only; in steps of time '// &
-                                'faces of a &crack with contact = ''frictionless'' part and meet again')
       if (.not. (settings%good(entry, 'displacement') .and. settings%good(entry, 'velocity') .and. settings%good(entry, 'fix'))) &
          return
-      associate (motion => constraint%motion, method => scene%method)
-         if (.not. any(abs(motion%displacement) + abs(motion%velocity) > 0)) return
-         key = 'velocity'
-         if (any(abs(motion%displacement) > 0)) key = 'displacement'
-         if (any((abs(motion%displacement) > 0 .or. abs(motion%velocity) > 0) .and. .not. constraint%fixed)) then
-            call settings%complain(mistakes, entry, key, 'must be 0 in the direction that fix does not name')
-         else if (method%time == 'static') then
-            return
-         else if (any(abs(motion%displacement) > 0) .and. motion%history%kind == 'step') then
-            call settings%complain(mistakes, entry, 'history', 'must not be ''step'' with a displacement and &method time = '''// &
-                                   trim(method%time)//''': nodes would jump. Use ''ramp'', or a velocity')
-         else if (method%time == 'implicit') then
-            return
-         else if (settings%good(settings%find('method', 1), 'mass') .and. method%mass /= 'lumped') then
-            call settings%complain(mistakes, entry, key, intro//'&method mass = ''lumped'' only, but at rest and in implicit steps')
-         else if (method%time_steps == 'local') then
-            call settings%complain(mistakes, entry, key, intro//'&method time_steps = ''global'' only')
-         else if (scene%energy_release%energy_balance) then
-            call settings%complain(mistakes, entry, key, intro//'estimators of &energy_release other than ''energy_balance'', '// &
-                                   'but at rest: the audit does not know it')
-         end if
+      associate (motion => constraint%motion)
+         if (any((abs(motion%displacement) > 0 .or. abs(motion%velocity) > 0) .and. .not. constraint%fixed)) &
+            call settings%complain(mistakes, entry, trim(merge('displacement', 'velocity    ', &
+                                                               any(abs(motion%displacement) > 0))), &
+                                   'must be 0 in the direction that fix does not name')
       end associate
    end subroutine check_motion
 
@@ -118,7 +96,6 @@ contains
          entry = settings%find('load', i)
          call check_history(scene%loads(i)%history, entry, settings, mistakes)
          if (.not. settings%good(entry, 'kind')) cycle
-         call check_keys(scene%loads(i), entry, settings, mistakes)
          if (is_on_faces(scene%loads(i))) call check_pressed(scene, scene%loads(i), entry, settings, mistakes)
          if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= ndim) .or. &
              .not. scene%loads(i)%has_place) cycle
@@ -130,100 +107,33 @@ contains
       end do
    end subroutine check_loads
 
-   !> A load has the keys of its kind, and no others.
-   pure subroutine check_keys(load, entry, settings, mistakes)
-      type(load_spec_t), intent(in) :: load
-      integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
-      logical :: is_force
-      is_force = load%kind /= 'pressure' .and. load%kind /= 'gravity'
-      call check_vector(load, entry, settings, 'lower', load%has_place, mistakes)
-      call check_vector(load, entry, settings, 'upper', load%has_place, mistakes)
-      call check_vector(load, entry, settings, 'force', is_force, mistakes)
-      if (abs(load%pressure) > 0 .and. load%kind /= 'pressure') &
-         call settings%complain(mistakes, entry, 'pressure', 'goes with kind = ''pressure'' only')
-      if (any(abs(load%acceleration) > 0) .and. load%kind /= 'gravity') &
-         call settings%complain(mistakes, entry, 'acceleration', 'goes with kind = ''gravity'' only')
-      if (settings%text(entry, 'on') == 'crack' .and. load%kind /= 'pressure') &
-         call settings%complain(mistakes, entry, 'on', '''crack'' goes with kind = ''pressure'' only')
-      if (load%crack /= '' .and. .not. is_on_faces(load)) &
-         call settings%complain(mistakes, entry, 'crack', 'goes with kind = ''pressure'' and on = ''crack'' only')
-      if (load%kind == 'pressure' .and. settings%good(entry, 'pressure') .and. .not. abs(load%pressure) > 0) &
-         call settings%complain(mistakes, entry, 'pressure', 'must not be 0 [Pa] with kind = ''pressure''')
-      if (load%kind == 'gravity' .and. settings%good(entry, 'acceleration') .and. .not. any(abs(load%acceleration) > 0)) &
-         call settings%complain(mistakes, entry, 'acceleration', 'must not be 0 [m/s2] with kind = ''gravity''')
-      if (settings%good(entry, 'face') .and. load%face /= 'none' .and. .not. is_force) &
-         call settings%complain(mistakes, entry, 'face', 'must be ''none'' with kind = '''//trim(load%kind)//'''')
-   end subroutine check_keys
-
-   !> A vector is given where a load needs it, and only there.
-   pure subroutine check_vector(load, entry, settings, key, is_needed, mistakes)
-      type(load_spec_t), intent(in) :: load
-      integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      character(*), intent(in) :: key
-      logical, intent(in) :: is_needed
-      type(mistakes_t), intent(inout) :: mistakes
-      character(:), allocatable :: kind
-      integer :: n
-      if (.not. settings%good(entry, key)) return
-      n = size(settings%numbers(entry, key))
-      kind = 'kind = '''//trim(load%kind)//''''
-      if (is_on_faces(load)) kind = kind//' and on = ''crack'''
-      if (is_needed .and. n /= ndim) then
-         call settings%complain(mistakes, entry, key, 'must have 2 values with '//kind)
-      else if (n > 0 .and. .not. is_needed) then
-         call settings%complain(mistakes, entry, key, 'does not go with '//kind)
-      end if
-   end subroutine check_vector
-
-   !> There is a crack whose faces are pressed, in a way that the method can follow.
+   !> There is a crack whose faces are pressed, away from edges.
    pure subroutine check_pressed(scene, load, entry, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(in) :: settings
       type(mistakes_t), intent(inout) :: mistakes
-      character(*), parameter :: intro = '''crack'' with a &crack of kind = ''path'' '
-      integer :: path, i
+      integer :: path
       path = pressed_path(scene, load)
-      if (.not. scene%crack%present .and. size(scene%paths) == 0) then
-         call settings%complain(mistakes, entry, 'on', '''crack'' needs a group &crack')
-      else if (scene%crack%present) then
-         if (load%crack /= '') call settings%complain(mistakes, entry, 'crack', 'goes with a &crack of kind = ''path'' only')
-      else if (path == 0 .and. load%crack == '') then
-         call settings%complain(mistakes, entry, 'crack', 'must be the name of one of the cracks, as there are several')
-      else if (path == 0) then
+      if (path == 0 .and. load%crack /= '' .and. settings%good(entry, 'crack')) then
          call settings%complain(mistakes, entry, 'crack', 'must be the name of a &crack of kind = ''path''')
-      else
-         if (scene%method%frame /= 'total' .and. settings%good(settings%find('method', 1), 'frame')) &
-            call settings%complain(mistakes, entry, 'on', intro//'goes with &method frame = ''total'' only: in the other '// &
-                                   'faces and their cells are found anew as the material moves')
-         if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(mistakes, entry, 'on', intro//'must '// &
-            'stay two cells away from the edges of polygons, circles and holes, which cut the particles that are pressed')
-         do i = 1, size(scene%materials)
-            if (scene%materials(i)%law == 'linear_elastic' .or. .not. settings%good(settings%find('material', i), 'law')) cycle
-            call settings%complain(mistakes, entry, 'on', intro//'goes with materials of law = ''linear_elastic'' only: J '// &
-                                   'and K are those of a superposition')
-            exit
-         end do
-         do i = 1, size(scene%growth)
-            if (scene%growth(i)%path == path .and. .not. scene%growth(i)%is_at_rest()) &
-               call settings%complain(mistakes, entry, 'on', intro//'that grows goes with &growth law = ''quasi_static'' only: '// &
-                                      'in motion bonds hold cells that are cut ahead of the tip, which must not be pressed')
-         end do
+      else if (path > 0) then
+         if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(mistakes, entry, 'on', '''crack'': the '// &
+            'crack must stay two cells away from the edges of polygons, circles and holes, which cut the particles that are '// &
+            'pressed')
       end if
    end subroutine check_pressed
 
-   !> Whether the corners of all bodies are known.
+   !> Whether the corners of all bodies are known, and their other keys go with their shapes.
    pure logical function bodies_good(settings)
       type(settings_t), intent(in) :: settings
-      integer :: i, entry
+      character(*), parameter :: keys(*) = [character(6) :: 'shape', 'lower', 'upper', 'points', 'center', 'radius', 'hole']
+      integer :: i, k, entry
       bodies_good = settings%count_of('body') > 0
       do i = 1, settings%count_of('body')
          entry = settings%find('body', i)
-         bodies_good = bodies_good .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
+         bodies_good = bodies_good .and. all([(settings%good(entry, trim(keys(k))), k=1, size(keys))])
       end do
    end function bodies_good
 

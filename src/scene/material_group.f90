@@ -8,7 +8,7 @@ module hampm_material_group
    use hampm_viscoelastic, only: most_branches
    implicit none
    private
-   public :: material_group, material_keys, material_spec_t, fill_materials
+   public :: material_group, material_keys, material_spec_t, fill_materials, has_history
 
    type(group_t), parameter :: material_group = group_t('material', repeats, is_required, 'a material; bodies name it')
 
@@ -56,6 +56,7 @@ module hampm_material_group
    !> &material: a law and its constants.
    type :: material_spec_t
       character(name_len) :: name = ''
+      integer :: number = 0                      !! of the group, among all &material
       character(name_len) :: law = ''            !! one of those of `hampm_material`
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
@@ -82,6 +83,7 @@ contains
       allocate (materials(settings%count_of('material')))
       do i = 1, size(materials)
          call fill_material(settings, settings%find('material', i), materials(i))
+         materials(i)%number = i
       end do
    end subroutine fill_materials
 
@@ -116,6 +118,12 @@ contains
       real(dp), intent(in) :: list(:)              !! of no or one number
       only = sum(list)
    end function only
+
+   !> Whether a law has a history.
+   elemental logical function has_history(law)
+      character(*), intent(in) :: law
+      has_history = law == 'j2_plastic' .or. law == 'viscoelastic'
+   end function has_history
 
    !> Whether the stress is linear in the displacement gradient.
    elemental logical function is_linear(self)

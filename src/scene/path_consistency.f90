@@ -2,7 +2,6 @@
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, domain_radii, body_at
-   use hampm_load_placement, only: is_on_faces
    use hampm_mistakes, only: mistakes_t
    use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
                                    last_end
@@ -14,8 +13,6 @@ module hampm_path_consistency
    implicit none
    private
    public :: check_paths, check_path_radii
-
-   character(*), parameter :: intro = 'with a &crack of kind = ''path'''
 
    real(dp), parameter :: beside = 0.1_dp        !! root cells between paths that run along each other, at least
    real(dp), parameter :: least_way = 1          !! root cells from one point of a path to the next, and from a tip to what is near
@@ -30,55 +27,13 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       integer :: k, before
       if (size(scene%paths) == 0) return
-      call check_company(scene, settings, mistakes)
       do k = 1, size(scene%paths)
+         if (.not. settings%good(settings%find('crack', scene%paths(k)%number), 'kind')) cycle
          before = mistakes%count
          call check_points(scene, settings, k, mistakes)
          if (mistakes%count == before .and. has_bodies) call check_place(scene, settings, k, mistakes)
       end do
    end subroutine check_paths
-
-   !> What paths do not go with.
-   pure subroutine check_company(scene, settings, mistakes)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: method, release, k
-      method = settings%find('method', 1)
-      release = settings%find('energy_release', 1)
-      if (scene%crack%present .or. settings%count_of('crack') /= size(scene%paths)) then
-         do k = 1, settings%count_of('crack')
-            if (settings%text(settings%find('crack', k), 'kind') /= 'path') &
-               call settings%complain(mistakes, settings%find('crack', k), 'kind', 'must be ''path'' beside other cracks')
-         end do
-      end if
-      call settings%demand(mistakes, method, 'time_steps', 'global', intro)
-      if (scene%energy_release%nodal_force .or. scene%energy_release%stress_closure) call settings%complain(mistakes, release, &
-         'estimators', 'must be ''domain_integral'' or ''crack_closure'' '//intro//': its tips are not at nodes, by which '// &
-         '''nodal_force'' and ''stress_closure'' close the crack')
-      if (scene%energy_release%crack_closure .and. any(scene%paths%contact)) call settings%complain(mistakes, release, &
-         'estimators', 'must not name ''crack_closure'' with &crack contact: it takes faces for free; use ''domain_integral''')
-      if (scene%energy_release%crack_closure .and. any(scene%materials%law == 'orthotropic')) call settings%complain(mistakes, &
-         release, 'estimators', 'must not name ''crack_closure'' with &material law = ''orthotropic'': its fields are those of '// &
-         'isotropic material; use ''domain_integral''')
-      if (scene%energy_release%crack_closure .and. any(is_on_faces(scene%loads))) call settings%complain(mistakes, release, &
-         'estimators', 'must not name ''crack_closure'' with a pressure on a crack: it takes faces for free; use '// &
-         '''domain_integral''')
-      if (scene%energy_release%crack_closure .and. size(scene%growth) > 0) call settings%complain(mistakes, release, &
-         'estimators', 'must not name ''crack_closure'' with a &growth: it is for tips that rest; use ''domain_integral''')
-      if (scene%energy_release%reference == 'dcb') call settings%complain(mistakes, release, 'reference', &
-         '''dcb'' needs a &crack of kind = ''symmetry'' or ''line''')
-      do k = 1, size(scene%paths)
-         associate (entry => settings%find('crack', scene%paths(k)%number))
-            if (scene%paths(k)%contact .and. scene%method%time == 'implicit') &
-               call settings%complain(mistakes, entry, 'contact', 'must be ''none'' with &method time = ''implicit'': whether '// &
-                                      'faces touch would have to be found in each step. time = ''explicit'' does that')
-            if (scene%paths(k)%contact .and. scene%method%frame /= 'total') &
-               call settings%complain(mistakes, entry, 'contact', 'must be ''none'' with &method frame = ''updated'': '// &
-                                      'cells are cut anew as the faces move, and forget how these hold each other')
-         end associate
-      end do
-   end subroutine check_company
 
    !> The points of the k-th path: enough of them, and not too close.
    pure subroutine check_points(scene, settings, k, mistakes)
@@ -88,8 +43,6 @@ contains
       type(mistakes_t), intent(inout) :: mistakes
       integer :: entry, i, j
       entry = settings%find('crack', scene%paths(k)%number)
-      if (size(settings%numbers(entry, 'tip')) > 0) call settings%complain(mistakes, entry, 'tip', 'has no meaning for kind = '// &
-         '''path'': its ends inside the material are tips')
       if (.not. settings%good(entry, 'points')) return
       associate (points => scene%paths(k)%points, numbers => settings%numbers(entry, 'points'))
          if (mod(size(numbers), ndim) /= 0) then

@@ -35,11 +35,7 @@ contains
       integer, intent(in) :: entry                 !! position of the group &refine, here and below
       logical, intent(in) :: has_bodies
       type(mistakes_t), intent(inout) :: mistakes
-      integer :: before, i
-      before = mistakes%count
-      call check_corner(settings, entry, 'region_lower', mistakes)
-      call check_corner(settings, entry, 'region_upper', mistakes)
-      if (mistakes%count > before) return
+      integer :: i
       if (.not. (settings%good(entry, 'region_lower') .and. settings%good(entry, 'region_upper'))) return
       associate (lower => scene%refine%region_lower, upper => scene%refine%region_upper)
          if (any(upper <= lower)) then
@@ -56,19 +52,6 @@ contains
                              merge('region_lower', 'region_upper', size(settings%numbers(entry, 'region_lower')) > 0), &
                              'the box from region_lower to region_upper must contain material of a body')
    end subroutine check_region
-
-   !> A corner has all of its coordinates or none.
-   pure subroutine check_corner(settings, entry, key, mistakes)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      character(*), intent(in) :: key
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: n
-      if (.not. settings%good(entry, key)) return
-      n = size(settings%numbers(entry, key))
-      if (n /= 0 .and. n /= ndim) call settings%complain(mistakes, entry, key, 'must have '//to_text(ndim)//' values, or none '// &
-                                                         'for no limit, not '//to_text(n))
-   end subroutine check_corner
 
    !> The material points that the scene begins with are not too many already.
    pure subroutine check_room(scene, settings, entry, mistakes)

@@ -48,7 +48,7 @@ contains
             call read_rule(rule, scene, settings, reading)
             message = message_of(rule, reading, settings, breaches(k)%entry)
             if (rule%use /= '' .and. k <= most_advice) then
-               if (is_allowed(trim(rule%use), breaches(k)%entry, scene, settings, broken)) &
+               if (is_allowed(trim(rule%use), breaches(k)%entry, settings, broken)) &
                   message = message//'; use '//trim(rule%use)
             end if
             select case (rule%verdict)
@@ -83,8 +83,9 @@ contains
             end if
             do entry = 1, settings%count
                if (settings%entries(entry)%name /= group) cycle
-               if (group == 'material' .and. any([reading%subject%group, reading%other%group] /= group)) then
-                  if (is_unused(scene, settings, entry)) cycle
+               if (any([reading%subject%group, reading%other%group] /= group .and. &
+                       [reading%subject%group, reading%other%group] /= '')) then
+                  if (.not. counts(scene, settings, entry)) cycle
                end if
                if (is_broken(rules(k), reading, scene, settings, entry)) breaches = [breaches, breach_t(k, entry)]
             end do
@@ -112,9 +113,7 @@ contains
          reading%everywhere(i) = settings%count_of(trim(atoms(i)%group)) > 0
          do entry = 1, settings%count
             if (settings%entries(entry)%name /= atoms(i)%group) cycle
-            if (atoms(i)%group == 'material') then
-               if (is_unused(scene, settings, entry)) cycle
-            end if
+            if (.not. counts(scene, settings, entry)) cycle
             if (i <= n) then
                fits = all_of_group(reading%subject, atoms(i), scene, settings, entry)
             else
@@ -219,14 +218,17 @@ contains
       end do
    end function all_known
 
-   !> Whether no body is of a material.
-   pure logical function is_unused(scene, settings, entry)
+   !> Whether a group counts in rules with others: a material does of which there is a body, and a body does that is no hole.
+   pure logical function counts(scene, settings, entry)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry               !! position of the group &material
+      integer, intent(in) :: entry               !! position of the group
       integer :: i
-      is_unused = .not. any(scene%bodies%material_index == count([(settings%entries(i)%name == 'material', i=1, entry)]))
-   end function is_unused
+      counts = .true.
+      if (settings%entries(entry)%name == 'body') counts = .not. settings%flag(entry, 'hole')
+      if (settings%entries(entry)%name == 'material') &
+         counts = any(scene%materials%number == count([(settings%entries(i)%name == 'material', i=1, entry)]))
+   end function counts
 
    !> What is said of a broken rule, as a sentence without its full stop.
    pure function message_of(rule, reading, settings, entry) result(message)
@@ -346,10 +348,9 @@ contains
    end subroutine mark
 
    !> Whether a scene may take an advice: with it no rule refuses the scene that did not before. Advice in words always may be taken.
-   pure logical function is_allowed(advice, entry, scene, settings, broken)
+   pure logical function is_allowed(advice, entry, settings, broken)
       character(*), intent(in) :: advice
       integer, intent(in) :: entry               !! position of the group of the message
-      type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: broken(:)           !! rules that are broken without it
       type(atom_t), allocatable :: atoms(:)

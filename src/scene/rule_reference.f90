@@ -30,7 +30,8 @@ contains
              //line('A scene that breaks a rule with "requires" or "is not allowed with" is refused; one with "has no effect" or') &
              //line('"warning:" runs, and says so. A key has no effect only where it is given, and says something else than its') &
              //line('default. Where a rule is about another group of which there may be several, "requires" means all of these,') &
-             //line('and every other word any of them. Rules about a material are for those of which there is a body.')//line('') &
+             //line('and every other word any of them. Only materials of which there is a body') &
+             //line('and bodies that are no holes count there.')//line('') &
              //line('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))//' refuse a scene, '// &
                     to_text(number(no_effect_with) + number(no_effect_without))//' tell of keys without effect, and '// &
                     to_text(number(warned_with) + number(noted_with))//' warn.') &

@@ -5,7 +5,7 @@
 !> A row is a condition, a verdict, another condition (both as in `hampm_conditions`), the kind of reason, the reason, and what may be
 !> used instead. The message stands at the first key of the first condition. Conditions on the same group are about the same one of
 !> several; a condition on another group that may stand several times `requires` it of all of these, and is met by any of them else.
-!> Only materials of which there is a body count.
+!> Only materials of which there is a body, and bodies that are no holes count.
 module hampm_rules
    implicit none
    private
@@ -25,22 +25,122 @@ module hampm_rules
 
    !> A row of the table.
    type :: rule_t
-      character(128) :: subject                  !! condition
+      character(96) :: subject                  !! condition
       integer :: verdict
-      character(160) :: other                    !! condition; '' for one that always holds
+      character(112) :: other                    !! condition; '' for one that always holds
       integer :: basis                           !! kind of reason
-      character(192) :: reason                   !! '' where the conditions say it
-      character(96) :: use                       !! a condition, or words; '' for nothing
+      character(176) :: reason                   !! '' where the conditions say it
+      character(80) :: use                       !! a condition, or words; '' for nothing
    end type rule_t
 
-   type(rule_t), parameter :: of_histories(*) = [ &
-      rule_t("&load rise_time", requires, "&load history = 'ramp'", by_meaning, "", ""), &
-      rule_t("&load frequency", requires, "&load history = 'sine'", by_meaning, "", ""), &
-      rule_t("&load times", requires, "&load history = 'table'", by_meaning, "", ""), &
-      rule_t("&load factors", requires, "&load history = 'table'", by_meaning, "", ""), &
-      rule_t("&load history = 'ramp'", requires, "&load rise_time > 0", by_meaning, "", ""), &
-      rule_t("&load history = 'sine'", requires, "&load frequency > 0", by_meaning, "", ""), &
-      rule_t("&load history = 'table'", requires, "&load times and &load factors", by_meaning, "", ""), &
+   type(rule_t), parameter :: of_grids(*) = [ &
+      rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
+             not_built, "only paths at rest grow through quadratic cells", "&grid order = 1"), &
+      rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
+             "the bonds ahead of the tip are between nodes of bilinear cells", "&grid order = 1")]
+
+   type(rule_t), parameter :: of_materials(*) = [ &
+      rule_t("&material law = 'linear_elastic' | 'neo_hookean' | 'j2_plastic' | 'viscoelastic'", requires, "&material young", &
+             by_meaning, "", ""), &
+      rule_t("&material young_1", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material young_2", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material young_3", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material shear_12", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material poisson_12", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material poisson_13", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material poisson_23", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      rule_t("&material angle", requires, "&material law = 'orthotropic'", by_meaning, "other materials have no axes", ""), &
+      rule_t("&material law = 'orthotropic'", requires, &
+             "&material young_1 and &material young_2 and &material shear_12 and &material poisson_12", by_meaning, "", ""), &
+      rule_t("&material law = 'orthotropic' and &run plane = 'strain'", requires, &
+             "&material young_3 and &material poisson_13 and &material poisson_23", mechanics, &
+             "the material is held across the plane", ""), &
+      rule_t("&material young", not_with, "&material law = 'orthotropic'", by_meaning, "", "young_1 and young_2"), &
+      rule_t("&material poisson", not_with, "&material law = 'orthotropic'", by_meaning, "", "poisson_12"), &
+      rule_t("&material young_3", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
+      rule_t("&material poisson_13", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
+      rule_t("&material poisson_23", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
+      rule_t("&material law = 'j2_plastic'", requires, "&material yield_stress > 0", by_meaning, "", ""), &
+      rule_t("&material yield_stress", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
+      rule_t("&material hardening", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
+      rule_t("&material law = 'viscoelastic'", requires, "&material moduli and &material relaxation_times", by_meaning, "", ""), &
+      rule_t("&material moduli", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
+      rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
+      rule_t("&material dilatation = 'cell'", requires, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "other laws are passed without it", ""), &
+      rule_t("&material dilatation = 'cell'", requires, "&run plane = 'strain'", mechanics, &
+             "in plane stress the thickness gives way, and no cell locks", ""), &
+      rule_t("&material dilatation = 'cell'", requires, "&method frame = 'total'", not_built, &
+             "the mean is that of particles that stay in their cell", ""), &
+      rule_t("&material dilatation = 'cell'", not_with, &
+             "&energy_release estimators = 'energy_balance' and &method time = 'explicit'", not_built, &
+             "the audit books the work of each point", "&material dilatation = 'point'"), &
+      rule_t("&material dilatation = 'cell'", not_with, "&method functions = 'cpdi'", mechanics, &
+             "the corners of a domain tell one dilatation", "&material dilatation = 'point'"), &
+      rule_t("&material dilatation = 'cell'", not_with, "&grid order = 2", mechanics, "quadratic cells do not lock", &
+             "&material dilatation = 'point'"), &
+      rule_t("&material dilatation = 'point'", warned_with, &
+             "&material law = 'j2_plastic' and &run plane = 'strain' and &grid order = 1", mechanics, &
+             "cells that yield in plane strain are too stiff, loads go on rising where the material has a limit", &
+             "&material dilatation = 'cell' and &method frame = 'total'"), &
+      rule_t("&material law = 'neo_hookean' | 'j2_plastic' | 'viscoelastic'", not_with, "&method time = 'implicit'", not_built, &
+             "its steps solve linear equations", "&method time = 'explicit'"), &
+      rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&growth", not_built, &
+             "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
+      rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&grid order = 2", not_built, &
+             "particles of quadratic cells remember nothing", "&grid order = 1"), &
+      rule_t("&material law = 'neo_hookean'", not_with, &
+             "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
+             "stiffness and mass of what is cut are those of linear laws", "&method time = 'static'"), &
+      rule_t("&material law = 'neo_hookean'", not_with, "&growth law = 'quasi_static'", not_built, &
+             "loads are scaled to the toughness, which needs a linear answer", "&material law = 'linear_elastic'"), &
+      rule_t("&material law = 'orthotropic'", not_with, "&growth", not_built, &
+             "where a crack goes and how it speeds up is known of isotropic material only", ""), &
+      rule_t("&material", no_effect_without, "a body of it", by_meaning, "", "")]
+
+   type(rule_t), parameter :: of_bodies(*) = [ &
+      rule_t("&body", requires, "&body material or &body hole = .true.", by_meaning, "", ""), &
+      rule_t("&body material", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
+      rule_t("&body velocity", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
+      rule_t("&body spin", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
+      rule_t("&body eigenstrain", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
+      rule_t("&body part", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
+      rule_t("&body points_per_cell", no_effect_with, "&body hole = .true.", by_meaning, "", ""), &
+      rule_t("&body shape = 'rectangle'", requires, "&body lower and &body upper", by_meaning, "", ""), &
+      rule_t("&body shape = 'polygon'", requires, "&body points", by_meaning, "", ""), &
+      rule_t("&body shape = 'circle'", requires, "&body center and &body radius > 0", by_meaning, "", ""), &
+      rule_t("&body lower", requires, "&body shape = 'rectangle'", by_meaning, "", ""), &
+      rule_t("&body upper", requires, "&body shape = 'rectangle'", by_meaning, "", ""), &
+      rule_t("&body points", requires, "&body shape = 'polygon'", by_meaning, "", ""), &
+      rule_t("&body center", requires, "&body shape = 'circle'", by_meaning, "", ""), &
+      rule_t("&body radius", requires, "&body shape = 'circle'", by_meaning, "", ""), &
+      rule_t("&body part", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
+             "parts are told apart by contact only", ""), &
+      rule_t("&body points_per_cell = 1 | 3 | 5 | 7 | 9 | 11 | 13 | 15", not_with, &
+             "&refine indicator = 'tip' | 'zz' | 'gradient' and &refine max_level > 0 and &grid order = 1", not_built, &
+             "quarters of cells beside finer ones need points of their own", "&body points_per_cell = 2"), &
+      rule_t("&body points_per_cell = 1", not_with, "&method time = 'static'", mechanics, &
+             "one particle in a cell does not feel how that is bent, and nothing else holds its nodes", &
+             "&body points_per_cell = 2"), &
+      rule_t("&body points_per_cell < 3", not_with, "&grid order = 2", mechanics, &
+             "with fewer than 3 some motions of the nodes strain no particle", "&body points_per_cell = 3"), &
+      rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
+      rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
+      rule_t("&body spin", not_with, "&grid order = 2", not_built, &
+             "the nodes of quadratic cells begin with one velocity for each body", ""), &
+      rule_t("&body eigenstrain", not_with, "&grid order = 2", not_built, &
+             "particles of quadratic cells have no strain of their own", ""), &
+      rule_t("&body eigenstrain", requires, "a linear elastic material", not_built, "of other laws no strain is taken off", ""), &
+      rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
+             "the other half would have the opposite shear, the third value", ""), &
+      rule_t("&body eigenstrain", not_with, "&growth", not_built, &
+             "loads are scaled, or the energy of new faces is booked, as if loads alone had strained the body", ""), &
+      rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "that is the closed form for forces", &
+             ""), &
+      rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
+             "the fourth value has no effect, as the thickness is free", "")]
+
+   type(rule_t), parameter :: of_constraints(*) = [ &
       rule_t("&constraint rise_time", requires, "&constraint history = 'ramp'", by_meaning, "", ""), &
       rule_t("&constraint frequency", requires, "&constraint history = 'sine'", by_meaning, "", ""), &
       rule_t("&constraint times", requires, "&constraint history = 'table'", by_meaning, "", ""), &
@@ -51,98 +151,326 @@ module hampm_rules
       rule_t("&constraint history", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
              "it is that of a motion, and none is given", ""), &
       rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
-             "it is that of a motion, and none is given", "")]
+             "it is that of a motion, and none is given", ""), &
+      rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
+             mechanics, "nodes would jump", "history = 'ramp', or a velocity"), &
+      rule_t("&constraint displacement", not_with, &
+             "&method time = 'explicit' and &method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
+             "what moves is taken off with lumped masses", "&method mass = 'lumped'"), &
+      rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
+             "&method time_steps = 'global'"), &
+      rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &energy_release estimators = 'energy_balance'", &
+             not_built, "the audit does not know its work", ""), &
+      rule_t("&constraint velocity", not_with, &
+             "&method time = 'explicit' and &method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
+             "what moves is taken off with lumped masses", "&method mass = 'lumped'"), &
+      rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
+             "&method time_steps = 'global'"), &
+      rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &energy_release estimators = 'energy_balance'", &
+             not_built, "the audit does not know its work", ""), &
+      rule_t("&constraint push_only = .true.", requires, "&method time = 'static'", not_built, &
+             "in steps of time faces of a crack with contact part and meet again", ""), &
+      rule_t("&constraint push_only = .true.", not_with, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "which supports push is tried by turns, and particles would remember each try", ""), &
+      rule_t("&constraint push_only = .true.", not_with, "&growth", not_built, &
+             "loads are scaled, which is not what a support does", ""), &
+      rule_t("&constraint push_only = .true.", not_with, "&grid order = 2", not_built, "", "&grid order = 1")]
+
+   type(rule_t), parameter :: of_loads(*) = [ &
+      rule_t("&load rise_time", requires, "&load history = 'ramp'", by_meaning, "", ""), &
+      rule_t("&load frequency", requires, "&load history = 'sine'", by_meaning, "", ""), &
+      rule_t("&load times", requires, "&load history = 'table'", by_meaning, "", ""), &
+      rule_t("&load factors", requires, "&load history = 'table'", by_meaning, "", ""), &
+      rule_t("&load history = 'ramp'", requires, "&load rise_time > 0", by_meaning, "", ""), &
+      rule_t("&load history = 'sine'", requires, "&load frequency > 0", by_meaning, "", ""), &
+      rule_t("&load history = 'table'", requires, "&load times and &load factors", by_meaning, "", ""), &
+      rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force", by_meaning, &
+             "", ""), &
+      rule_t("&load kind = 'pressure'", requires, "&load pressure", by_meaning, "", ""), &
+      rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper", by_meaning, "", ""), &
+      rule_t("&load kind = 'gravity'", requires, "&load acceleration", by_meaning, "", ""), &
+      rule_t("&load lower", not_with, "&load kind = 'gravity'", by_meaning, "it acts on all bodies", "kind = 'body'"), &
+      rule_t("&load lower", not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
+             "it acts on the faces of the whole crack", ""), &
+      rule_t("&load upper", not_with, "&load kind = 'gravity'", by_meaning, "it acts on all bodies", "kind = 'body'"), &
+      rule_t("&load upper", not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
+             "it acts on the faces of the whole crack", ""), &
+      rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
+      rule_t("&load pressure", requires, "&load kind = 'pressure'", by_meaning, "", ""), &
+      rule_t("&load acceleration", requires, "&load kind = 'gravity'", by_meaning, "", ""), &
+      rule_t("&load on = 'crack'", requires, "&load kind = 'pressure'", by_meaning, "", ""), &
+      rule_t("&load crack", requires, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, "", ""), &
+      rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
+      rule_t("&load on = 'crack'", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&load crack", requires, "&crack kind = 'path'", by_meaning, "other cracks are the only one", ""), &
+      rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "it tells which is meant", ""), &
+      rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, "&method frame = 'updated'", not_built, &
+             "faces and their cells are found anew as the material moves", "&method frame = 'total'"), &
+      rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, &
+             "&material law = 'neo_hookean' | 'j2_plastic' | 'viscoelastic' | 'orthotropic'", not_built, &
+             "J and K are those of a superposition in isotropic linear material", ""), &
+      rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
+             "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
+      rule_t("&load on = 'crack'", not_with, "&grid order = 2", not_built, "", "&grid order = 1"), &
+      rule_t("&load face = 'left' | 'right'", not_with, "&grid order = 2", not_built, "", "&grid order = 1"), &
+      rule_t("&load start < 0", no_effect_with, "&load history = 'step'", by_meaning, &
+             "what begins before the run is there from its beginning", "")]
+
+   type(rule_t), parameter :: of_contact(*) = [ &
+      rule_t("&contact bodies = 'friction'", requires, "&contact friction > 0", by_meaning, "", &
+             "&contact bodies = 'frictionless'"), &
+      rule_t("&contact friction", requires, "&contact bodies = 'friction'", by_meaning, "", ""), &
+      rule_t("&contact distance", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
+             "joined bodies act on each other as soon as both have cells at a node", ""), &
+      rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "&grid order = 2", not_built, "", &
+             "&grid order = 1")]
+
+   type(rule_t), parameter :: of_method(*) = [ &
+      rule_t("&method time = 'static' | 'implicit'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
+             not_built, "whether bodies touch is found in each short step", "&method time = 'explicit'"), &
+      rule_t("&method frame = 'total'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", mechanics, &
+             "in the total frame bodies never meet", "&method frame = 'updated'"), &
+      rule_t("&method frame = 'updated'", not_with, "&method time = 'static'", not_built, &
+             "equilibrium is found from where the material was at first", "&method frame = 'total'"), &
+      rule_t("&method frame = 'updated'", not_with, "&method time = 'implicit'", not_built, &
+             "the nodes keep their motion from step to step, and so their material", "&method frame = 'total'"), &
+      rule_t("&method frame = 'updated'", not_with, "&grid order = 2", not_built, "particles stay where their weights are right", &
+             "&method frame = 'total'"), &
+      rule_t("&method frame = 'updated'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
+             "bonds ahead of a tip are between nodes that keep their material", "&method frame = 'total'"), &
+      rule_t("&method functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
+             "in the total frame particles stay in their cells, whose own functions are the better ones", ""), &
+      rule_t("&method time_steps = 'local'", requires, "&method scheme = 'musl'", not_built, &
+             "batches of cells update their stress by it", ""), &
+      rule_t("&method time_steps = 'local'", requires, "&method mass = 'lumped'", not_built, &
+             "cells that step apart need masses of their own", ""), &
+      rule_t("&method time_steps = 'local'", not_with, "&method time = 'static'", mechanics, "all cells rest at once", &
+             "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&method time = 'implicit'", mechanics, &
+             "all nodes are solved for at once", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&method functions = 'cpdi'", not_built, &
+             "a domain is in several cells, which step together", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&grid order = 2 and &method time = 'explicit' | 'implicit'", not_built, &
+             "", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
+             "bodies that meet exchange momentum at one time", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "what a particle remembers is kept after steps that are the same for all", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'path'", not_built, &
+             "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&crack contact = 'frictionless' | 'friction' and &crack kind = 'line'", &
+             not_built, "faces that touch exchange momentum at one time", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
+             not_built, "bonds are let go in steps that are the same for all", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
+             "the loss of the method is not known with them", "&method time_steps = 'global'"), &
+      rule_t("&method mass = 'fmpm'", not_with, "&method time = 'implicit'", mechanics, &
+             "it is a series for the inverse, and these steps use the matrix", "&method mass = 'full'"), &
+      rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
+             "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", mechanics, &
+             "some nodes would have a lumped mass below 0", "&method mass = 'full'"), &
+      rule_t("&method solver = 'cg'", not_with, &
+             "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
+             "it begins with inverses of the mass matrices of cells, and pieces of these may have none", &
+             "&method solver = 'umfpack'"), &
+      rule_t("&method time_step", requires, "&method time = 'implicit'", by_meaning, &
+             "the step of 'explicit' is given by courant, those of 'static' by load_steps", ""), &
+      rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", ""), &
+      rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", by_meaning, &
+             "both are the length of a step", "one of both"), &
+      rule_t("&method courant > 0", not_with, "&method time = 'implicit' and &grid order = 2", not_built, "", "a time_step"), &
+      rule_t("&method full_region = 'refined' and &method mass = 'partial'", requires, &
+             "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "it is full in the cells that are refined", ""), &
+      rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
+             ""), &
+      rule_t("&method scheme", no_effect_with, "&method time = 'static' | 'implicit'", mechanics, &
+             "it orders the parts of an explicit step", ""), &
+      rule_t("&method mass", no_effect_with, "&method time = 'static'", mechanics, "what rests needs no mass", ""), &
+      rule_t("&method wave_speed", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
+             ""), &
+      rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
+             "&method courant or &method frame = 'updated'", by_meaning, "the step is a part of the largest that is stable", ""), &
+      rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
+      rule_t("&method order", no_effect_without, "&method mass = 'fmpm'", by_meaning, "", ""), &
+      rule_t("&method blend", no_effect_without, "&method mass = 'blend'", by_meaning, "", ""), &
+      rule_t("&method full_region", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
+      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
+      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
+      rule_t("&method full_lower", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
+             "", ""), &
+      rule_t("&method full_upper", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
+             "", ""), &
+      rule_t("&method solver = 'umfpack' | 'banded'", no_effect_with, &
+             "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "no equations are solved", ""), &
+      rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "what rests is not damped", ""), &
+      rule_t("&output history_interval", no_effect_with, "samples at other times than load steps", by_meaning, &
+             "at rest a row of the history is a load step", ""), &
+      rule_t("&method scheme = 'usf'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
+             "stresses are behind the tip of a crack that grows, J at a third of the speed of Rayleigh waves is 6 % low", &
+             "&method scheme = 'musl'"), &
+      rule_t("&method scheme = 'usavg'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
+             "stresses are behind the tip of a crack that grows, J at a third of the speed of Rayleigh waves is 3 % low", &
+             "&method scheme = 'musl'"), &
+      rule_t("&method mass = 'lumped'", noted_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
+             "K of a crack that grows at 0.6 of the speed of Rayleigh waves is up to 4 % low, and by its toughness it comes "// &
+             "5 % less far", "&method mass = 'blend'")]
 
    type(rule_t), parameter :: of_refinement(*) = [ &
       rule_t("&refine indicator = 'tip'", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&refine indicator = 'zz' | 'gradient'", not_with, "&method time = 'implicit'", not_built, &
+             "the nodes keep their motion, and their mesh has to stay", "&refine indicator = 'tip'"), &
+      rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
+             "it takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
+      rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
+             "&method time = 'static' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "another mesh begins from material without loads, and forgets what has been", "&refine indicator = 'tip'"), &
+      rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
+             "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
+             "particles would have to be given to finer cells", "&refine indicator = 'tip'"), &
+      rule_t("&refine r_coarsen > 0", not_with, "&refine indicator = 'gradient' and &grid order = 2", not_built, &
+             "particles of quadratic cells do not recombine", ""), &
       rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, &
              "cells refine by an indicator", ""), &
+      rule_t("&refine region_lower", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
+      rule_t("&refine region_upper", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
+      rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
       rule_t("&refine rings", no_effect_without, "&refine indicator = 'tip'", by_meaning, "", ""), &
       rule_t("&refine tolerance", no_effect_without, "&refine indicator = 'zz'", by_meaning, "", ""), &
       rule_t("&refine field", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
       rule_t("&refine r_crit", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
       rule_t("&refine r_coarsen", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
       rule_t("&refine energy_floor", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine region_lower", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine region_upper", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
       rule_t("&refine start", no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
-             "by the distance to a tip cells refine before the first step", ""), &
-      rule_t("&refine interval", no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
              "by the distance to a tip cells refine before the first step", ""), &
       rule_t("&refine start", no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", mechanics, &
              "cells refine between load steps", ""), &
+      rule_t("&refine interval", no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
+             "by the distance to a tip cells refine before the first step", ""), &
       rule_t("&refine interval", no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", mechanics, &
-             "cells refine between load steps", ""), &
-      rule_t("&body points_per_cell = 1 | 3 | 5 | 7 | 9 | 11 | 13 | 15", not_with, &
-             "&refine indicator = 'tip' | 'zz' | 'gradient' and &refine max_level > 0 and &grid order = 1", not_built, &
-             "quarters of cells beside finer ones need points of their own", "points_per_cell = 2")]
-
-   type(rule_t), parameter :: of_steps(*) = [ &
-      rule_t("&method frame = 'updated'", not_with, "&method time = 'static'", not_built, &
-             "equilibrium is found from where the material was at first", "&method frame = 'total'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&method time = 'static'", mechanics, "all cells rest at once", &
-             "&method time_steps = 'global'"), &
-      rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
-      rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
-      rule_t("&body points_per_cell = 1", not_with, "&method time = 'static'", mechanics, &
-             "one particle in a cell does not feel how that is bent, and nothing else holds its nodes", "points_per_cell = 2"), &
-      rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
-             ""), &
-      rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "what rests is not damped", ""), &
-      rule_t("&method scheme", no_effect_with, "&method time = 'static' | 'implicit'", mechanics, &
-             "it orders the parts of an explicit step", ""), &
-      rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
-      rule_t("&method time_step", requires, "&method time = 'implicit'", by_meaning, &
-             "the step of 'explicit' is given by courant, those of 'static' by load_steps", ""), &
-      rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", "")]
+             "cells refine between load steps", "")]
 
    type(rule_t), parameter :: of_cracks(*) = [ &
+      rule_t("&crack kind = 'symmetry' | 'line'", requires, "&crack tip", by_meaning, "", ""), &
+      rule_t("&crack kind = 'path'", requires, "&crack points", by_meaning, "", ""), &
+      rule_t("&crack points", requires, "&crack kind = 'path'", by_meaning, "", ""), &
+      rule_t("&crack tip", not_with, "&crack kind = 'path'", by_meaning, "the ends of a path inside the material are its tips", &
+             ""), &
+      rule_t("&crack name", no_effect_without, "&crack kind = 'path'", by_meaning, "there is one crack, which needs no name", &
+             ""), &
+      rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", by_meaning, "its points tell where it goes", ""), &
       rule_t("&crack kind = 'symmetry' | 'line'", not_with, "several cracks", not_built, &
              "only cracks of kind 'path' may be several", "kind = 'path' and its points"), &
+      rule_t("&crack kind = 'symmetry' | 'line'", not_with, "edges that are no grid lines", not_built, &
+             "cells that edges cut are those of paths", "kind = 'path' and its points"), &
+      rule_t("&crack kind = 'line'", not_with, "&method functions = 'cpdi'", not_built, &
+             "domains at the faces of a line begin on it, and would come across it", "kind = 'path' and its points"), &
       rule_t("&crack length", requires, "&crack kind = 'line'", by_meaning, &
              "on a symmetry plane the constraints tell where a crack is, of a path its points", ""), &
       rule_t("&crack contact = 'frictionless'", requires, "&crack kind = 'line' | 'path'", mechanics, &
              "at a symmetry plane there is one face, and no other to press on", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack kind = 'path'", not_built, &
              "pairs of nodes on a grid line hold each other across it only", ""), &
+      rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
+      rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", ""), &
       rule_t("&crack contact = 'friction'", not_with, "&refine indicator = 'zz' | 'gradient' and &refine max_level > 0", &
              not_built, "cells that change in the run forget how far the faces have slid and what holds them", &
              "&refine indicator = 'tip'"), &
-      rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
-      rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", "")]
+      rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
+             "what has slid is not carried over when cells are cut anew", "&crack contact = 'frictionless'"), &
+      rule_t("&crack contact = 'frictionless' | 'friction'", not_with, "&method time = 'implicit'", not_built, &
+             "whether faces touch would have to be found in each step", "&method time = 'explicit'"), &
+      rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
+             not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'"), &
+      rule_t("&crack contact = 'frictionless' | 'friction'", not_with, &
+             "&method time = 'static' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "which faces touch is tried by turns, and particles would remember each try", "&method time = 'explicit'"), &
+      rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, &
+             "&grid order = 2 and &method time = 'explicit'", not_built, "pairs of cut cells have lumped masses", &
+             "&method time = 'static'"), &
+      rule_t("&crack contact = 'frictionless' and &crack kind = 'line'", not_with, &
+             "&grid order = 2 and &refine indicator = 'zz' | 'gradient'", not_built, &
+             "nodes of both faces are to be at the same places", "&refine indicator = 'tip'")]
 
-   type(rule_t), parameter :: of_choices(*) = [ &
-      rule_t("&method wave_speed", no_effect_without, "&method courant", &
-             by_meaning, "the step is a part of the largest that is stable", ""), &
-      rule_t("&method wave_speed", no_effect_with, "&method time = 'static' and &method courant", &
-             mechanics, "a load step has no length to limit", ""), &
-      rule_t("&method order", no_effect_without, "&method mass = 'fmpm'", by_meaning, "", ""), &
-      rule_t("&method blend", no_effect_without, "&method mass = 'blend'", by_meaning, "", ""), &
-      rule_t("&method full_region", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
-      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial' and &method full_region = 'box'", &
-             by_meaning, "", ""), &
-      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial' and &method full_region = 'box'", &
-             by_meaning, "", ""), &
-      rule_t("&method solver = 'umfpack' | 'banded'", no_effect_without, &
-             "&method mass = 'full' | 'partial' | 'blend' or &method time = 'static' | 'implicit'", &
-             by_meaning, "there are no equations to solve", ""), &
+   type(rule_t), parameter :: of_growth(*) = [ &
+      rule_t("&growth", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&growth", not_with, "&crack kind = 'line'", not_built, "", "kind = 'path' and points on the same grid line"), &
+      rule_t("&growth", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
+             "a crack grows by G, K_I and K_II", ""), &
+      rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
+      rule_t("&growth and several cracks", requires, "&growth crack", by_meaning, "it tells which is meant", ""), &
+      rule_t("&growth law = 'quasi_static'", not_with, "growth by laws of both kinds", not_built, "", &
+             "law = 'quasi_static' of each or of none"), &
+      rule_t("&growth law = 'quasi_static'", requires, "&method time = 'static'", by_meaning, "", ""), &
+      rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit'", not_built, &
+             "bonds are let go in explicit steps", ""), &
+      rule_t("&growth law = 'quasi_static'", requires, "&growth increment > 0 and &growth toughness > 0", by_meaning, "", ""), &
+      rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0", by_meaning, "", ""), &
+      rule_t("&growth law = 'toughness'", requires, "&growth toughness > 0", by_meaning, "", ""), &
+      rule_t("&growth toughness", not_with, "&growth law = 'prescribed'", by_meaning, "its speed is given", ""), &
+      rule_t("&growth speed", requires, "&growth law = 'prescribed'", by_meaning, "else it follows from the toughness", ""), &
+      rule_t("&growth increment", requires, "&growth law = 'quasi_static'", by_meaning, "in motion tips go on step by step", ""), &
+      rule_t("&growth limit_speed", requires, "&growth law = 'toughness'", by_meaning, "", ""), &
+      rule_t("&growth exponent", no_effect_without, "&growth limit_speed > 0", by_meaning, "", ""), &
+      rule_t("&growth start", not_with, "&growth law = 'quasi_static'", by_meaning, "at rest there is no time", ""), &
+      rule_t("&growth end", not_with, "&growth law = 'quasi_static'", by_meaning, "at rest there is no time", ""), &
+      rule_t("&growth direction = 'path'", requires, "&growth points", by_meaning, "", ""), &
+      rule_t("&growth points", requires, "&growth direction = 'path'", by_meaning, "", ""), &
+      rule_t("&growth direction = 'path'", not_with, "&growth law = 'quasi_static'", not_built, &
+             "at rest tips go where the criterion or their own line leads", ""), &
+      rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, &
+             "&crack kind = 'symmetry'", mechanics, "it stays on its plane", "&growth direction = 'straight'"), &
+      rule_t("&growth tips = 'last' | 'first'", not_with, "&growth law = 'quasi_static'", not_built, "", &
+             "&growth tips = 'largest'"), &
+      rule_t("&growth tips = 'largest'", requires, "&growth law = 'quasi_static'", not_built, "", "&growth tips = 'all'"), &
+      rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", by_meaning, "it has one tip, the last point", ""), &
+      rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, "it has one tip", "")]
+
+   type(rule_t), parameter :: of_energies(*) = [ &
+      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'domain_integral'", requires, "&crack", by_meaning, &
+             "", ""), &
+      rule_t("&energy_release estimators = 'crack_closure'", requires, "&crack kind = 'path'", not_built, &
+             "'nodal_force' closes a crack along a grid line at a node", ""), &
+      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&crack kind = 'path'", mechanics, &
+             "its tips are not at nodes, by which these close a crack", "'domain_integral' or 'crack_closure'"), &
+      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&growth and &crack kind = 'symmetry'", &
+             mechanics, "the tip leaves the nodes, by which these close a crack", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'crack_closure'", not_with, &
+             "&material law = 'j2_plastic' | 'viscoelastic'", mechanics, &
+             "closing a crack does not give back what its opening took", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
+             "it has free faces in its derivation", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'stress_closure'", not_with, "&grid order = 2", not_built, &
+             "the paper has it for bilinear cells", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&crack contact = 'frictionless' | 'friction'", mechanics, &
+             "it takes faces for free", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&material law = 'orthotropic'", not_built, &
+             "its fields are those of isotropic material", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&load on = 'crack'", mechanics, &
+             "it takes faces for free", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&growth", not_built, "it is for tips that rest", &
+             "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'energy_balance'", not_with, "&method time = 'implicit'", not_built, &
+             "the audit books explicit steps", ""), &
+      rule_t("&energy_release estimators = 'domain_integral'", warned_with, "&material law = 'j2_plastic' | 'viscoelastic'", &
+             mechanics, &
+             "where material yields or creeps J depends on its domain, K, modes and errors are not recorded; J_near_tip and "// &
+             "J_far_field are those of the smallest and the largest one", ""), &
       rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = 'domain_integral' | 'crack_closure'", &
              by_meaning, "", ""), &
-      rule_t("&energy_release reference_value", no_effect_without, "&energy_release reference = 'value'", by_meaning, "", ""), &
-      rule_t("&output history_interval", no_effect_with, "samples at other times than load steps", &
-             by_meaning, "at rest a row of the history is a load step", ""), &
-      rule_t("&load start < 0", no_effect_with, "&load history = 'step'", &
-             by_meaning, "what begins before the run is there from its beginning", ""), &
-      rule_t("&growth limit_speed", no_effect_without, "&growth law = 'toughness'", by_meaning, "", ""), &
-      rule_t("&growth exponent", no_effect_without, "&growth law = 'toughness' and &growth limit_speed > 0", &
-             by_meaning, "", ""), &
-      rule_t("&growth tips", no_effect_with, "&crack kind = 'symmetry'", mechanics, "it has one tip", ""), &
-      rule_t("&crack direction", no_effect_without, "&crack kind = 'symmetry' | 'line'", &
-             by_meaning, "a path goes along its points", ""), &
-      rule_t("&crack name", no_effect_without, "&crack kind = 'path'", &
-             by_meaning, "there is one crack, which needs no name", "")]
+      rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0", by_meaning, "", ""), &
+      rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'", by_meaning, "", ""), &
+      rule_t("&energy_release reference = 'dcb'", requires, "&crack kind = 'symmetry' | 'line'", mechanics, &
+             "it is a closed form of a crack along the beam", ""), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "several bodies", mechanics, "it is a closed form of one beam", &
+             "reference = 'value'"), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&material law = 'orthotropic'", mechanics, &
+             "it is a closed form of isotropic material", "reference = 'value'"), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&load kind = 'pressure' | 'gravity'", mechanics, &
+             "it is a closed form for forces", "reference = 'value'"), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "it is a closed form of a crack that rests", "")]
 
    !> All rows.
-   type(rule_t), parameter :: rules(*) = [of_histories, of_refinement, of_steps, of_cracks, of_choices]
+   type(rule_t), parameter :: rules(*) = [ &
+      of_grids, of_materials, of_bodies, of_constraints, of_loads, of_contact, &
+      of_method, of_refinement, of_cracks, of_growth, of_energies]
 end module hampm_rules

@@ -25,7 +25,7 @@ module hampm_scene
    type :: scene_t
       type(run_t) :: run
       type(grid_spec_t) :: grid
-      type(material_spec_t), allocatable :: materials(:)
+      type(material_spec_t), allocatable :: materials(:) !! of which there are bodies
       type(body_t), allocatable :: bodies(:)
       type(hole_t), allocatable :: holes(:)      !! &body with hole = .true.
       type(constraint_spec_t), allocatable :: constraints(:)
@@ -70,13 +70,24 @@ contains
       call find_growing_paths(scene)
    end subroutine fill_scene
 
-   !> Find the material of each body by its name; 0 where there is none.
+   !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out.
    pure subroutine find_materials(scene)
       type(scene_t), intent(inout) :: scene
-      integer :: i
+      type(material_spec_t), allocatable :: used(:)
+      logical :: is_used(size(scene%materials))
+      integer :: i, k
       do i = 1, size(scene%bodies)
          scene%bodies(i)%material_index = material_index(scene, scene%bodies(i)%material)
       end do
+      is_used = [(any(scene%bodies%material_index == k), k=1, size(is_used))]
+      allocate (used(count(is_used)))
+      do k = 1, size(is_used)
+         if (is_used(k)) used(count(is_used(:k))) = scene%materials(k)
+      end do
+      do i = 1, size(scene%bodies)
+         scene%bodies(i)%material_index = count(is_used(:scene%bodies(i)%material_index))
+      end do
+      call move_alloc(used, scene%materials)
    end subroutine find_materials
 
    !> Find the crack of each growth by its name, or the only one; 0 where there is none.

@@ -44,7 +44,7 @@ contains
       end do
    end function comes_near_edges
 
-   !> Check the keys of the shape of a group &body, and its line. `is_good` tells whether it can be used.
+   !> Check the line of a polygon. `is_good` tells whether it can be used.
    pure subroutine check_shape(settings, entry, mistakes, is_good)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry               !! position of the group
@@ -56,70 +56,10 @@ contains
       is_good = settings%good(entry, 'shape') .and. settings%good(entry, 'hole')
       if (.not. is_good) return
       shape = settings%text(entry, 'shape')
-      call check_key(settings, entry, 'lower', ndim, shape == 'rectangle', '0.0, 0.0', mistakes)
-      call check_key(settings, entry, 'upper', ndim, shape == 'rectangle', '0.1, 0.01', mistakes)
-      call check_key(settings, entry, 'center', ndim, shape == 'circle', '0.05, 0.05', mistakes)
-      if (shape == 'polygon') then
-         call check_corners(settings, entry, mistakes)
-      else
-         call check_key(settings, entry, 'points', 0, .false., '', mistakes)
-      end if
-      if (settings%good(entry, 'radius')) then
-         if (shape == 'circle' .and. .not. settings%number(entry, 'radius') > 0) then
-            call settings%complain(mistakes, entry, 'radius', 'must be above 0 for shape = ''circle''')
-         else if (shape /= 'circle' .and. settings%number(entry, 'radius') > 0) then
-            call settings%complain(mistakes, entry, 'radius', 'is for shape = ''circle'' only')
-         end if
-      end if
-      if (settings%good(entry, 'material')) then
-         if (settings%flag(entry, 'hole') .and. settings%text(entry, 'material') /= '') then
-            call settings%complain(mistakes, entry, 'material', 'must not be given: a hole has none')
-         else if (.not. settings%flag(entry, 'hole') .and. settings%text(entry, 'material') == '') then
-            call settings%complain(mistakes, entry, 'material', 'must be the name of a &material')
-         end if
-      end if
-      if (settings%flag(entry, 'hole')) call check_hole(settings, entry, mistakes)
+      if (shape == 'polygon') call check_corners(settings, entry, mistakes)
       is_good = mistakes%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
                 settings%good(entry, 'points') .and. settings%good(entry, 'center') .and. settings%good(entry, 'radius')
    end subroutine check_shape
-
-   !> A hole has nothing of what only material has.
-   pure subroutine check_hole(settings, entry, mistakes)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
-      character(*), parameter :: of_material(*) = [character(11) :: 'velocity', 'spin', 'eigenstrain']
-      character(:), allocatable :: key
-      integer :: k
-      do k = 1, size(of_material)
-         key = trim(of_material(k))
-         if (.not. settings%good(entry, key)) cycle
-         if (any(abs(settings%numbers(entry, key)) > 0)) &
-            call settings%complain(mistakes, entry, key, 'must not be given: a hole has none')
-      end do
-      if (.not. settings%good(entry, 'part')) return
-      if (settings%text(entry, 'part') /= '') call settings%complain(mistakes, entry, 'part', 'must not be given: a hole has none')
-   end subroutine check_hole
-
-   !> A key has so many values where a shape needs it, and else none.
-   pure subroutine check_key(settings, entry, key, wanted, is_needed, example, mistakes)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      character(*), intent(in) :: key
-      integer, intent(in) :: wanted
-      logical, intent(in) :: is_needed
-      character(*), intent(in) :: example
-      type(mistakes_t), intent(inout) :: mistakes
-      integer :: n
-      if (.not. settings%good(entry, key)) return
-      n = size(settings%numbers(entry, key))
-      if (is_needed .and. n /= wanted) then
-         call settings%complain(mistakes, entry, key, 'must have '//to_text(wanted)//' values for shape = '''// &
-                                settings%text(entry, 'shape')//'''; for example '//key//' = '//example)
-      else if (.not. is_needed .and. n > 0) then
-         call settings%complain(mistakes, entry, key, 'is not for shape = '''//settings%text(entry, 'shape')//'''')
-      end if
-   end subroutine check_key
 
    !> A polygon has three corners at least, an inside, and sides that do not cross.
    pure subroutine check_corners(settings, entry, mistakes)
@@ -153,7 +93,7 @@ contains
             end do
          end associate
       end do
-      if (.not. abs(area(x(:, 1), x(:, 2), x(:, 3))) > 0 .and. n == 3) &
+      if (sum([(area(x(:, 1), x(:, i), x(:, i + 1)), i=2, n - 1)])**2 <= (1e-12_dp*product(maxval(x, 2) - minval(x, 2)))**2) &
          call settings%complain(mistakes, entry, 'points', 'the corners are on one line')
    end subroutine check_corners
 

@@ -1,8 +1,8 @@
 !> Each key by itself, against the table of keys: is it there, how many values, of which type, in which range.
 !> Keys that are not given get their defaults here.
 module hampm_validation
-   use hampm_kinds, only: dp, name_len, path_len
-   use hampm_key_rows, only: key_t, type_integer, type_logical, type_name, is_required, is_assumed
+   use hampm_kinds, only: dp, ndim, name_len, path_len
+   use hampm_key_rows, only: key_t, type_integer, type_real, type_logical, type_name, is_required, is_assumed
    use hampm_keys, only: groups, keys, first_key, choices, default_count, default_value, is_text, new_entry
    use hampm_mistakes, only: mistakes_t
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
@@ -117,8 +117,10 @@ contains
       integer, intent(in) :: n
       character(:), allocatable :: message
       message = ''
-      if (n >= key%fewest .and. n <= key%most) return
-      if (key%fewest == key%most) then
+      if (n >= key%fewest .and. n <= key%most .and. .not. (is_point(key) .and. mod(n, ndim) /= 0)) return
+      if (is_point(key) .and. n < key%most) then
+         message = 'must have '//values_text(key%most)//', or none, not '//to_text(n)
+      else if (key%fewest == key%most) then
          message = 'must have '//values_text(key%most)//', not '//to_text(n)
       else if (n > key%most) then
          message = 'may have at most '//values_text(key%most)
@@ -127,6 +129,12 @@ contains
       end if
       message = message//'; each '//must_be(key)
    end function wrong_count
+
+   !> Whether a key is a point or a vector that may be left out.
+   pure logical function is_point(key)
+      type(key_t), intent(in) :: key
+      is_point = key%value_type == type_real .and. key%fewest == 0 .and. key%most == ndim
+   end function is_point
 
    !> `1 value`, `2 values`.
    pure function values_text(n) result(text)

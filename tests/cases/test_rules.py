@@ -2,6 +2,7 @@
 
 import re
 
+import h5py
 import pytest
 
 HISTORIES = [("history_keys_ignored_table", ["&load times", "&load factors"], "history = 'table'"),
@@ -62,3 +63,65 @@ def test_what_is_printed_of_a_scene_has_no_key_without_effect(case, text_of):
     printed = case("given", "--check", text=text)
     again = case("again", "--check", text=printed.stdout)
     assert printed.stderr == again.stderr == ""
+
+
+@pytest.mark.parametrize("points", ["-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", "-8e-3,-8e-3,0,0,8e-3,8e-3,2e-3,2e-3", "0,0,1e-3,1e-3,3e-3,3e-3,2e-3,2e-3",
+                                    "-8e-3,1e-3,0,1e-3,8e-3,1e-3", "0,0,3e-4,1e-4,6e-4,2e-4"])
+def test_a_polygon_without_an_area(case, text_of, points):
+    text = text_of("body_without_area")
+    result = case("body_without_area", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", points))
+    assert result.code == 2
+    assert "&body points" in result.stderr
+    assert case("body_without_area", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", "-8e-3,-8e-3,0.0,0.5e-3,8e-3,8e-3")).code == 0
+
+
+def test_a_material_that_no_body_is_of_is_not_asked(case, text_of):
+    """The speed of Rayleigh waves in rubber is below that of this crack. The step, too, is that of the plate alone."""
+    result = case("unused_material_asked", "--check")
+    assert result.code == 0
+    assert "&material 'rubber, in no body' has no effect without a body of it" in result.stderr
+    text = re.sub(r"&material name='rubber.*\n", "", text_of("unused_material_asked"))
+    alone = case("alone", "--check", text=text)
+    assert alone.code == 0 and alone.stderr == ""
+    steps = [re.search(r"^! time step.*", run.stdout, re.MULTILINE)[0] for run in (result, alone)]
+    assert steps[0] == steps[1]
+
+
+@pytest.mark.parametrize("other", ["law='j2_plastic' yield_stress=1e6", "law='orthotropic'", "law='viscoelastic'", "dilatation='cell'"])
+def test_whatever_law_a_material_has_that_no_body_is_of(case, text_of, other):
+    """Constants of its own that are missing are a mistake of the user, and told; what it does not go with is not."""
+    text = text_of("unused_material_asked").replace("name='rubber, in no body'", f"name='other' {other}")
+    result = case("other", "--check", text=text)
+    if "j2" in other:
+        assert result.code == 0, result.stderr
+    else:
+        assert result.code == 2
+        assert all("&material 'other'" in line for line in result.stderr.splitlines())
+
+
+def test_the_reference_is_that_of_the_material_of_the_beam(case):
+    """12 P2 a2/(E b2 h3) with P = 1 N, a = 50 mm, b = h = 10 mm and the modulus of the beam, 70 GPa, in plane stress."""
+    result = case("reference_of_other_material")
+    assert result.code == 0, result.stderr
+    with h5py.File(result.path) as file:
+        assert file["history"].attrs["G_ref"] == pytest.approx(12 * 0.05**2 / (70e9 * 0.01**2 * 0.01**3), rel=1e-12)
+    assert "&material 'unused' has no effect without a body of it" in result.stderr
+
+
+def test_advice_may_be_taken(case, text_of):
+    """The edges move: what would halve the error of a lumped mass matrix is refused there, and not advised."""
+    result = case("advice_that_is_refused", "--check", "--set", "grid.cell=0.5e-3", "--set", "grid.cells=64,34")
+    assert result.code == 0, result.stderr
+    assert "&method mass = 'lumped' (default) with &growth law = 'toughness'" in result.stdout
+    assert "blend" not in result.stdout.split("! note:")[1]
+    assert case("refused", "--check", "--set", "method.mass=blend", text=text_of("advice_that_is_refused")).code == 2
+
+
+def test_advice_is_given_where_it_may_be_taken(case, text_of):
+    loads = "&load kind = 'traction' lower = 0.0, 8e-3 upper = 32e-3, 8e-3 force = 0.0, 1.0 /\n&crack"
+    text = re.sub(r"&constraint(?:.*\n){3}", "", text_of("advice_that_is_refused")).replace("&crack", loads)
+    coarse = ("--set", "grid.cell=1e-3", "--set", "grid.cells=32,17")
+    advised = case("advised", "--check", *coarse, text=text)
+    assert advised.code == 0, advised.stderr
+    assert "; use &method mass = 'blend'" in advised.stdout
+    assert case("taken", "--check", *coarse, "--set", "method.mass=blend", text=text).code == 0

@@ -36,7 +36,7 @@ VALUES = [
     ("young = 70e9", "young = .", "young", "young = .: must be in (0, inf) [Pa] (it is no number)"),
     ("young = 70e9", "young = '70e9'", "young", "young = '70e9': must be in (0, inf) [Pa] (it is no number)"),
     ("young = 70e9", "young = .true.", "young", "(it is no number)"),
-    ("young = 70e9", "young =", "young", "must have 1 value, not 0"),
+    ("young = 70e9", "young =", "law =", "&material 'aluminium' law = 'linear_elastic' requires young"),
     ("young = 70e9", "young = 70e9 71e9", "young", "may have at most 1 value"),
     ("young = 70e9", "young = 1000*70e9 70e9", "young", "may have at most 1 value"),
     ("young = 70e9", "young = " + "7" * 5000, "young", "(it is no number)"),
@@ -120,13 +120,13 @@ CONSISTENCY = [
     (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, 0.011"), "lower = 0.0, 0.0\n  upper = 0.0, 0.011", "must lie on one edge of a body"),
     (TRACTION, TRACTION.replace("= 0.0,", "= 0.02,"), "lower = 0.02", "must lie on one edge of a body"),
     (TRACTION, TRACTION.replace("0.0, 0.01", "0.0, -0.01"), "upper = 0.0, -0.01", "must not be below lower"),
-    (TRACTION, TRACTION.replace("traction", "pressure"), "&load", "pressure = 0.0 (default): must not be 0 [Pa] with kind = 'pressure'"),
-    (TRACTION, TRACTION.replace("traction", "gravity"), "&load", "(default): must not be 0 [m/s2] with kind = 'gravity'"),
-    (TRACTION, TRACTION + "  pressure = 1.0\n", "pressure = 1.0", "goes with kind = 'pressure' only"),
-    (TRACTION, TRACTION + "  acceleration = 0.0, 1.0\n", "acceleration =", "goes with kind = 'gravity' only"),
-    (TRACTION, TRACTION + "  on = 'crack'\n", "on =", "'crack' goes with kind = 'pressure' only"),
-    (TRACTION, TRACTION + "  crack = 'a'\n", "crack =", "goes with kind = 'pressure' and on = 'crack' only"),
-    (BODY, BODY + "  eigenstrain = 1e-3, 1e-3, 1e-4\n", "eigenstrain =", "must have no shear, the third value"),
+    (TRACTION, TRACTION.replace("traction", "pressure"), "kind = 'pressure'", "&load kind = 'pressure' requires pressure"),
+    (TRACTION, TRACTION.replace("traction", "gravity"), "kind = 'gravity'", "&load kind = 'gravity' requires acceleration"),
+    (TRACTION, TRACTION + "  pressure = 1.0\n", "pressure = 1.0", "&load pressure = 1.0 requires kind = 'pressure'"),
+    (TRACTION, TRACTION + "  acceleration = 0.0, 1.0\n", "acceleration =", "requires kind = 'gravity'"),
+    (TRACTION, TRACTION + "  on = 'crack'\n", "on =", "&load on = 'crack' requires kind = 'pressure'"),
+    (TRACTION, TRACTION + "  crack = 'a'\n", "crack =", "&load crack = 'a' requires kind = 'pressure' and on = 'crack'"),
+    (BODY, BODY + "  eigenstrain = 1e-3, 1e-3, 1e-4\n", "eigenstrain =", "with a shear of the eigenstrain is not allowed with &crack kind = 'symmetry'"),
     (TRACTION, TRACTION.replace("traction", "point"), "upper = 0.0, 0.01", "must equal lower = (0.0, 0.0) for a point load"),
     (TRACTION, TRACTION.replace("traction", "body"), "lower = 0.0, 0.0\n  upper = 0.0, 0.01", "must contain material of a body"),
     (
@@ -142,7 +142,7 @@ CONSISTENCY = [
     ("history = 'step'", "history = 'table' times = 0, 0 factors = 1, 2", "times", "must increase from value to value"),
     ("fix = 'y'", "fix = 'y' displacement = 1e-6, 0 history = 'ramp' rise_time = 1", "displacement",
      "must be 0 in the direction that fix does not name"),
-    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "&constraint", "must not be 'step' with a displacement and &method time = 'exp"),
+    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "with history = 'step' is not allowed with &method time = 'explicit': nodes would jump"),
     ("fix = 'y'", "fix = 'y' velocity = 0, 1 history = 'ramp'", "history = 'ramp'", "&constraint history = 'ramp' requires rise_time > 0"),
     ("fix = 'y'", "fix = 'y' name = 'a b'", "name", "must be of letters, digits and _, as names of columns are"),
     ("tip = 0.05, 0.0", "tip = 0.0501, 0.0", "tip", "must be a node of the grid"),
@@ -151,13 +151,13 @@ CONSISTENCY = [
     ("direction = 1.0, 0.0", "direction = 1.0, 1.0", "direction", "must be along a grid line"),
     ("direction = 1.0, 0.0", "direction = 2*0.0", "direction", "must be along a grid line"),
     ("force = 0.0, 1.0", "force = 1.0, 0.0", "reference =", "'dcb' needs a &load with a force normal to the crack"),
-    ("reference = 'dcb'", "reference = 'value'", "&energy_release", "must be in (0, inf) [J/m2] for reference = 'value'"),
+    ("reference = 'dcb'", "reference = 'value'", "reference =", "&energy_release reference = 'value' requires reference_value > 0"),
     ("'musl'", "'musl'\n  mass = 'partial'", "&method", "full_upper = 0.0, 0.0 (default): must give with full_lower a box of at least"),
     (
         "'musl'",
         "'musl'\n  mass = 'partial'\n  full_region = 'refined'",
         "full_region",
-        "full_region = 'refined': 'refined' needs a group &refine with an indicator other than 'none'",
+        "full_region = 'refined' with mass = 'partial' requires &refine indicator = 'tip' or 'zz' or 'gradient'",
     ),
     ("'musl'", "'musl' full_region = 'refind'", "full_region", "must be 'box' or 'refined'; did you mean 'refined'?"),
     ("history_interval = 1e-6", "history_interval = 1", "history_interval", "must be in [0, end_time = 0.0015] [s]"),
@@ -190,9 +190,9 @@ REFINEMENT = [
     ("max_particles = 1000000", "max_particles = 0", "max_particles", "max_particles = 0: must be an integer in [1, 2e9]"),
     ("max_particles = 1000000", "max_particles = 2000000001", "max_particles", "must be an integer in [1, 2e9]"),
     ("max_particles = 1000000", "max_particles = 2559", "max_particles", "number of material points that the scene begins with, 2560"),
-    ("region_lower = 0.04, 0.0", "region_lower = 0.04", "region_lower", "must have 2 values, or none for no limit, not 1"),
+    ("region_lower = 0.04, 0.0", "region_lower = 0.04", "region_lower", "must have 2 values, or none, not 1"),
     ("region_upper = 0.06, 0.01", "region_upper = 3*0.1", "region_upper", "may have at most 2 values; each must be in (-inf, inf) [m]"),
-    ("region_upper = 0.06, 0.01", "region_upper = 0.06", "region_upper", "must have 2 values, or none for no limit, not 1"),
+    ("region_upper = 0.06, 0.01", "region_upper = 0.06", "region_upper", "must have 2 values, or none, not 1"),
     ("region_upper = 0.06, 0.01", "region_upper = 0.06, 0.0", "region_upper", "must be above region_lower = (0.04, 0.0) in every"),
     ("region_upper = 0.06, 0.01", "region_upper = 0.03, 0.01", "region_upper", "must be above region_lower = (0.04, 0.0) in every"),
     ("0.04, 0.0\n  region_upper = 0.06, 0.01", "0.1, 0.0", "region_lower", "must contain material of a body"),
@@ -261,8 +261,8 @@ def test_positions_are_shown_without_their_rounding(hampm, tmp_path):
 
 
 @pytest.mark.parametrize(("old", "new", "key", "phrase"), [
-    ("'musl'", "'usf'\n  time_steps = 'local'", "time_steps", "'local' goes with scheme = 'musl' only"),
-    ("'musl'", "'musl'\n  mass = 'full'\n  time_steps = 'local'", "time_steps", "'local' goes with mass = 'lumped' only"),
+    ("'musl'", "'usf'\n  time_steps = 'local'", "time_steps", "requires scheme = 'musl'"),
+    ("'musl'", "'musl'\n  mass = 'full'\n  time_steps = 'local'", "time_steps", "requires mass = 'lumped'"),
     ("courant = 0.1", "time_steps = 'local'\n  courant = 0.6", "courant",
      "must be at most 0.5"),
 ])
@@ -282,27 +282,27 @@ AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = '
 
 
 @pytest.mark.parametrize(("law", "edits", "fragment", "phrase"), [
-    ("law = 'j2_plastic'", [NO_CLOSURE], "yield_stress = 0.0 (default): ", "must be given, above 0, with law = 'j2_plastic'"),
-    (ELASTIC + "\n  yield_stress = 1e8", [], "yield_stress = 1e8: ", "goes with law = 'j2_plastic' only"),
-    (ELASTIC + "\n  hardening = 1e8", [], "hardening = 1e8: ", "goes with law = 'j2_plastic' only"),
+    ("law = 'j2_plastic'", [NO_CLOSURE], "law = 'j2_plastic'", "requires yield_stress > 0"),
+    (ELASTIC + "\n  yield_stress = 1e8", [], "yield_stress = 1e8 ", "requires law = 'j2_plastic'"),
+    (ELASTIC + "\n  hardening = 1e8", [], "hardening = 1e8 ", "requires law = 'j2_plastic'"),
     (PLASTIC + "\n  hardening = -1", [NO_CLOSURE], "hardening = -1: ", "must be in [0, inf) [Pa]"),
-    (ELASTIC + "\n  moduli = 1e8", [], "moduli = 1e8: ", "goes with law = 'viscoelastic' only"),
-    (PLASTIC + "\n  relaxation_times = 1", [NO_CLOSURE], "relaxation_times = 1: ", "goes with law = 'viscoelastic' only"),
-    ("law = 'viscoelastic'", [NO_CLOSURE], "&material moduli", "must be given with law = 'viscoelastic'"),
+    (ELASTIC + "\n  moduli = 1e8", [], "moduli = 1e8 ", "requires law = 'viscoelastic'"),
+    (PLASTIC + "\n  relaxation_times = 1", [NO_CLOSURE], "relaxation_times = 1 ", "requires law = 'viscoelastic'"),
+    ("law = 'viscoelastic'", [NO_CLOSURE], "law = 'viscoelastic'", "requires moduli and relaxation_times"),
     (VISCOUS.replace("1e9", "1e9, 2e9"), [NO_CLOSURE], "relaxation_times = 1.0: ", "must be as many as moduli: 2"),
     (VISCOUS.replace("1e9", "3e10"), [NO_CLOSURE], "moduli = 3e10: ", "must have a sum of at most 2.6923076923076923e10 [Pa], the shear modulus"),
-    (PLASTIC + "\n  dilatation = 'cell'", [NO_CLOSURE, ("'updated'", "'total'")], "dilatation = 'cell': ", "'cell' goes with &run plane = 'strain'"),
-    (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'stress_closure'", "'domain_integral'")], "dilatation = 'cell': ",
-     "'cell' goes with &method frame = 'total' only"),
-    (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'"), NO_CLOSURE], "dilatation = 'cell': ",
-     "must be 'point' with the estimator 'energy_balance' of explicit steps"),
-    (ELASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'")], "dilatation = 'cell': ",
-     "'cell' goes with law = 'j2_plastic' or 'viscoelastic' only"),
-    (PLASTIC, [], "&energy_release estimators", "must be others than 'nodal_force', 'stress_closure' and 'crack_closure' with &material law = 'j2_plastic'"),
-    (VISCOUS, [("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'domain_integral'")], "time_steps = 'local': ",
-     "must be 'global' with &material law = 'viscoelastic'"),
-    (PLASTIC, [*AT_REST, ("&damping", "&refine indicator = 'zz' /\n&damping")], "&refine indicator = 'zz': ", "another mesh begins from"),
-    (VISCOUS, [*AT_REST, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")], "&crack contact", "must be 'none' with"),
+    (PLASTIC + "\n  dilatation = 'cell'", [NO_CLOSURE, ("'updated'", "'total'")], "dilatation = 'cell' ", "requires &run plane = 'strain'"),
+    (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'stress_closure'", "'domain_integral'")], "dilatation = 'cell' ",
+     "requires &method frame = 'total'"),
+    (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'"), NO_CLOSURE], "dilatation = 'cell' ",
+     "is not allowed with &energy_release estimators = 'energy_balance' and &method time = 'explicit'"),
+    (ELASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'")], "dilatation = 'cell' ",
+     "requires law = 'j2_plastic' or 'viscoelastic'"),
+    (PLASTIC, [], "&energy_release estimators", "'stress_closure' is not allowed with &material 'aluminium' law = 'j2_plastic'"),
+    (VISCOUS, [("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'domain_integral'")], "time_steps = 'local' ",
+     "is not allowed with &material 'aluminium' law = 'viscoelastic'"),
+    (PLASTIC, [*AT_REST, ("&damping", "&refine indicator = 'zz' /\n&damping")], "&refine indicator = 'zz' ", "another mesh begins from"),
+    (VISCOUS, [*AT_REST, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")], "&crack contact", "is not allowed with &method time = 'static' and &material 'aluminium' law = 'viscoelastic'"),
 ])
 def test_what_laws_that_remember_do_not_go_with(hampm, tmp_path, law, edits, fragment, phrase):
     text = changed((ELASTIC, law), *edits)
@@ -314,14 +314,14 @@ IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'u
 
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), [
-    ("frame = 'total'", "frame = 'updated'", "frame", "&method frame = 'updated': must be 'total' with &method time = 'implicit': "),
-    ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local': must be 'global' with"),
-    ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "must not be 'fmpm' with &method time = 'implicit': a series for the inverse"),
-    ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6: must be 0 where courant is given with"),
-    ("'linear_elastic'", "'neo_hookean'", "law", "&material law = 'neo_hookean': must be 'linear_elastic' with"),
-    ("'stress_closure'", "'energy_balance'", "estimators", "must be others than 'energy_balance' with &method time = 'implicit'"),
-    ("&damping", "&refine indicator = 'zz' /\n&damping", "indicator", "&refine indicator = 'zz': must be 'tip' or 'none' with"),
-    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "&constraint", "nodes would jump. Use 'ramp', or a velocity"),
+    ("frame = 'total'", "frame = 'updated'", "frame", "&method frame = 'updated' is not allowed with time = 'implicit': "),
+    ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local' is not allowed with time = 'implicit'"),
+    ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "&method mass = 'fmpm' is not allowed with time = 'implicit': it is a series for the inverse"),
+    ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6 is not allowed with time = 'implicit' and courant = 4"),
+    ("'linear_elastic'", "'neo_hookean'", "law", "law = 'neo_hookean' is not allowed with &method time = 'implicit'"),
+    ("'stress_closure'", "'energy_balance'", "estimators", "'energy_balance' is not allowed with &method time = 'implicit'"),
+    ("&damping", "&refine indicator = 'zz' /\n&damping", "indicator", "&refine indicator = 'zz' is not allowed with &method time = 'implicit'"),
+    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "nodes would jump; use history = 'ramp', or a velocity"),
     ("time = 'implicit'", "time = 'explicit'", "time_step", "&method time_step = 1e-6 requires time = 'implicit': the step of"),
     ("time = 'implicit' time_step = 1e-6", "hht_alpha = -0.1", "hht_alpha", "&method hht_alpha = -0.1 requires time = 'implicit'"),
 ])
@@ -335,7 +335,7 @@ def test_what_implicit_steps_do_not_go_with(hampm, tmp_path, old, new, fragment,
 
 def test_implicit_steps_do_not_go_with_contact(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(changed(*IMPLICIT, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")))
-    assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless': must be 'none' with &method time = 'implicit': whether faces")
+    assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless' is not allowed with &method time = 'implicit': whether faces")
 
 
 QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2", "points_per_cell = 3"), *AT_REST[:2], ("'stress_closure'", "'domain_integral'")
@@ -343,19 +343,19 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
 
 @pytest.mark.parametrize(("old", "new", "phrase"), [
     ("order = 2", "order = 3", "&grid order = 3: must be an integer in [1, 2]"),
-    ("frame = 'total'", "frame = 'updated' wave_speed = 'shear'", "&method frame = 'updated' is not allowed with time = 'static'"),
-    ("time = 'static'", "time_steps = 'local'", "&method time_steps = 'local': must be 'global' with &grid order = 2"),
-    ("time = 'static'", "time = 'implicit' courant = 4", "&method courant = 4: must be 0 with &grid order = 2 in implicit steps"),
-    ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2: must be at least 3 with &grid order = 2: with fewer some"),
-    ("'linear_elastic'", "'j2_plastic' yield_stress = 1e8", "&material law = 'j2_plastic': must be 'linear_elastic', 'orthotropic' or 'neo_hookean' with &grid order = 2"),
+    ("frame = 'total'", "frame = 'updated' wave_speed = 'shear'", "&method frame = 'updated' is not allowed with &grid order = 2"),
+    ("time = 'static'", "time_steps = 'local'", "&method time_steps = 'local' is not allowed with &grid order = 2"),
+    ("time = 'static'", "time = 'implicit' courant = 4", "&method courant = 4 is not allowed with time = 'implicit' and &grid order = 2"),
+    ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2 is not allowed with &grid order = 2: with fewer than 3 some"),
+    ("'linear_elastic'", "'j2_plastic' yield_stress = 1e8", "law = 'j2_plastic' is not allowed with &grid order = 2"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
-    ("fix = 'y'", "fix = 'y' push_only = .true.", "&constraint push_only = .true.: must be .false. with &grid order = 2"),
+    ("fix = 'y'", "fix = 'y' push_only = .true.", "&constraint push_only = .true. is not allowed with &grid order = 2"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
-     "&crack contact = 'frictionless': must be 'none' with &grid order = 2 and &refine indicator = 'zz'"),
-    ("'domain_integral'", "'stress_closure'", "must be others than 'stress_closure' with &grid order = 2"),
-    ("&damping", "&refine indicator = 'gradient' r_coarsen = 0.01 /\n&damping", "&refine r_coarsen = 0.01: must be 0 with &grid order = 2"),
-    ("velocity = 0.0, 0.0", "spin = 1.0", "&body spin = 1.0: must be 0 with &grid order = 2"),
-    ("velocity = 0.0, 0.0", "eigenstrain = 1e-4, 1e-4, 0", "eigenstrain = 1e-4, 1e-4, 0: must be 0 with &grid order = 2"),
+     "&crack contact = 'frictionless' requires kind = 'line' or 'path'"),
+    ("'domain_integral'", "'stress_closure'", "'stress_closure' is not allowed with &grid order = 2"),
+    ("&damping", "&refine indicator = 'gradient' r_coarsen = 0.01 /\n&damping", "&refine r_coarsen = 0.01 is not allowed with indicator = 'gradient' and &grid order = 2"),
+    ("velocity = 0.0, 0.0", "spin = 1.0", "&body spin = 1.0 is not allowed with &grid order = 2"),
+    ("velocity = 0.0, 0.0", "eigenstrain = 1e-4, 1e-4, 0", "eigenstrain = 1e-4, 1e-4, 0 is not allowed with &grid order = 2"),
 ])
 def test_what_quadratic_cells_do_not_go_with(hampm, tmp_path, old, new, phrase):
     text = changed((old, new), scene=changed(*QUADRATIC))
@@ -368,21 +368,21 @@ MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) 
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), [
     ("'frictionless'", "'sticky'", "&contact", "&contact bodies = 'sticky': must be 'joined', 'stick', 'frictionless' or 'friction'; did you mean 'stick'?"),
-    ("'frictionless'", "'friction'", "&contact", "&contact friction = 0.0 (default): must be above 0 with bodies = 'friction' and 0 without"),
-    ("'frictionless'", "'stick' friction = 0.1", "&contact", "&contact friction = 0.1: must be above 0 with bodies = 'friction' and 0 without"),
+    ("'frictionless'", "'friction'", "&contact", "&contact bodies = 'friction' requires friction > 0; use &contact bodies = 'frictionless'"),
+    ("'frictionless'", "'stick' friction = 0.1", "&contact", "&contact friction = 0.1 requires bodies = 'friction'"),
     ("'frictionless'", "'friction' friction = -0.1", "&contact", "&contact friction = -0.1: must be in [0, inf)"),
     ("'frictionless'", "'stick' distance = 1e-3", "&contact", "&contact distance = 1e-3: must not be above half of a cell: bodies farther"),
-    ("'frictionless'", "'joined' distance = 1e-4", "&contact", "&contact distance = 1e-4: must be 0 with bodies = 'joined': such bodies act"),
-    ("frame = 'updated'", "frame = 'total'", "frame", "&method frame = 'total': must be 'updated' with &contact bodies: in the total frame"),
-    ("frame = 'updated'", "frame = 'updated' time_steps = 'local'", "frame", "&method time_steps = 'local': must be 'global' with &contact bodies"),
-    ("courant = 0.1", "time = 'static'", "'static'", "&method time = 'static': must be 'explicit' with &contact bodies"),
-    ("courant = 0.1", "time = 'implicit'", "'implicit'", "&method time = 'implicit': must be 'explicit' with &contact bodies"),
-    ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine", "&refine indicator = 'gradient': must not be 'gradient' with &contact bodies"),
+    ("'frictionless'", "'joined' distance = 1e-4", "&contact", "&contact distance = 1e-4 requires bodies = 'stick' or 'frictionless' or 'friction': joined bodies act"),
+    ("frame = 'updated'", "frame = 'total'", "frame", "&method frame = 'total' is not allowed with &contact bodies = 'frictionless': in the total frame"),
+    ("frame = 'updated'", "frame = 'updated' time_steps = 'local'", "frame", "&method time_steps = 'local' is not allowed with &contact bodies = 'frictionless'"),
+    ("courant = 0.1", "time = 'static'", "'static'", "&method time = 'static' is not allowed with &contact bodies = 'frictionless'"),
+    ("courant = 0.1", "time = 'implicit'", "'implicit'", "&method time = 'implicit' is not allowed with &contact bodies = 'frictionless'"),
+    ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine", "&refine indicator = 'gradient' is not allowed with &contact bodies = 'frictionless'"),
     ("'frictionless' /", "'stick' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 /\n"
      "&crack kind = 'path' points = 0.0, 0.0107, 0.004, 0.0107 /", "&crack",
      "&crack points = 0.0, 0.0107, 0.004, 0.0107: must be in the first &body, or in one of its part, with &contact bodies: put the body"),
     ("'frictionless' /", "'joined' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 part = 'a' /", "part = 'a'",
-     "&body part = 'a': goes with &contact bodies = 'stick', 'frictionless' or 'friction' only"),
+     "&body(2) part = 'a' requires &contact bodies = 'stick' or 'frictionless' or 'friction'"),
     ("'frictionless' /", "'stick' /\n" + "".join(f"&body material = 'aluminium' lower = {k}e-3, 0.0105 upper = {k + 0.5}e-3, 0.011 /\n"
                                                  for k in range(16)), "&contact", "must be 'joined' where there are more than 16 bodies"),
 ])
@@ -396,7 +396,7 @@ def test_what_contact_between_bodies_does_not_go_with(hampm, tmp_path, old, new,
 def test_local_time_steps_do_not_go_with_the_energy_balance(hampm, tmp_path):
     text = changed(("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'energy_balance'"))
     (tmp_path / "case.nml").write_text(text)
-    assert_refused(hampm("case.nml"), 2, "&method time_steps = 'local': needs estimators of &energy_release other than")
+    assert_refused(hampm("case.nml"), 2, "&method time_steps = 'local' is not allowed with &energy_release estimators = 'energy_balance'")
 
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), REFINEMENT)
@@ -505,7 +505,7 @@ def test_two_materials_of_one_name(hampm, tmp_path):
 def test_overlapping_bodies(hampm, tmp_path):
     body = "&body material = 'aluminium' lower = 0.09, 0.0 upper = 0.1, 0.01 /\n"
     (tmp_path / "case.nml").write_text(GOOD + body)
-    assert_refused(hampm("case.nml"), 2, "the body must not overlap body 1", "'dcb' needs exactly one &body, not 2")
+    assert_refused(hampm("case.nml"), 2, "the body must not overlap body 1", "reference = 'dcb' is not allowed with several bodies")
 
 
 def test_too_many_particles(hampm, tmp_path):
@@ -519,7 +519,7 @@ def test_too_many_particles(hampm, tmp_path):
 def test_estimators_and_the_dcb_need_a_crack(hampm, tmp_path):
     start = GOOD.index("&crack")
     (tmp_path / "case.nml").write_text(GOOD[:start] + GOOD[GOOD.index("&energy_release") :])
-    assert_refused(hampm("case.nml"), 2, "'stress_closure', 'crack_closure' and 'domain_integral' need a group &crack", "'dcb' needs a group &crack")
+    assert_refused(hampm("case.nml"), 2, "&energy_release estimators = 'stress_closure' requires &crack", "&energy_release reference = 'dcb' requires &crack")
 
 
 def test_refinement_by_the_distance_to_the_tip_needs_a_crack(hampm, tmp_path):
@@ -534,7 +534,7 @@ def test_a_mass_matrix_that_is_full_where_cells_refine_needs_cells_that_do(hampm
     text = changed(method, ("'gradient'", "'none'"), scene=GOOD + REFINE)
     (tmp_path / "case.nml").write_text(text)
     line = line_of(text, "full_region")
-    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &method full_region = 'refined': 'refined' needs a group &refine with")
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &method full_region = 'refined' with mass = 'partial' requires &refine indicator")
 
 
 def test_every_body_needs_an_even_number_of_points_where_cells_refine(hampm, tmp_path):
@@ -630,7 +630,7 @@ COMMAND_LINES = [
     (["case.nml", "--set", "materal.young=1"], "there is no group &materal; did you mean 'material'?"),
     (["case.nml", "--set", "material.yung=1"], "&material has no key 'yung'; did you mean 'young'?"),
     (["case.nml", "--set", "material.young=-1"], "--set material.young=-1: &material young = -1: must be in (0, inf) [Pa]"),
-    (["case.nml", "--set", "material.young="], "must have 1 value, not 0"),
+    (["case.nml", "--set", "material.young="], "law = 'linear_elastic' requires young"),
     (["case.nml", "--set", "material.young=1/2"], "'/2' is no value"),
     (["case.nml", "--set", "material.young=1 poisson=2"], "'poisson=2' is no value"),
     (["case.nml", "--set", "material(2).young=1"], "there is no &material(2), the number of &material is 1"),

@@ -192,6 +192,6 @@ def test_growth_in_motion(hampm, tmp_path):
     text = (ROOT / "input/freund_growth.nml").read_text()
     assert "a crack that grows" not in check(hampm, tmp_path, text).stdout
     lumped = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'lumped'"))
-    assert "with mass = 'lumped' K of a crack that grows at 0.6" in str(notes(lumped))
+    assert "&method mass = 'lumped' with &growth law = 'prescribed': K of a crack that grows at 0.6" in str(notes(lumped))
     early = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'blend'  scheme = 'usavg'"))
     assert "stresses are behind the tip of a crack that grows" in early.stdout + early.stderr

@@ -185,12 +185,12 @@ def test_what_cannot_be_cut_is_refused(hampm, tmp_path, points, message):
 
 
 @pytest.mark.parametrize("change, message", [
-    (("time = 'static'", "time_steps = 'local'"), "must be 'global' with a &crack of kind = 'path'"),
-    (("'domain_integral'", "'nodal_force'"), "must be 'domain_integral'"),
-    (("points =", "tip = 0.0, 0.0  points ="), "has no meaning for kind = 'path'"),
+    (("time = 'static'", "time_steps = 'local'"), "time_steps = 'local' is not allowed with &crack kind = 'path'"),
+    (("'domain_integral'", "'nodal_force'"), "estimators = 'nodal_force' is not allowed with &crack kind = 'path'"),
+    (("points =", "tip = 0.0, 0.0  points ="), "tip = 0.0, 0.0 is not allowed with kind = 'path'"),
     (("points = -0.004, ", "points = "), "must be pairs"),
     (("points =", "friction = 0.2  points ="), "friction = 0.2 requires contact = 'friction'"),
-    (("&crack", "&crack tip = 0.0, 0.0 /\n&crack"), "must be 'path' beside other cracks")])
+    (("&crack", "&crack tip = 0.0, 0.0 /\n&crack"), "kind = 'symmetry' (default) is not allowed with several cracks")])
 def test_what_paths_do_not_go_with_is_refused(hampm, tmp_path, change, message):
     assert message in run(hampm, tmp_path, plate([[(-4e-3, 0.5e-3), (4e-3, 1e-3)]], levels=0).replace(*change), code=2)
 

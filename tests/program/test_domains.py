@@ -144,9 +144,9 @@ def test_every_law_under_small_loads_is_that_of_the_total_frame(hampm, tmp_path,
 
 
 REFUSED = {
-    "frame='total'": "with &method functions = 'cpdi': in frame = 'total' particles stay in their cells",
-    "frame='updated'  time_steps='local'": "must be 'global' with &method functions = 'cpdi'",
-    "frame='updated'  time='implicit'": "must be 'total'",
+    "frame='total'": "&method functions = 'cpdi' requires frame = 'updated': in the total frame particles stay in their cells",
+    "frame='updated'  time_steps='local'": "time_steps = 'local' is not allowed with functions = 'cpdi'",
+    "frame='updated'  time='implicit'": "frame = 'updated' is not allowed with time = 'implicit'",
 }
 
 

@@ -50,8 +50,8 @@ def test_modes_in_an_infinite_plate(hampm, tmp_path, angle, mixity, levels):
 
 
 @pytest.mark.parametrize("old, new, message", [
-    ("kind = 'path'", "contact = 'frictionless'  kind = 'path'", "must not name 'crack_closure' with &crack contact"),
-    ("&method", "&growth toughness = 100.0  increment = 2e-3 /\n&method", "must not name 'crack_closure' with a &growth"),
+    ("kind = 'path'", "contact = 'frictionless'  kind = 'path'", "'crack_closure' is not allowed with &crack contact"),
+    ("&method", "&growth toughness = 100.0  increment = 2e-3 /\n&method", "'crack_closure' is not allowed with &growth"),
     ("&energy_release", "&energy_release radii = 0.5e-3 ", "four of the finest cells, with 'crack_closure'"),
 ])
 def test_what_it_is_refused_with(hampm, tmp_path, old, new, message):

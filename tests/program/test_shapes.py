@@ -324,11 +324,11 @@ def test_it_goes_on_after_a_checkpoint(hampm, tmp_path):
 MISTAKES = [
     ("&body material = 's' shape = 'polygon' points = 0,0, 1,0 /", "must be three corners or more"),
     ("&body material = 's' shape = 'polygon' points = 0,0, 1,1, 1,0, 0,1 /", "cross or touch"),
-    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 /", "must be above 0 for shape = 'circle'"),
-    ("&body material = 's' shape = 'circle' radius = 0.1 /", "must have 2 values for shape = 'circle'"),
-    ("&body material = 's' lower = 0, 0 /", "must have 2 values for shape = 'rectangle'"),
-    ("&body material = 's' lower = 0, 0 upper = 1, 1 radius = 0.1 /", "is for shape = 'circle' only"),
-    ("&body lower = 0, 0 upper = 1, 1 /", "must be the name of a &material"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 /", "shape = 'circle' requires center and radius > 0"),
+    ("&body material = 's' shape = 'circle' radius = 0.1 /", "shape = 'circle' requires center and radius > 0"),
+    ("&body material = 's' lower = 0, 0 /", "shape = 'rectangle' (default) requires lower and upper"),
+    ("&body material = 's' lower = 0, 0 upper = 1, 1 radius = 0.1 /", "requires shape = 'circle'"),
+    ("&body lower = 0, 0 upper = 1, 1 /", "requires material or hole = .true."),
     ("&body shape = 'circle' center = 0.5, 0.5 radius = 0.1 hole = .true. /\n&body material = 's' lower = 0,0 upper = 1,1 /",
      "holes must come after"),
     ("&body material = 's' lower = 0,0 upper = 1,1 /\n&body shape = 'circle' center = 0.5, 0.95 radius = 0.1 hole = .true. /",
@@ -342,9 +342,9 @@ MISTAKES = [
      "&body material = 's' shape = 'circle' center = 0.7, 0.5 radius = 0.1 /", "the body must touch the others"),
     ("&body shape = 'circle' center = 0.3, 0.5 radius = 0.2 hole = .true. /", "there must be a &body of material"),
     *((f"&body material = 's' lower = 0,0 upper = 1,1 /\n&body shape = 'circle' center = 0.5, 0.5 radius = 0.1 hole = .true. {key} /",
-       "must not be given: a hole has none") for key in ("velocity = 1, 0", "spin = 2", "eigenstrain = 0, 0, 1e-3", "part = 'a'")),
+       "is not allowed with hole = .true.: a hole has none") for key in ("velocity = 1, 0", "spin = 2", "eigenstrain = 0, 0, 1e-3", "part = 'a'")),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n&crack tip = 0.5, 0.5 kind = 'line' /",
-     "must be 'path' where a body is"),
+     "is not allowed with edges that are no grid lines"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
      "&load kind = 'traction' lower = 0.1, 0.1 upper = 0.2, 0.2 force = 1, 0 /", "must hold a part of the edge"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
