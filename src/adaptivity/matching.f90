@@ -1,6 +1,9 @@
 !> Particles as fine as the cells in which they are: split where their cell is finer than they are, recombined where all
 !> siblings are in coarser cells. So a body that moves through a fine patch is split on entry and recombined behind it.
 !>
+!> A particle through whose middle a crack runs belongs to both of its sides: it is split, and its children stand beside the crack. Those of a crack along a
+!> diagonal may stand on it again, with half of the volume; they are split a few times.
+!>
 !> Domains of particles (`hampm_domains`) that have become much longer than their cell are split, too.
 !>
 !> The kinetic and strain energy that this gains or loses is booked in the energy audit.
@@ -22,11 +25,12 @@ module hampm_matching
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent
    implicit none
    private
-   public :: match_particles, has_fuller_cells, adopt_forest, adopt_lines
+   public :: match_particles, are_matched, adopt_forest, adopt_lines
 
    !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
    !> its children recombine
    real(dp), parameter :: longest = 1.5_dp, shortest = 1.2_dp
+   integer, parameter :: most_on_crack = 3       !! how often more than others a particle on a crack is split
 
 contains
 
@@ -61,7 +65,7 @@ contains
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
-      if (has_fuller_cells(m)) call match_particles(m, failure)
+      if (.not. are_matched(m)) call match_particles(m, failure)
    end subroutine adopt_lines
 
    !> Build the grid of a forest, cut along lines where there are any, and sort the particles into it.
@@ -88,13 +92,16 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       logical, allocatable :: marked(:)
+      logical :: at_lines                        ! whether pieces of cells get other particles, which springs follow
       real(dp) :: energy
       integer :: families
       call start_families(m%particles)
       marked = coarser_than_cell(m)
       if (.not. any(marked) .and. .not. any(finer_than_cell(m))) return
       energy = total_energy(m)
+      at_lines = .false.
       do while (any(marked))
+         at_lines = at_lines .or. .not. are_matched(m)
          call split_marked(m, marked, failure)
          if (failure%failed()) return
          marked = coarser_than_cell(m)
@@ -103,7 +110,7 @@ contains
          call recombine_marked(m, finer_than_cell(m), families, failure)
          if (failure%failed() .or. families == 0) exit
       end do
-      if (has_fuller_cells(m) .and. .not. failure%failed()) call rebuild_on_grid(m, failure) ! whose springs follow the particles
+      if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) call rebuild_on_grid(m, failure)
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
@@ -128,11 +135,33 @@ contains
       logical, allocatable :: coarser(:)
       integer :: i
       coarser = coarser_than(m, m%grid%forest)
-      if (.not. has_fuller_cells(m)) return
+      if (.not. (has_fuller_cells(m) .or. m%grid%cut_cells%are_there())) return
       do i = 1, m%particles%n
-         if (m%particles%level(i) < level_in(m, m%grid%element_leaf(m%particles%cell(i)))) coarser(i) = .true.
+         associate (level => level_in(m, m%grid%element_leaf(m%particles%cell(i))))
+            if (m%particles%level(i) < level) coarser(i) = .true.
+            if (m%particles%level(i) < level + most_on_crack .and. .not. coarser(i)) coarser(i) = is_on_crack(m, i)
+         end associate
       end do
    end function coarser_than_cell
+
+   !> Whether a crack runs through the middle of a particle.
+   pure logical function is_on_crack(m, i)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: x(ndim)
+      x = m%particles%reference(i, :)
+      is_on_crack = m%grid%cut_cells%is_on_line(m%grid%element_leaf(m%particles%cell(i)), x)
+   end function is_on_crack
+
+   !> Whether particles fit their cells before they are looked at one by one: where no cell is to have more of them than others, and no crack runs
+   !> through one.
+   pure logical function are_matched(m)
+      type(motion_t), intent(in) :: m
+      integer :: i
+      are_matched = .not. has_fuller_cells(m)
+      if (are_matched .and. m%grid%cut_cells%are_there() .and. .not. m%has_domains()) &
+         are_matched = .not. any([(is_on_crack(m, i), i=1, m%particles%n)])
+   end function are_matched
 
    !> Whether cells that are cut are to have more particles than others: quadratic ones.
    pure logical function has_fuller_cells(m)
@@ -148,12 +177,12 @@ contains
       if (m%grid%is_quadratic() .and. m%grid%is_cut(leaf)) level = level + 1
    end function level_in
 
-   !> Which particles are finer than their cell, and not parted by a crack from the middle of what they came from: siblings on both sides of
-   !> a crack stay apart.
+   !> Which particles are finer than their cell, and neither parted by a crack from the middle of what they came from, nor that on a crack: siblings on
+   !> both sides of a crack stay apart.
    pure function finer_than_cell(m) result(finer)
       type(motion_t), intent(in) :: m
       logical, allocatable :: finer(:)
-      real(dp) :: x(ndim)
+      real(dp) :: x(ndim), middle(ndim)
       integer :: i
       allocate (finer(m%particles%n))
       associate (grid => m%grid, p => m%particles)
@@ -162,7 +191,8 @@ contains
             if (finer(i) .and. m%has_domains()) finer(i) = 2*longest_edge(p, i) < shortest*grid%leaf_size(p%cell(i))
             if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
             x = p%reference(i, :)
-            finer(i) = .not. grid%cut_cells%divide(x, middle_of_parent(p, i))
+            middle = middle_of_parent(p, i)
+            finer(i) = .not. (grid%cut_cells%divide(x, middle) .or. grid%cut_cells%is_on_line(grid%element_leaf(p%cell(i)), middle))
          end do
       end associate
    end function finer_than_cell

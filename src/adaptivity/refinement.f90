@@ -8,7 +8,7 @@ module hampm_refinement
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
-   use hampm_matching, only: adopt_forest, match_particles, has_fuller_cells
+   use hampm_matching, only: adopt_forest, match_particles, are_matched
    use hampm_motion, only: motion_t
    use hampm_text, only: to_text
    implicit none
@@ -70,14 +70,14 @@ contains
    end function is_due
 
    !> Refine before the first step as far as that does not depend on the motion. Quadratic cells that are cut have more particles from the
-   !> start.
+   !> start, and particles through which a crack runs are split.
    subroutine refine_at_start(r, m, tips, failure)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
-      if (has_fuller_cells(m)) call match_particles(m, failure)
+      if (.not. are_matched(m)) call match_particles(m, failure)
       adapted = r%is_active() .and. r%indicator == 'tip'
       do while (adapted .and. .not. failure%failed())
          call refine(r, m, tips, adapted, failure)

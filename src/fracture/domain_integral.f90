@@ -224,7 +224,7 @@ contains
       do n = 1, size(elements)
          associate (e => elements(n))
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               weight = p%volume(i)*sum(q(:, grid%element_nodes(:, e)))
+               weight = p%volume(i)*sum(q(:, grid%support_of(e)))
                mean = mean + weight*p%gradient_of(i)
                total = total + weight
             end do
@@ -317,7 +317,8 @@ contains
       real(dp) :: x(ndim), a(ndim, ndim), flux(ndim)
       integer :: mode
       do mode = 1, modes
-         x = s%x + [domain%lag(mode), 0.0_dp]
+         x = s%x                                 ! whose second component tells the faces apart by its sign where it is 0
+         x(1) = x(1) + domain%lag(mode)
          if (norm2(x) < singular*s%size) cycle
          a = domain%field%gradient(mode, x)
          flux = matmul(a(:, 1), s%stress) + matmul(s%slope, domain%field%stress(a))

@@ -1,6 +1,7 @@
 !> What holds the nodes of small pieces of quadratic cells that cracks or edges cut: a piece that has few particles leaves some motions of its
-!> nine nodes free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of a fuller cell next to it, on the
-!> same side of the crack, are continued. Such springs do not feel any quadratic displacement. In motion they have a mass too, which no quadratic
+!> nine nodes free, or nearly so. Each node of such a piece is tied by a spring to the place to which the functions of the fullest cell next to it, on the
+!> same side of the crack, are continued; of several that are as full the one nearest to the particles of the piece, or each by a part of the spring, so that mirror images are alike. Such
+!> springs do not feel any quadratic displacement. In motion they have a mass too, which no quadratic
 !> velocity has any of: so the mass matrix is as well-conditioned as that of whole cells.
 !>
 !> Source: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220; here it is the difference of the continued polynomials
@@ -32,16 +33,23 @@ contains
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
-      real(dp) :: fill(grid%n_elements), least, most
+      real(dp) :: fill(grid%n_elements), middle(ndim, grid%n_elements), least, most
       logical :: moves(grid%n_points)
-      integer :: e, host, i
+      integer :: e, i, k
+      integer, allocatable :: hosts(:)
       fill = 0
+      middle = 0
       moves = .false.
       springs%alone = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
             fill(first) = fill(first) + p%volume(i)/(springs%thickness*grid%leaf_size(first)**ndim)
+            middle(:, first) = middle(:, first) + p%volume(i)*p%place_in_grid(i)/(springs%thickness*grid%leaf_size(first)**ndim)
          end associate
+      end do
+      do e = 1, grid%n_elements, corners
+         if (fill(e) > 0) middle(:, e) = middle(:, e)/fill(e)
+         if (.not. fill(e) > 0) middle(:, e) = grid%element_lower(:, e) + grid%leaf_size(e)/2
       end do
       most = merge(enough_in_motion, enough, springs%are_moving)
       least = merge(-1.0_dp, 0.0_dp, springs%are_moving) ! of a piece without particles too nodes may be masters of hanging ones
@@ -51,29 +59,45 @@ contains
       call grid%dofs%mark_masters(moves)
       do e = 1, grid%n_elements, corners
          if (.not. (fill(e) > least .and. fill(e) < most) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
-         host = fullest_beside(grid, fill, e)
-         if (host == 0 .and. springs%are_moving .and. fill(e) > 0 .and. fill(e) < enough_alone) springs%alone = e
-         if (host > 0) call tie(springs, grid, p, blocks, materials, e, host, moves, fill(e) > 0 .and. fill(e) < enough)
+         hosts = fullest_beside(grid, fill, middle, e)
+         if (size(hosts) == 0 .and. springs%are_moving .and. fill(e) > 0 .and. fill(e) < enough_alone) springs%alone = e
+         do k = 1, size(hosts)
+            call tie(springs, grid, p, blocks, materials, e, hosts(k), moves, fill(e) > 0 .and. fill(e) < enough, &
+                     1/real(size(hosts), dp))
+         end do
       end do
    end subroutine tie_small_pieces
 
-   !> The fullest cell, or piece of one, that has a side in common with a piece, if it is fuller than that; 0 for none.
-   pure integer function fullest_beside(grid, fill, e) result(host)
+   !> The fullest cell, or piece of one, that has a side in common with a piece, if it is fuller than that. Of several as full it is the one whose middle
+   !> is nearest to the particles of the piece; all that are as near, where there are several.
+   pure function fullest_beside(grid, fill, middle, e) result(hosts)
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: fill(:)
+      real(dp), intent(in) :: middle(:, :)       !! centroid of the particles of each piece [m], (ndim, elements)
       integer, intent(in) :: e                   !! the first element of the piece
+      integer, allocatable :: hosts(:)           !! their first elements
+      real(dp), parameter :: rounding = 1e-9_dp  ! of what a cell holds, and of distances
+      real(dp) :: held, nearest
       integer :: k, j, other
-      host = 0
+      allocate (hosts(0))
+      held = 0
+      nearest = 0
       associate (own => grid%support_of(e))
          do k = 1, size(own)
             associate (around => grid%dofs%elements_at(own(k)))
                do j = 1, size(around)
                   other = grid%first_of_piece(around(j))
-                  if (grid%element_leaf(other) == grid%element_leaf(e) .or. fill(other) <= fill(e)) cycle
-                  if (host > 0) then
-                     if (fill(other)*grid%leaf_size(other) <= fill(host)*grid%leaf_size(host)) cycle
-                  end if
-                  if (count_common(own, grid%support_of(other)) > 1) host = other
+                  if (grid%element_leaf(other) == grid%element_leaf(e) .or. fill(other) <= fill(e) .or. any(hosts == other)) cycle
+                  associate (holds => fill(other)*grid%leaf_size(other), &
+                             distance => norm2(grid%element_lower(:, other) + grid%leaf_size(other)/2 - middle(:, e)))
+                     if (holds < held*(1 - rounding)) cycle
+                     if (count_common(own, grid%support_of(other)) < 2) cycle
+                     if (holds <= held*(1 + rounding) .and. distance > nearest*(1 + rounding)) cycle
+                     if (holds > held*(1 + rounding) .or. distance < nearest*(1 - rounding)) hosts = [integer ::]
+                     held = holds
+                     nearest = distance
+                  end associate
+                  hosts = [hosts, other]
                end do
             end associate
          end do
@@ -88,7 +112,7 @@ contains
    end function count_common
 
    !> Tie the nodes of a piece that are not those of its host.
-   pure subroutine tie(springs, grid, p, blocks, materials, e, host, moves, is_stiff)
+   pure subroutine tie(springs, grid, p, blocks, materials, e, host, moves, is_stiff, part)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -97,6 +121,7 @@ contains
       integer, intent(in) :: e, host             !! the first elements of both
       logical, intent(in) :: moves(:)            !! which nodes have material, (n_points)
       logical, intent(in) :: is_stiff            !! else they have only a mass
+      real(dp), intent(in) :: part               !! of the stiffness and mass of a spring that this host has
       real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density, &
                   moduli(size(materials)), densities(size(materials))
       integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
@@ -127,8 +152,8 @@ contains
             springs%share(n + 1:n + j, s) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
             springs%place(:, s) = x
          end associate
-         springs%stiffness(s) = merge(firmness*modulus*springs%thickness, 0.0_dp, is_stiff)
-         springs%mass(s) = merge(heaviness*density*springs%thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
+         springs%stiffness(s) = part*merge(firmness*modulus*springs%thickness, 0.0_dp, is_stiff)
+         springs%mass(s) = part*merge(heaviness*density*springs%thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
          springs%rate(:, s) = 0
          springs%length(s) = grid%leaf_size(e)
          springs%cell(s) = grid%leaf_size(e)

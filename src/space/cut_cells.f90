@@ -6,7 +6,7 @@
 !> Which parts of a leaf are connected is found on a lattice of samples in it: neighbours are, unless a line runs between them. Leaves
 !> are connected in the same way across their common edge. So lines may cross, meet, turn, run along grid lines and through corners. A
 !> sliver that has no sample does not count; as samples are much denser than particles, hardly a particle is in one, and that which is
-!> belongs to a neighbour. A point on a line is to the left of it.
+!> belongs to a neighbour. A point on a line is to the left of it; particles there are split (`hampm_matching`).
 !>
 !> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and bonds
 !> (`hampm_face_springs`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
@@ -75,6 +75,7 @@ module hampm_cut_cells
       procedure :: divide
       procedure :: cut_part
       procedure :: side_at
+      procedure :: is_on_line
       procedure, private :: certain_piece_at
       procedure, private :: is_near
       procedure :: copy_at
@@ -543,6 +544,7 @@ contains
          if (divides) return
       end do
    end function divides
+
    !> On which side of the nearest line a point of a leaf is: 1 to the left as one walks along the points of the line, -1 to the
    !> right; 0 in a leaf that is not divided. Where a kink is nearest, that of its two segments tells from which, as a straight
    !> line, the point is farther.
@@ -570,6 +572,24 @@ contains
          end associate
       end do
    end function side_at
+
+   !> Whether material of a leaf that lines divide is on one of them, or on where it will go on to.
+   pure logical function is_on_line(self, leaf, origin)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]
+      real(dp) :: x(ndim)
+      integer :: k
+      is_on_line = .false.
+      if (self%pieces_of(leaf) < 2) return
+      x = self%follow(origin)
+      do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
+         associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
+            is_on_line = norm2(x - a - min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)*(b - a)) <= self%slack
+            if (is_on_line) return
+         end associate
+      end do
+   end function is_on_line
 
    !> The sample in whose part of a leaf a point is.
    pure function sample_at(forest, leaf, x) result(at)

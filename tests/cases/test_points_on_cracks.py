@@ -1,0 +1,49 @@
+"""A crack that runs through the middle of particles: results do not depend on from which end it is written."""
+
+import re
+
+import pytest
+
+ROUNDING = 1e-8  # of sums in another order
+
+
+def pair(case, text):
+    """Rows of a scene, and of the one whose crack has its points in the other order."""
+    line = re.search(r"points = ([-+.\deE, ]+)", text)
+    points = re.findall(r"[-+.\deE]+", line.group(1))
+    turned = [value for k in range(len(points) - 2, -1, -2) for value in points[k:k + 2]]
+    rows = []
+    for one in (text, text.replace(line.group(0), "points = " + ", ".join(turned) + " ")):
+        result = case("points_on_crack_forward", text=one)
+        assert result.code == 0, result.stderr
+        rows.append(result.row)
+    return rows
+
+
+def hold(a, b):
+    for column in ("strain_energy", "external_work"):
+        assert a[column] == pytest.approx(b[column], rel=ROUNDING, abs=ROUNDING * max(abs(a[column]))), column
+    for column in ("K_I", "K_II", "J", "crack_opening"):
+        if column not in a:
+            continue
+        for one, other in ((column, column + "_tip2"), (column + "_tip2", column)):
+            assert a[one] == pytest.approx(b[other], rel=0, abs=ROUNDING * max(abs(a[column]))), column
+
+
+def test_k_with_particles_on_the_crack(case, text_of):
+    """Between those with 3 x 3 and 4 x 4 particles, of which none is on the crack."""
+    a, b = pair(case, text_of("points_on_crack_forward"))
+    hold(a, b)
+    assert 2.45e4 < a["K_II"][-1] < 2.48e4
+    backward = case("points_on_crack_backward")
+    assert backward.row["K_II_tip2"][-1] == pytest.approx(a["K_II"][-1], rel=ROUNDING)
+
+
+@pytest.mark.parametrize("points", ["-5.1e-3, 0.25e-3, 5.6e-3, 0.25e-3", "0.75e-3, -5.1e-3, 0.75e-3, 5.1e-3", "-5.1e-3, -5.1e-3, 5.1e-3, 5.1e-3"])
+def test_a_crack_in_another_direction(case, text_of, points):
+    text = text_of("points_on_crack_forward").replace("-6e-3, 0.25e-3, 6e-3, 0.25e-3", points)
+    hold(*pair(case, text.replace("-20e-3", "-10e-3").replace("20e-3", "10e-3").replace("cells = 40, 40", "cells = 20, 20")))
+
+
+def test_a_motion(case, text_of):
+    hold(*pair(case, text_of("points_on_crack_order")))
