@@ -27,7 +27,7 @@ one_for_each := -fno-lto -finline-limit=20000 --param inline-unit-growth=5000 --
 release_interleaved_kernels := $(one_for_each)
 counted_interleaved_kernels := $(one_for_each)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
-# The checks of the debug build at half of its cost, for many short runs
+# The checks of the debug build at half of its cost: of the tests, and of many short runs
 checked := -O2 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # To be run under valgrind, which knows what was never set
 memcheck := -O1 -g
@@ -82,14 +82,13 @@ docs: setup  ## write pages of every module, type and procedure of src/: build/a
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug build/debug/bench_step
-	@$(MAKE) -j$(JOBS) --no-print-directory build/checked/hampm build=checked
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
 verify: setup  ## run the tests that take long, which `make test` leaves out, and write the table of docs/verification.md
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=debug
+	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
 	$(PYTHON) tools/verification_table.py results/verify.xml docs/verification.md
 

@@ -4,7 +4,8 @@ module hampm_crack_measurements
    use hampm_crack_closure, only: crack_opening, path_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes, effective_modulus
-   use hampm_cracks, only: cracks_t, first_point, last_point
+   use hampm_cracks, only: cracks_t, first_point
+   use hampm_cut_cells, only: side_of_ties
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
@@ -348,7 +349,7 @@ contains
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
       domain%quadratic = motion%grid%is_quadratic()
       domain%setback = setback_of_quadratic(motion, tip)
-      domain%face_of_line = merge(1.0_dp, -1.0_dp, tip%end == last_point)  ! the left one, as one walks along the crack
+      domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
       domain%thickness = scene%run%thickness
       domain%material = motion%materials(tip%material)

@@ -5,10 +5,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = (ROOT / os.environ.get("HAMPM", "build/release/hampm")).resolve()
-DEBUG_PROGRAM = ROOT / "build/debug/hampm"
 CHECKED_PROGRAM = ROOT / "build/checked/hampm"
 COUNTED_BENCH = ROOT / "build/counted/bench_step"
-DEBUG_BENCH = ROOT / "build/debug/bench_step"
+CHECKED_BENCH = ROOT / "build/checked/bench_step"
 RESULTS_DRIVER = PROGRAM.with_name("results_driver")
 SCRIPTS = ROOT / "postprocess"
 BENCH = ROOT / "bench"

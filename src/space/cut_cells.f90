@@ -6,7 +6,8 @@
 !> Which parts of a leaf are connected is found on a lattice of samples in it: neighbours are, unless a line runs between them. Leaves
 !> are connected in the same way across their common edge. So lines may cross, meet, turn, run along grid lines and through corners. A
 !> sliver that has no sample does not count; as samples are much denser than particles, hardly a particle is in one, and that which is
-!> belongs to a neighbour. A point on a line is to the left of it; particles there are split (`hampm_matching`).
+!> belongs to a neighbour. A point on a line belongs to one side, whichever end of the line is the first (`side_of_ties`); particles there are
+!> split (`hampm_matching`).
 !>
 !> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and bonds
 !> (`hampm_face_springs`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
@@ -16,7 +17,8 @@ module hampm_cut_cells
    use hampm_forest, only: forest_t, outside, level_width
    implicit none
    private
-   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides, both_faces, left_face, right_face
+   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides, side_of_ties, both_faces, left_face, &
+             right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -58,6 +60,7 @@ module hampm_cut_cells
       type(line_t), allocatable :: lines(:)
       type(end_leaf_t), allocatable :: ends(:)   !! one for each tip, in the order of the lines, the last point first
       real(dp), allocatable, private :: segment(:, :, :) !! of the lines, with their ends moved [m], (ndim, 2, segments)
+      real(dp), allocatable, private :: side_of_ties(:) !! of each segment: 1 where what is on it is to its left, else -1
       integer, allocatable, private :: entry(:)  !! of each leaf in the tables below, 0 where no line is near; (leaves)
       integer, allocatable, private :: first_near(:), near(:) !! the segments near each entry, in rows
       integer, allocatable, private :: n_pieces(:) !! of each entry
@@ -120,6 +123,7 @@ contains
       n = 0
       e = 0
       allocate (cut%segment(ndim, 2, sum([(size(cut%lines(line)%points, 2) - 1, line=1, size(cut%lines))])))
+      allocate (cut%side_of_ties(size(cut%segment, 3)))
       allocate (cut%ends(sum([(count(cut%lines(line)%is_tip), line=1, size(cut%lines))])))
       do line = 1, size(cut%lines)
          points = cut%lines(line)%points
@@ -143,6 +147,11 @@ contains
          do k = 2, size(points, 2)
             n = n + 1
             cut%segment(:, :, n) = points(:, k - 1:k)
+            if (allocated(cut%lines(line)%origin)) then
+               cut%side_of_ties(n) = side_of_ties(cut%lines(line)%origin(:, k) - cut%lines(line)%origin(:, k - 1))
+            else
+               cut%side_of_ties(n) = side_of_ties(points(:, k) - points(:, k - 1))
+            end if
          end do
       end do
    end subroutine find_segments
@@ -379,7 +388,7 @@ contains
       if (cut%entry(leaf) == 0) return
       do k = cut%first_near(cut%entry(leaf)), cut%first_near(cut%entry(leaf) + 1) - 1
          associate (a => cut%segment(:, 1, cut%near(k)), b => cut%segment(:, 2, cut%near(k)))
-            is_between = runs_between(a, b, p, q, cut%slack)
+            is_between = runs_between(a, b, p, q, cut%slack*cut%side_of_ties(cut%near(k)))
             if (is_between) return
          end associate
       end do
@@ -388,13 +397,22 @@ contains
    !> Whether the segment from a to b runs between two points.
    pure logical function runs_between(a, b, p, q, slack) result(runs)
       real(dp), intent(in) :: a(ndim), b(ndim), p(ndim), q(ndim) !! [m]
-      real(dp), intent(in) :: slack              !! [m]
-      runs = all(min(a, b) - slack <= max(p, q)) .and. all(max(a, b) + slack >= min(p, q))
+      real(dp), intent(in) :: slack              !! as in `is_left` [m]
+      runs = all(min(a, b) - abs(slack) <= max(p, q)) .and. all(max(a, b) + abs(slack) >= min(p, q))
       if (runs) runs = (is_left(a, b, p, slack) .neqv. is_left(a, b, q, slack)) .and. &
                        (is_left(p, q, a, 0.0_dp) .neqv. is_left(p, q, b, 0.0_dp))
    end function runs_between
 
-   !> Whether a point is to the left of the line from a to b, or within `slack` of it.
+   !> To which side of a segment belongs what is on it: that above, of a vertical one that at its left in the picture, whichever of its ends is the
+   !> first; 1 where that is to the left as one walks along the segment, else -1.
+   pure real(dp) function side_of_ties(direction) result(side)
+      real(dp), intent(in) :: direction(ndim)    !! of the segment, of any length
+      logical :: is_vertical
+      is_vertical = abs(direction(1)) <= nearly_none*abs(direction(2))
+      side = merge(1, -1, merge(direction(2) > 0, direction(1) > 0, is_vertical))
+   end function side_of_ties
+
+   !> Whether a point is to the left of the line from a to b, or within `slack` of it; where that is below 0, farther to the left than it.
    pure logical function is_left(a, b, p, slack)
       real(dp), intent(in) :: a(ndim), b(ndim), p(ndim) !! [m]
       real(dp), intent(in) :: slack              !! [m]
@@ -540,7 +558,7 @@ contains
       integer :: k
       divides = .false.
       do k = 2, size(points, 2)
-         divides = runs_between(points(:, k - 1), points(:, k), p, q, slack)
+         divides = runs_between(points(:, k - 1), points(:, k), p, q, slack*side_of_ties(points(:, k) - points(:, k - 1)))
          if (divides) return
       end do
    end function divides
@@ -568,7 +586,7 @@ contains
             if (distance > nearest - self%slack .and. height <= farthest) cycle
             nearest = distance
             farthest = height
-            side = merge(1, -1, is_left(a, b, x, self%slack))
+            side = merge(1, -1, is_left(a, b, x, self%slack*self%side_of_ties(self%near(k))))
          end associate
       end do
    end function side_at

@@ -2,7 +2,7 @@
 
 A checkpoint that is not what it was is refused with exit code 4 and one line, and the result beside it stays as it is.
 
-    .venv/bin/python tests/fuzz/checkpoint_files.py --cases 1000 --seed 2 --program build/debug/hampm
+    .venv/bin/python tests/fuzz/checkpoint_files.py --cases 1000 --seed 2 --program build/checked/hampm
 """
 
 import argparse

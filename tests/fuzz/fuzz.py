@@ -1,6 +1,6 @@
 """Read namelists and command lines that are changed at random, and compare what is understood with a second reader:
 
-    python tests/fuzz/fuzz.py [--cases 10000] [--seed 1] [--build debug]
+    python tests/fuzz/fuzz.py [--cases 10000] [--seed 1] [--build checked]
 
 Exit code 1 and the case where the program crashes, hangs, reports in other ways than by a message, or accepts what
 means something else than it says. Else a table of the counts.
@@ -157,7 +157,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=10000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--build", default="debug", help="which build reads them")
+    parser.add_argument("--build", default="checked", help="which build reads them")
     options = parser.parse_args()
     folder = ROOT / "build" / options.build
     counts = Counter()

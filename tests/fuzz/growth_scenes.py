@@ -3,7 +3,7 @@
 Every run has to end with exit code 0, 2 or 3 as those of `runs.py` do; one that ends with 0 has an energy balance that closes, and has lost
 no particle.
 
-    .venv/bin/python tests/fuzz/growth_scenes.py --cases 1000 --seed 2 --program build/debug/hampm
+    .venv/bin/python tests/fuzz/growth_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
 """
 
 import h5py

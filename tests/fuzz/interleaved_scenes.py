@@ -3,7 +3,7 @@
 Between two looks at the particles the first run has them interleaved; the second looks at them in each step, as the estimator `energy_balance` asks for, and has
 them where they stand. Both have to end with the same code, and where that is 0 with the same velocities, displacements and energies.
 
-    .venv/bin/python tests/fuzz/interleaved_scenes.py --cases 1000 --seed 2 --program build/debug/hampm
+    .venv/bin/python tests/fuzz/interleaved_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
 """
 
 import sys

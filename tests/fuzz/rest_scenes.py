@@ -4,7 +4,7 @@ bilinear and quadratic cells; laws, loads, supports that only push, refinement a
 Every run has to end with exit code 0, 2 or 3 as those of `runs.py` do; one that ends with 0 has finite numbers, stores no energy below 0 and, where the law is
 linear and no crack grows, what the loads have done. A crack that grows has the toughness at one tip at least, and does not become shorter.
 
-    .venv/bin/python tests/fuzz/rest_scenes.py --cases 1000 --seed 2 --program build/debug/hampm
+    .venv/bin/python tests/fuzz/rest_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
 """
 
 import h5py

@@ -3,7 +3,7 @@
 Every run has to end with exit code 0, 2 or 3 and a message of the program's own, in time, and with a result that can be read and says how
 the run has ended.
 
-    .venv/bin/python tests/fuzz/runs.py --cases 700 --seed 2 --program build/debug/hampm
+    .venv/bin/python tests/fuzz/runs.py --cases 700 --seed 2 --program build/checked/hampm
 """
 
 import argparse
@@ -20,7 +20,7 @@ import h5py
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build/release/hampm"
 ACCIDENTS = "backtrace", "runtime error", "SIG", "array temporary", "Sanitizer"
-LONGEST = 300  # that a run may take, in the debug build on a busy machine [s]
+LONGEST = 300  # that a run may take, in the checked build on a busy machine [s]
 
 # Keys that any of the scenes may be given, with values up to those that no run survives
 METHOD = {

@@ -4,7 +4,7 @@ motion.
 Every run has to end with exit code 0, 2 or 3 as those of `runs.py` do; one that ends with 0 has the area that its shapes have, finite numbers, and
 in motion an energy balance that closes.
 
-    .venv/bin/python tests/fuzz/shape_scenes.py --cases 1000 --seed 2 --program build/debug/hampm
+    .venv/bin/python tests/fuzz/shape_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
 """
 
 import math

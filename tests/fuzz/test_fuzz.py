@@ -19,9 +19,9 @@ from fuzz import SCENES, answers, fuzz, table
 from runs import try_runs
 from scene_fuzzer import try_scenes
 
-from paths import CHECKED_PROGRAM, DEBUG_PROGRAM, PROGRAM
+from paths import CHECKED_PROGRAM, PROGRAM
 
-DRIVER = DEBUG_PROGRAM.with_name("fuzz_driver")
+DRIVER = CHECKED_PROGRAM.with_name("fuzz_driver")
 CASES = 2000
 PROCESSES = 100
 RUNS = 30
@@ -29,7 +29,7 @@ RUNS = 30
 
 @pytest.mark.parametrize(("seed", "cases"), [(1, CASES), pytest.param(2, 5 * CASES, marks=pytest.mark.verify)])
 def test_random_changes(seed, cases):
-    """By the debug build, in which an index, a pointer or a number that goes wrong ends the process."""
+    """By the checked build, in which an index, a pointer or a number that goes wrong ends the process."""
     print(table(fuzz(cases, seed, DRIVER, PROGRAM)))
 
 
@@ -40,7 +40,7 @@ def test_the_program_ends_as_its_exit_codes_say(tmp_path):
         text = mutations.byte(source.choice(SCENES), source)
         text = mutations.KINDS["value"](text.decode("latin-1"), source)
         (tmp_path / "case.nml").write_text(text, encoding="latin-1")
-        program = DEBUG_PROGRAM if number % 2 else PROGRAM
+        program = CHECKED_PROGRAM if number % 2 else PROGRAM
         options = [word for word in mutations.arguments(source) if word != b"/dev/zero"]
         if number % 3:
             options = [b"case.nml"]
@@ -51,15 +51,15 @@ def test_the_program_ends_as_its_exit_codes_say(tmp_path):
             assert line.startswith(b"hampm: "), (options, text, run.stderr)
 
 
-@pytest.mark.parametrize("program", [PROGRAM, DEBUG_PROGRAM], ids=["release", "debug"])
+@pytest.mark.parametrize("program", [PROGRAM, CHECKED_PROGRAM], ids=["release", "checked"])
 def test_runs_that_go_wrong_end_with_a_message(program):
     ends, findings = try_runs(program, RUNS, seed=1)
     assert not findings
     assert ends[3] >= RUNS // 10 and ends[0] >= RUNS // 10
 
 
-@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 6), pytest.param(DEBUG_PROGRAM, 12, marks=pytest.mark.verify)],
-                         ids=["release", "debug"])
+@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 6), pytest.param(CHECKED_PROGRAM, 12, marks=pytest.mark.verify)],
+                         ids=["release", "checked"])
 def test_cracks_that_grow_at_random(program, cases):
     """They end as they say, with an energy balance that closes."""
     grown = []
@@ -74,8 +74,8 @@ def test_cracks_that_grow_at_random(program, cases):
     assert sum(grown) >= cases // 4 and ends[0] >= cases // 2
 
 
-@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 15), pytest.param(DEBUG_PROGRAM, 20, marks=pytest.mark.verify)],
-                         ids=["release", "debug"])
+@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 15), pytest.param(CHECKED_PROGRAM, 20, marks=pytest.mark.verify)],
+                         ids=["release", "checked"])
 @pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes, interleaved_scenes], ids=["shapes", "meeting", "rest", "interleaved"])
 def test_bodies_at_random(program, cases, scenes):
     """Shapes have their areas, bodies that meet keep their momentum, energy balances close, cracks at rest grow at their toughness, and interleaved particles

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from paths import BENCH, DEBUG_PROGRAM, PROGRAM
+from paths import BENCH, CHECKED_PROGRAM, PROGRAM
 from results import differing
 
 sys.path.insert(0, str(BENCH))
@@ -166,9 +166,9 @@ def test_a_run_that_is_stopped_or_has_other_threads_has_the_same_bytes(hampm, tm
     assert differing(tmp_path / "whole/case.h5", tmp_path / "parts/case.h5") == []
 
 
-def test_the_debug_build_finds_nothing(run_hampm, tmp_path):
+def test_the_checked_build_finds_nothing(run_hampm, tmp_path):
     written(tmp_path, MEETING + THIRD)
-    result = run_hampm("case.nml", "--quiet", cwd=tmp_path, program=DEBUG_PROGRAM)
+    result = run_hampm("case.nml", "--quiet", cwd=tmp_path, program=CHECKED_PROGRAM)
     assert result.returncode == 0, result.stderr
 
 

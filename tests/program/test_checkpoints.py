@@ -14,7 +14,7 @@ import pytest
 
 from history import History
 from kill_at_random import kill_runs, read_whole
-from paths import COARSE_DCB, DEBUG_PROGRAM, PROGRAM
+from paths import COARSE_DCB, CHECKED_PROGRAM, PROGRAM
 from results import differing
 
 SHORT = ("--set", "run.end_time=4e-5", "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=1e-5")
@@ -142,7 +142,7 @@ SCENES = {
     "domains": (FLIGHT, "method.functions=cpdi", "method.mass=full", "method.scheme=usl"),
     "domains refined": (FLIGHT, "method.functions=cpdi", "method.mass=fmpm", "method.scheme=usavg", *REFINED),
     "domains carried crack": (CARRIED.replace("-1e-4, 1e-4, 1e-3, 1.1e-3", "1e-3, 0").replace("-4e-3, 1e-4", "-4e-3, 0"), "method.functions=cpdi", "refine.indicator=tip", "refine.max_level=1", "refine.rings=3"),
-    "debug build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
+    "checked build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
 }
 
 
@@ -169,9 +169,9 @@ LONG = "carried crack refined", "domains carried crack"
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.verify) if name in LONG else name for name in SCENES])
 def test_a_resumed_run_has_the_bytes_of_an_unbroken_one(hampm, tmp_path, name):
-    program = DEBUG_PROGRAM if name == "debug build" else PROGRAM
+    program = CHECKED_PROGRAM if name == "checked build" else PROGRAM
     if not program.exists():
-        pytest.skip("there is no debug build")
+        pytest.skip("there is no checked build")
     scene, *settings = SCENES[name]
     (tmp_path / "case.nml").write_text(scene)
     words = [word for item in settings for word in ("--set", item)]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from history import History
-from paths import COARSE_DCB, DCB, DEBUG_PROGRAM, INPUT, PROGRAM
+from paths import COARSE_DCB, DCB, CHECKED_PROGRAM, INPUT, PROGRAM
 
 UNSTABLE = *COARSE_DCB, "--set", "output.history_interval=1e-5", "--set", "damping.rate=0"
 FLYING = """\
@@ -45,8 +45,8 @@ WHEN = r"hampm: step \d+, t = \S+ s: "
 PLACE = r"\(\S+, \S+\) m"
 
 builds = pytest.mark.parametrize("program", [
-    PROGRAM, pytest.param(DEBUG_PROGRAM, marks=pytest.mark.skipif(not DEBUG_PROGRAM.exists(), reason="no debug build"))],
-    ids=["release", "debug"])
+    PROGRAM, pytest.param(CHECKED_PROGRAM, marks=pytest.mark.skipif(not CHECKED_PROGRAM.exists(), reason="no checked build"))],
+    ids=["release", "checked"])
 
 
 def assert_failed(result, path, *patterns):

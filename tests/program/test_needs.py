@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from paths import DEBUG_PROGRAM, PROGRAM
+from paths import CHECKED_PROGRAM, PROGRAM
 
 SCENE = """\
 &run thickness = 0.01 end_time = 1e-7 /
@@ -121,7 +121,7 @@ TOO_MUCH = [
 ]
 
 
-@pytest.mark.parametrize("program", [path for path in (PROGRAM, DEBUG_PROGRAM) if path.exists()], ids=lambda path: path.parent.name)
+@pytest.mark.parametrize("program", [path for path in (PROGRAM, CHECKED_PROGRAM) if path.exists()], ids=lambda path: path.parent.name)
 @pytest.mark.parametrize(("change", "message"), TOO_MUCH, ids=range(len(TOO_MUCH)))
 def test_too_much_is_refused_at_once(hampm, tmp_path, change, message, program):
     """Limits on the memory of the process are those of the shell; the first scene needs more than any machine these tests meet."""

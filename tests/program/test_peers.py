@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from paths import BENCH, DEBUG_BENCH
+from paths import BENCH, CHECKED_BENCH
 
 sys.path.insert(0, str(BENCH / "peers"))
 
@@ -18,12 +18,12 @@ STEPS, CELLS = 60, 32
 
 def energies_of_program(motion):
     """Kinetic and strain energy [J] after the steps."""
-    line = subprocess.run([DEBUG_BENCH, "steps", str(STEPS), f"program:updated:usf:{CELLS}:1:{motion}"], capture_output=True,
+    line = subprocess.run([CHECKED_BENCH, "steps", str(STEPS), f"program:updated:usf:{CELLS}:1:{motion}"], capture_output=True,
                           text=True, check=True).stdout
     return [float(word) for word in line.split()[2:]]
 
 
-@pytest.mark.skipif(not DEBUG_BENCH.exists(), reason="no debug build")
+@pytest.mark.skipif(not CHECKED_BENCH.exists(), reason="no checked build")
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
 @pytest.mark.parametrize("motion", ["smooth", "turning"])
 def test_c_computes_the_same_motion(motion, tmp_path):
@@ -32,7 +32,7 @@ def test_c_computes_the_same_motion(motion, tmp_path):
     assert peer.energies() == pytest.approx(energies_of_program(motion), rel=1e-10)
 
 
-@pytest.mark.skipif(not DEBUG_BENCH.exists(), reason="no debug build")
+@pytest.mark.skipif(not CHECKED_BENCH.exists(), reason="no checked build")
 @pytest.mark.skipif(not find_spec("numba"), reason="numba is not installed: make peers does that")
 @pytest.mark.parametrize("motion", ["smooth", "turning"])
 def test_numba_computes_the_same_motion(motion):

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from paths import DEBUG_PROGRAM, PROGRAM
+from paths import CHECKED_PROGRAM, PROGRAM
 from results import differing
 from snapshots import field, points, read_steps
 
@@ -387,13 +387,13 @@ def test_the_snapshot_has_the_equivalent_plastic_strain(run, tmp_path):
     assert strain.max() > 1e-3 and strain.min() >= 0
 
 
-@pytest.mark.skipif(not DEBUG_PROGRAM.exists() or PROGRAM == DEBUG_PROGRAM, reason="there is no debug build")
+@pytest.mark.skipif(not CHECKED_PROGRAM.exists() or PROGRAM == CHECKED_PROGRAM, reason="there is no checked build")
 @pytest.mark.parametrize("law", LAWS)
-def test_debug_and_release_agree(hampm, run, tmp_path, law):
-    (tmp_path / "debug.nml").write_text(TENSION[law])
+def test_checked_and_release_agree(hampm, run, tmp_path, law):
+    (tmp_path / "checked.nml").write_text(TENSION[law])
     words = "--set", "run.end_time=4e-6", "--set", "output.snapshot_interval=0", "--set", "material.dilatation=cell", "--set", "energy_release.estimators=domain_integral"
-    assert hampm("debug.nml", "--quiet", *words, program=DEBUG_PROGRAM).returncode == 0
+    assert hampm("checked.nml", "--quiet", *words, program=CHECKED_PROGRAM).returncode == 0
     got = run(TENSION[law], "run.end_time=4e-6", "output.snapshot_interval=0", "material.dilatation=cell", "energy_release.estimators=domain_integral")
-    with h5py.File(tmp_path / "debug.h5") as file:
+    with h5py.File(tmp_path / "checked.h5") as file:
         for name in ("strain_energy", "J", "external_work"):
             assert got[name] == pytest.approx(file[f"history/{name}"][:], rel=1e-9, abs=1e-12)

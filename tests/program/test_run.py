@@ -8,7 +8,7 @@ import pytest
 
 import compare
 from history import History
-from paths import DCB, DEBUG_PROGRAM
+from paths import DCB, CHECKED_PROGRAM
 from results import differing
 
 PROGRESS = r" *\d+\.\d% \d+\.\d{4} us (\d+:\d\d:\d\d|-) left G/Gref -?\d\.\d{4} step \d+ cells 60 particles 160 level 0 energy "
@@ -101,11 +101,11 @@ def test_intervals_that_do_not_divide_the_end_time(dcb, tmp_path):
     np.testing.assert_allclose(History(tmp_path / "dcb.h5").times, [0, 7e-5, 14e-5, 21e-5, 28e-5, 30e-5], rtol=1e-12)
 
 
-@pytest.mark.skipif(not DEBUG_PROGRAM.exists(), reason="no debug build")
-def test_the_debug_build_gives_the_same_numbers(dcb, dcb_result, tmp_path):
-    result = dcb("--output", "debug", program=DEBUG_PROGRAM)
+@pytest.mark.skipif(not CHECKED_PROGRAM.exists(), reason="no checked build")
+def test_the_checked_build_gives_the_same_numbers(dcb, dcb_result, tmp_path):
+    result = dcb("--output", "checked", program=CHECKED_PROGRAM)
     assert (result.returncode, result.stderr) == (0, "")
-    assert compare.main([str(dcb_result), str(tmp_path / "debug/dcb.h5"), "--rtol", "1e-9",
+    assert compare.main([str(dcb_result), str(tmp_path / "checked/dcb.h5"), "--rtol", "1e-9",
                          "--tolerance", "numerical_loss=1e-6", "--ignore", "momentum_x"]) == 0  # nothing moves along x but rounding
 
 

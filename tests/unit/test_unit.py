@@ -1,4 +1,4 @@
-"""Runs the unit test programs of tests/unit, each in the release build and in the debug build with its run-time checks."""
+"""Runs the unit test programs of tests/unit, each in the release build and in the checked build with its run-time checks."""
 
 import subprocess
 from pathlib import Path
@@ -8,13 +8,13 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = sorted(source.stem for source in Path(__file__).parent.glob("test_*.f90"))
 
-LONG = {("test_contact", "debug"), ("test_manufactured", "debug"), ("test_mass_positions", "release"), ("test_refine_cycles", "release"),
-        ("test_subcycled", "debug"), ("test_element_operators", "debug")}
+LONG = {("test_contact", "checked"), ("test_manufactured", "checked"), ("test_mass_positions", "release"), ("test_refine_cycles", "release"),
+        ("test_subcycled", "checked"), ("test_element_operators", "checked")}
 
 
 @pytest.mark.parametrize(("program", "build"), [
     pytest.param(program, build, id=f"{program}-{build}", marks=pytest.mark.verify if (program, build) in LONG else [])
-    for program in PROGRAMS for build in ("release", "debug")])
+    for program in PROGRAMS for build in ("release", "checked")])
 def test_program(program, build):
     path = ROOT / "build" / build / program
     assert path.exists(), f"{path} is not built: run `make unit build={build}`"
