@@ -93,7 +93,7 @@ contains
       class(static_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call archive%keep('have_begun', self%equilibrium%begun)
+      call self%equilibrium%keep(archive)
       if (any(m%materials%has_eigenstrain)) call archive%keep('at_first', self%at_first)
    end subroutine keep
 

@@ -15,6 +15,7 @@
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapters 5 (limit points) and 10 (active sets).
 module hampm_equilibrium
    use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
    use hampm_face_springs, only: face_springs_t, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
@@ -40,10 +41,14 @@ module hampm_equilibrium
    type :: equilibrium_t
       type(newton_t) :: newton
       logical :: begun = .false.                 !! whether it has been found before
+      real(dp), allocatable :: displacement(:, :) !! of the nodes there, from material without loads [m], (ndim, n_points)
+      real(dp), allocatable, private :: moved(:, :) !! on the way to the last one [m], (ndim, n_points)
+      real(dp), private :: work_at_once = 0      !! that the forces of its loads would have done all the way there [J]
    contains
       procedure :: find
       procedure :: find_again
       procedure :: distance
+      procedure :: keep
    end type equilibrium_t
 
    !> What drives the material at a time.
@@ -80,6 +85,7 @@ contains
       call find_drive(m, m%time, first)
       if (.not. self%begun) first%force = 0
       if (.not. self%begun) first%way = 0
+      if (.not. self%begun) self%displacement = 0*first%force
       call find_drive(m, time, last)
       if (present(factor)) last%force = factor*last%force
       if (present(factor)) last%way = factor*last%way
@@ -100,6 +106,7 @@ contains
          else
             call settle_slip(m%springs)
             call keep_history(m)
+            call note_displacement(self, m, between(first, last, done + part))
             done = done + part
             part = min(2*part, 1 - done)
             divisions = max(0, divisions - 1)
@@ -114,21 +121,28 @@ contains
    end subroutine find
 
    !> Find equilibrium again at the present time, on another mesh, from what the particles carry over to it or, where that does not lead
-   !> there, from material without loads.
+   !> there, from material without loads. The loads, which stay, do work on what lies between both equilibria, not on the way from what was
+   !> carried over: that is no state of the material.
    subroutine find_again(self, m, failure)
       class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: none
       type(drive_t) :: drive
-      real(dp) :: nothing(ndim, m%grid%n_points)
-      call carry_over(m)
+      real(dp) :: nothing(ndim, m%grid%n_points), work, at_once
+      call carry_over(m, self%displacement)
       call find_drive(m, m%time, drive)
+      work = m%external_work
+      at_once = self%work_at_once
       call go_to(self, m, drive, drive, 0.0_dp, none)
       if (.not. (none%failed() .or. all(m%materials%linear))) then
          if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
       end if
-      if (.not. none%failed()) return
+      if (.not. none%failed()) then
+         call note_displacement(self, m, drive)
+         m%external_work = work + (self%work_at_once - at_once)
+         return
+      end if
       nothing = 0
       m%particles%displacement = 0
       m%particles%gradient = 0
@@ -140,6 +154,30 @@ contains
       self%begun = .false.
       call self%find(m, m%time, failure)
    end subroutine find_again
+
+   !> Note the displacement with which an equilibrium has been found.
+   subroutine note_displacement(self, m, drive)
+      class(equilibrium_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      type(drive_t), intent(in) :: drive         !! there
+      self%displacement = self%displacement + self%moved
+      self%work_at_once = work_of(m, drive%force, self%displacement)
+   end subroutine note_displacement
+
+   !> Keep what the next equilibrium needs of the last.
+   subroutine keep(self, archive)
+      class(equilibrium_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: n
+      call archive%keep('have_begun', self%begun)
+      if (.not. self%begun) return
+      n = 0
+      if (allocated(self%displacement)) n = size(self%displacement, 2)
+      call archive%keep('points', n)
+      if (archive%is_read) allocate (self%displacement(ndim, n))
+      call archive%keep_reals('displacement', ndim*n, self%displacement)
+      call archive%keep('work_at_once', self%work_at_once)
+   end subroutine keep
 
    !> Up to where equilibrium could be followed, in words.
    function how_far(self, m, done) result(text)
@@ -210,10 +248,11 @@ contains
       real(dp), intent(in) :: elapsed            !! between them [s]
       type(failure_t), intent(inout) :: failure
       type(pin_t), allocatable :: pins(:)
-      real(dp), allocatable :: moved(:, :), held(:, :), held_before(:, :)
+      real(dp), allocatable :: held(:, :), held_before(:, :)
       logical :: changed, is_driven
       integer :: turn
-      allocate (moved(ndim, m%grid%n_points), source=0.0_dp)
+      if (allocated(self%moved)) deallocate (self%moved)
+      allocate (self%moved(ndim, m%grid%n_points), source=0.0_dp)
       if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       call find_pins(m, pins)
       is_driven = any(abs(after%way - before%way) > 0)
@@ -221,7 +260,7 @@ contains
       call let_pass(m, elapsed)
       call move_supports(m%constraints, after%way - before%way)
       do turn = 1, most_turns
-         call self%newton%balance(m, after%force, after%way - before%way, pins, moved, failure)
+         call self%newton%balance(m, after%force, after%way - before%way, pins, self%moved, failure)
          if (failure%failed()) return
          call look_at_faces(m, after%force, changed)
          if (m%constraints%only_push()) call change_supports(m, after%force, turn, pins, changed)
@@ -229,9 +268,9 @@ contains
          if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
       end do
       if (any(m%materials%is_finite()) .and. .not. failure%failed() .and. differ(before, after)) &
-         call look_at_way(self, moved, failure)
+         call look_at_way(self, self%moved, failure)
       if (turn > most_turns) call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
-      m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, moved)
+      m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, self%moved)
       if (.not. is_driven) return
       call find_reactions(m, after%force, held)
       m%external_work = m%external_work + sum((held_before + held)*(after%way - before%way))/2
@@ -359,9 +398,10 @@ contains
 
    !> After the mesh has changed: displacements of its nodes, the means by mass of what the particles around them tell, linear from
    !> where they are, and particles that are moved and strained by these.
-   subroutine carry_over(m)
+   subroutine carry_over(m, u)
       type(motion_t), intent(inout) :: m
-      real(dp), allocatable :: u(:, :), mass(:)
+      real(dp), allocatable, intent(out) :: u(:, :) !! [m], (ndim, n_points)
+      real(dp), allocatable :: mass(:)
       real(dp) :: shape(m%grid%n_functions)
       integer :: at(m%grid%n_functions)
       integer :: i, c, k, d
