@@ -41,7 +41,8 @@ contains
    end function crack_opening
 
    !> How far the faces of a path have parted at the point of it next to a place; 0 where there is no material on both sides [m].
-   !> Where cells meet there, those on one side of it tell, or the mean of both: so mirror images of a crack open alike.
+   !> Where cells meet there, those on one side of it tell, or the mean of both: so mirror images of a crack open alike. Where none is cut
+   !> there, the next that is, within half a cell.
    pure function path_opening(tip, x, toward, grid, p, blocks) result(opening)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
@@ -52,7 +53,8 @@ contains
       real(dp) :: opening(modes)
       real(dp), parameter :: beside = 1e-4_dp    ! cells
       real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim)
-      integer :: elements(faces), side, n
+      integer, parameter :: steps = 8            ! a sixteenth of a cell each: a sliver without a sample (`hampm_cut_cells`) is not cut off
+      integer :: elements(faces), side, n, k
       opening = 0
       call grid%cut_cells%find_nearest(x, point, normal)
       along = [normal(2), -normal(1)]
@@ -60,7 +62,11 @@ contains
       axis = frame_along(tip%direction)
       n = 0
       do side = 1, -1, -2
-         elements = faces_at(grid, blocks, point + side*beside*tip%nodes%spacing*along, normal, tip%only_face())
+         do k = 0, steps
+            elements = faces_at(grid, blocks, point + side*(beside + k/(2.0_dp*steps))*tip%nodes%spacing*along, normal, &
+                                tip%only_face())
+            if (any(elements > 0)) exit
+         end do
          if (all(elements == 0)) cycle
          opening = opening + matmul(jump_between(grid, p, blocks, elements, point), axis(:, [2, 1]))
          n = n + 1

@@ -40,13 +40,13 @@ contains
    end function faces_at
 
    !> The elements whose particles tell how an element moves: itself or, where it has none, of quadratic cells the other quarters of its
-   !> piece or else those of other leaves that have an edge in common with it.
+   !> piece or else those of other leaves that have an edge in common with it or, where none has, a corner.
    pure function carriers_of(grid, blocks, e) result(carriers)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: e
       integer, allocatable :: carriers(:)
-      integer :: corner, k, c
+      integer :: corner, k, c, least             ! nodes in common
       carriers = [e]
       if (blocks%count_in(e) > 0) return
       carriers = [integer ::]
@@ -56,15 +56,18 @@ contains
          if (size(carriers) > 0) return
       end if
       associate (nodes => grid%support_of(e))
-         do corner = 1, size(nodes)
-            associate (others => grid%dofs%elements_at(nodes(corner)))
-               do k = 1, size(others)
-                  if (blocks%count_in(others(k)) == 0 .or. any(carriers == others(k))) cycle
-                  if (grid%element_leaf(others(k)) == grid%element_leaf(e)) cycle
-                  if (count([(any(grid%element_nodes(:, others(k)) == nodes(c)), c=1, size(nodes))]) > 1) &
-                     carriers = [carriers, others(k)]
-               end do
-            end associate
+         do least = 2, 1, -1
+            do corner = 1, size(nodes)
+               associate (others => grid%dofs%elements_at(nodes(corner)))
+                  do k = 1, size(others)
+                     if (blocks%count_in(others(k)) == 0 .or. any(carriers == others(k))) cycle
+                     if (grid%element_leaf(others(k)) == grid%element_leaf(e)) cycle
+                     if (count([(any(grid%element_nodes(:, others(k)) == nodes(c)), c=1, size(nodes))]) >= least) &
+                        carriers = [carriers, others(k)]
+                  end do
+               end associate
+            end do
+            if (size(carriers) > 0) return
          end do
       end associate
    end function carriers_of

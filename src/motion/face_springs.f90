@@ -35,8 +35,8 @@ module hampm_face_springs
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
              spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_closed_at, is_pressed, &
-             keep_springs, make_room, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, &
-             add_spring_resistance
+             keep_springs, make_room, add_spring, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, &
+             energy_of_rates, add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -402,6 +402,35 @@ contains
          end if
       end associate
    end function energy_of
+
+   !> Add a spring that nothing has stretched, without nodes.
+   pure subroutine add_spring(springs, kind)
+      type(face_springs_t), intent(inout) :: springs
+      integer, intent(in) :: kind
+      if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
+      springs%n = springs%n + 1
+      if (kind == contact) springs%n_contact = springs%n_contact + 1
+      associate (s => springs%n)
+         springs%kind(s) = kind
+         springs%node(:, s) = 0
+         springs%n_left(s) = 0
+         springs%share(:, s) = 0
+         springs%normal(:, s) = [1, 0]
+         springs%friction(s) = 0
+         springs%opening(:, s) = 0
+         springs%slip(s) = 0
+         springs%pressed(s) = 0
+         springs%tip(s) = 0
+         springs%way(s) = 0
+         springs%held(:, s) = 0
+         springs%start(:, s) = 0
+         springs%lets_go(s) = .false.
+         springs%kept(s) = 1
+         springs%stored(s) = 0
+         springs%mass(s) = 0
+         springs%rate(:, s) = 0
+      end associate
+   end subroutine add_spring
 
    !> Room for a number of springs; those that there are stay.
    pure subroutine make_room(springs, most)

@@ -10,7 +10,8 @@ module hampm_small_pieces
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_face_springs, only: face_springs_t, bond, make_room
+   use hampm_face_springs, only: face_springs_t, bond, add_spring
+   use hampm_ghost_penalty, only: fills_of_pieces
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
@@ -37,13 +38,12 @@ contains
       logical :: moves(grid%n_points)
       integer :: e, i, k
       integer, allocatable :: hosts(:)
-      fill = 0
+      fill = fills_of_pieces(grid, p, springs%thickness)
       middle = 0
       moves = .false.
       springs%alone = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
-            fill(first) = fill(first) + p%volume(i)/(springs%thickness*grid%leaf_size(first)**ndim)
             middle(:, first) = middle(:, first) + p%volume(i)*p%place_in_grid(i)/(springs%thickness*grid%leaf_size(first)**ndim)
          end associate
       end do
@@ -136,12 +136,8 @@ contains
       end do
       do k = 1, size(own)
          if (own(k) > grid%n_nodes .or. .not. moves(own(k)) .or. any(grid%support_of(host) == own(k))) cycle
-         if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
-         springs%n = springs%n + 1
+         call add_spring(springs, bond)
          s = springs%n
-         springs%kind(s) = bond
-         springs%node(:, s) = 0
-         springs%share(:, s) = 0
          call grid%dofs%masters_of(own(k:k), n, master, of_node)
          springs%node(:n, s) = master(:n)
          springs%share(:n, s) = of_node(1, :n)
@@ -154,21 +150,8 @@ contains
          end associate
          springs%stiffness(s) = part*merge(firmness*modulus*springs%thickness, 0.0_dp, is_stiff)
          springs%mass(s) = part*merge(heaviness*density*springs%thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
-         springs%rate(:, s) = 0
          springs%length(s) = grid%leaf_size(e)
          springs%cell(s) = grid%leaf_size(e)
-         springs%normal(:, s) = [1, 0]
-         springs%friction(s) = 0
-         springs%opening(:, s) = 0
-         springs%slip(s) = 0
-         springs%pressed(s) = 0
-         springs%tip(s) = 0
-         springs%way(s) = 0
-         springs%held(:, s) = 0
-         springs%start(:, s) = 0
-         springs%lets_go(s) = .false.
-         springs%kept(s) = 1
-         springs%stored(s) = 0
       end do
    contains
       !> The largest value that the materials of the particles in an element have; 0 where there are none.

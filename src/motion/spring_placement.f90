@@ -11,8 +11,9 @@ module hampm_spring_placement
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, force_of, energy_of, is_half
+   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, add_spring, force_of, energy_of, is_half
    use hampm_forest, only: outside
+   use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
@@ -55,7 +56,7 @@ module hampm_spring_placement
 
 contains
 
-   !> Find the springs of a new grid; their openings are those of the particles beside them, and what has slid stays so.
+   !> Find the springs of a new grid. The openings of those that are new there are those of the particles beside them.
    pure subroutine rebuild_springs(springs, grid, p, blocks, materials)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
@@ -63,16 +64,31 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       type(face_springs_t) :: old
-      integer :: k, s
-      call note_moving(springs, old)
+      if (springs%n > 0) old = springs
       springs%n = 0
       springs%n_contact = 0
-      if (.not. (grid%cut_cells%are_there() .or. grid%is_quadratic() .and. allocated(grid%bodies))) return
+      if (.not. (grid%cut_cells%are_there() .or. allocated(grid%bodies))) return
       if (.not. allocated(springs%kind)) call make_room(springs, 64)
-      if (.not. grid%cut_cells%are_there()) then
+      if (grid%cut_cells%are_there()) call add_springs_of_cracks(springs, grid, p, blocks, materials, old)
+      if (grid%is_quadratic()) then
          call tie_small_pieces(springs, grid, p, blocks, materials)
-         return
+      else if (.not. springs%are_bounded) then
+         call hold_small_pieces(springs, grid, p, materials)
       end if
+      call go_on(springs, old)
+      if (springs%n > 0 .and. springs%are_bounded .and. .not. grid%is_quadratic()) &
+         call soften(springs, grid, p, blocks, materials)
+   end subroutine rebuild_springs
+
+   !> Add the bonds of all tips and the contact of all faces.
+   pure subroutine add_springs_of_cracks(springs, grid, p, blocks, materials, old)
+      type(face_springs_t), intent(inout) :: springs
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      type(face_springs_t), intent(in) :: old    !! the bonds of tips that move, as they were
+      integer :: k, s
       do k = 1, size(grid%cut_cells%ends)
          associate (end => grid%cut_cells%ends(k))
             associate (line => grid%cut_cells%lines(end%line))
@@ -94,20 +110,33 @@ contains
       do k = 1, size(grid%cut_cells%lines)
          if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
-      if (grid%is_quadratic()) then
-         call tie_small_pieces(springs, grid, p, blocks, materials)
-      else if (springs%n > 0 .and. springs%are_bounded) then
-         call soften(springs, grid, p, blocks, materials)
-      end if
-   end subroutine rebuild_springs
+   end subroutine add_springs_of_cracks
 
-   !> Note the bonds of tips that move, as they are.
-   pure subroutine note_moving(springs, old)
-      type(face_springs_t), intent(in) :: springs
-      type(face_springs_t), intent(out) :: old
-      if (springs%n == 0) return
-      if (any(springs%tip(:springs%n) > 0)) old = springs
-   end subroutine note_moving
+   !> Let springs that are where some have been before go on as these: particles tell of the opening only what a linear field between the
+   !> nodes would, and a mesh that changes somewhere else again and again would let springs forget the rest of it, and give back other work
+   !> than they took.
+   pure subroutine go_on(springs, old)
+      type(face_springs_t), intent(inout) :: springs
+      type(face_springs_t), intent(in) :: old    !! those on the grid before
+      real(dp), parameter :: same = 1e-9_dp      ! distance within which places are the same [cells]
+      integer :: s, k, i
+      k = 0
+      do s = 1, springs%n
+         if (springs%tip(s) > 0) cycle           ! see `begin_bond`
+         do i = 1, old%n                         ! most follow each other as before
+            k = k + 1
+            if (k > old%n) k = 1
+            if (old%kind(k) /= springs%kind(s) .or. old%tip(k) > 0) cycle
+            if (norm2(old%place(:, k) - springs%place(:, s)) > same*springs%cell(s)) cycle
+            if (abs(old%length(k) - springs%length(s)) > same*springs%cell(s)) cycle
+            springs%opening(:, s) = old%opening(:, k)
+            springs%slip(s) = old%slip(k)
+            springs%pressed(s) = old%pressed(k)
+            springs%rate(:, s) = old%rate(:, k)
+            exit
+         end do
+      end do
+   end subroutine go_on
 
    !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.
@@ -330,13 +359,8 @@ contains
             if (all(e == 0)) cycle
             own = e(findloc(e > 0, .true., dim=1))
             if (layer%certain .and. any(blocks%count_in(pack(e, e > 0)) == 0)) cycle
-            if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
-            springs%n = springs%n + 1
-            if (layer%kind == contact) springs%n_contact = springs%n_contact + 1
+            call add_spring(springs, layer%kind)
             associate (s => springs%n)
-               springs%kind(s) = layer%kind
-               springs%node(:, s) = 0
-               springs%share(:, s) = 0
                springs%opening(:, s) = jump_between(grid, p, blocks, e, x)
                springs%place(:, s) = x
                springs%length(s) = part(i)*norm2(to - from)
@@ -345,15 +369,7 @@ contains
                springs%tip(s) = layer%tip
                springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
                springs%cell(s) = grid%leaf_size(own)
-               springs%held(:, s) = 0
-               springs%start(:, s) = 0
-               springs%lets_go(s) = .false.
-               springs%kept(s) = 1
-               springs%stored(s) = 0
-               springs%mass(s) = 0
-               springs%rate(:, s) = 0
                n = 0
-               springs%n_left(s) = 0
                do side = 1, faces
                   if (e(side) == 0) cycle
                   associate (element => nearest_carrier(grid, blocks, e(side), x))
