@@ -11,6 +11,7 @@ module hampm_guards
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
+   use hampm_loose_pieces, only: check_pieces
    use hampm_measurements, only: measurements_t, energy_residual
    use hampm_motion, only: motion_t
    use hampm_particles, only: spacing_of
@@ -91,6 +92,7 @@ contains
          call look_at_travel(motion, measurements, now, warning)
          call look_at_angular_momentum(motion, measurements, now, warning)
       end if
+      if (.not. motion%springs%are_bounded .and. .not. failure%failed()) call check_pieces(motion, now, failure)
    end subroutine check_state
 
    !> Fail where a time step is too small to be added to the time.

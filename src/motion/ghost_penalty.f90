@@ -23,7 +23,7 @@ module hampm_ghost_penalty
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: hold_small_pieces, fills_of_pieces
+   public :: hold_small_pieces, fills_of_pieces, enough
 
    real(dp), parameter :: enough = 0.9_dp        !! part of a cell from which on a piece holds itself
    real(dp), parameter :: at_cracks = 0.01_dp    !! gamma of pieces that cracks leave, which hold a particle at least: ten times less lets nodes move
