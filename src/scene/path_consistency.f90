@@ -9,6 +9,7 @@ module hampm_path_consistency
    use hampm_scene, only: scene_t
    use hampm_scene_materials, only: are_alike
    use hampm_settings, only: settings_t
+   use hampm_shape_consistency, only: do_cross
    use hampm_text, only: to_text
    implicit none
    private
@@ -74,19 +75,6 @@ contains
          call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other crack')
       end do
    end subroutine check_points
-
-   !> Whether two segments have a point in common.
-   pure logical function do_cross(a, b, c, d)
-      real(dp), dimension(ndim), intent(in) :: a, b, c, d !! from a to b, and from c to d [m]
-      do_cross = area(a, b, c)*area(a, b, d) <= 0 .and. area(c, d, a)*area(c, d, b) <= 0 .and. &
-                 all(max(min(a, b), min(c, d)) <= min(max(a, b), max(c, d)))
-   end function do_cross
-
-   !> Twice the area of a triangle, with a sign [m2].
-   pure real(dp) function area(a, b, c)
-      real(dp), dimension(ndim), intent(in) :: a, b, c
-      area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
-   end function area
 
    !> Where the k-th path is: in the material, its tips far enough from all else.
    pure subroutine check_place(scene, settings, k, mistakes)

@@ -291,15 +291,20 @@ module hampm_rules
       rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
              "&method courant or &method frame = 'updated'", by_meaning, "the step is a part of the largest that is stable", ""), &
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
-      rule_t("&method order", no_effect_without, "&method mass = 'fmpm'", by_meaning, "", ""), &
-      rule_t("&method blend", no_effect_without, "&method mass = 'blend'", by_meaning, "", ""), &
-      rule_t("&method full_region", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
-      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
-      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial'", by_meaning, "", ""), &
+      rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and &method time = 'explicit' | 'implicit'", by_meaning, &
+             "", ""), &
+      rule_t("&method blend", no_effect_without, "&method mass = 'blend' and &method time = 'explicit' | 'implicit'", by_meaning, &
+             "", ""), &
+      rule_t("&method full_region", no_effect_without, "&method mass = 'partial' and &method time = 'explicit' | 'implicit'", &
+             by_meaning, "", ""), &
+      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial' and &method time = 'explicit' | 'implicit'", &
+             by_meaning, "", ""), &
+      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial' and &method time = 'explicit' | 'implicit'", &
+             by_meaning, "", ""), &
       rule_t("&method full_lower", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
-             "", ""), &
+             "the region is that of the cells that are refined", ""), &
       rule_t("&method full_upper", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
-             "", ""), &
+             "the region is that of the cells that are refined", ""), &
       rule_t("&method solver = 'umfpack' | 'banded'", no_effect_with, &
              "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "no equations are solved", ""), &
       rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "what rests is not damped", ""), &

@@ -57,7 +57,6 @@ module hampm_settings
       procedure :: set_numbers
       procedure :: set_text
       procedure :: title
-      procedure :: demand
       procedure :: complain
    end type settings_t
 
@@ -289,17 +288,6 @@ contains
          end if
       end associate
    end function title
-
-   !> Note a mistake where a key in which none was found says something else than `wanted`, for a reason.
-   pure subroutine demand(self, mistakes, entry, key, wanted, reason)
-      class(settings_t), intent(in) :: self
-      type(mistakes_t), intent(inout) :: mistakes
-      integer, intent(in) :: entry
-      character(*), intent(in) :: key, wanted
-      character(*), intent(in) :: reason           !! goes on after "must be '...'"
-      if (self%good(entry, key) .and. self%text(entry, key) /= wanted) &
-         call self%complain(mistakes, entry, key, 'must be '''//wanted//''' '//reason)
-   end subroutine demand
 
    !> Note a mistake in a key: `location: &group key = value: message`.
    pure subroutine complain(self, mistakes, entry, key, message)

@@ -11,7 +11,7 @@ module hampm_shape_consistency
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_shape, check_holes, outlines_overlap, has_shapes, comes_near_edges
+   public :: check_shape, check_holes, outlines_overlap, has_shapes, comes_near_edges, do_cross
 
    integer, parameter :: looks = 720             !! around a circle
 

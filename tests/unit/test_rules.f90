@@ -20,6 +20,7 @@ program test_rules
          if (all(rule%verdict /= [requires, no_effect_without])) &
             call check(all(other%alternative == 1), text//': only what is required has alternatives')
          if (rule%use(1:1) == '&') call check(condition_mistake(trim(rule%use)) == '', text//': advice '//trim(rule%use))
+         if (rule%use(1:1) == '&') call check(heals(rule%use), text//': with what is advised it is not broken')
          if (rule%basis == not_built) call check(rule%reason /= '' .or. rule%use /= '', text//': says what is not there')
          call check(len_trim(rule%reason) < len(rule%reason) .and. len_trim(rule%other) < len(rule%other) .and. &
                     len_trim(rule%subject) < len(rule%subject) .and. len_trim(rule%use) < len(rule%use), text//': is not cut off')
@@ -33,4 +34,23 @@ program test_rules
    call check(condition_mistake('&methode') /= '', 'a group that does not exist is found')
    call check(condition_mistake('cells that fly') /= '', 'a feature that does not exist is found')
    call finish()
+
+contains
+
+   !> Whether an advice gives a key of the rule a value with which it is not broken.
+   logical function heals(advice)
+      character(*), intent(in) :: advice
+      type(atom_t), allocatable :: given(:), atoms(:)
+      integer :: i, j
+      call parse_condition(advice, given)
+      atoms = [subject, other]
+      heals = .false.
+      do i = 1, size(given)
+         do j = 1, size(atoms)
+            if (atoms(j)%group /= given(i)%group .or. atoms(j)%key /= given(i)%key) cycle
+            heals = heals .or. index(atoms(j)%text, ' < ') > 0 .or. &
+                    .not. any(atoms(j)%values(:atoms(j)%choices) == given(i)%values(1))
+         end do
+      end do
+   end function heals
 end program test_rules
