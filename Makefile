@@ -105,9 +105,10 @@ memcheck:  ## run unit tests and short cases under valgrind
 	@$(MAKE) -j$(JOBS) --no-print-directory build=memcheck program unit
 	$(PYTHON) tools/checked_runs.py memcheck
 
-fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; try 1000 runs that go wrong, 50 000 scenes at random, and 10 000 spoilt results and checkpoints each
+fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; set every key in scenes over all features; try 1000 runs that go wrong, 50 000 scenes at random, and 10 000 spoilt results and checkpoints each
 	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
+	$(PYTHON) tests/fuzz/every_key.py --program build/checked/hampm
 	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
 	$(PYTHON) tests/fuzz/combinations.py --program build/checked/hampm --cases 5000 --seed 100
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100

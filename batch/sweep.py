@@ -37,6 +37,7 @@ from declaration import ROOT, UNREADABLE, ResultError, printable, read_yaml, run
 PROGRAM = ROOT / "build/release/hampm"
 KEYS = ("namelist", "output", "product", "cases", "columns", "mean", "threads", "memory", "runtime", "checkpoint")
 MOST_CASES = 100_000
+WRITTEN = "table.csv", "table.h5", "progress"  # files in the folder of a sweep
 OWN_KEY = "output.file"  # the runs of a sweep name their results themselves
 
 
@@ -139,6 +140,9 @@ class Reader:
             runtime=self.number("runtime", int, 60), checkpoint=self.number("checkpoint", float, 600.0, least=0), units=self.units)
         if sweep.namelist != folder and not os.path.isfile(sweep.namelist):
             self.note(self.items["namelist"], f"namelist: there is no file {sweep.namelist}")
+        for name in WRITTEN:
+            if (sweep.output / name).resolve() in (sweep.namelist.resolve(), self.path):
+                self.note(self.items["output"], f"output: {sweep.output / name} would be replaced by what the sweep writes; name another folder")
         if self.mistakes:
             raise ResultError("\n".join(self.mistakes))
         return sweep

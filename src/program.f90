@@ -22,7 +22,7 @@ module hampm_program
    use hampm_version, only: version
    implicit none
    private
-   public :: act, run_and_report, end_program
+   public :: act, run_and_report, end_program, check_report
 
    integer(c_int), parameter :: standard_output = 1
 
@@ -108,7 +108,7 @@ contains
       end if
       if (failure%failed()) return
       if (options%check) then
-         call print_text(scene%as_used//summary_as_comments(scene, simulation, needs), failure)
+         call print_text(check_report(scene, simulation, needs), failure)
          report = warnings(simulation)
          if (len(report) > 0) call print_message(report, kind='warning: ')
       else
@@ -208,15 +208,16 @@ contains
       if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report
 
-   !> The summary of a simulation as comments of a namelist file, so that what --check prints can be run.
-   function summary_as_comments(scene, simulation, needs) result(text)
+   !> What --check prints: the scene as it is used, and the summary of a simulation as comments, so that it can be run.
+   function check_report(scene, simulation, needs) result(text)
       type(scene_t), intent(in) :: scene
       type(simulation_t), intent(inout) :: simulation
       type(needs_t), intent(in) :: needs
       character(:), allocatable :: text
-      text = with_prefix('! ', summary(simulation)//rest_proposal(simulation)//refinement_summary(scene)//needs_report(needs))// &
+      text = scene%as_used//with_prefix('! ', summary(simulation)//rest_proposal(simulation)//refinement_summary(scene)// &
+                                        needs_report(needs))// &
              with_prefix('! note: ', as_lines(notes_of(scene)))
-   end function summary_as_comments
+   end function check_report
 
    !> How cells refine, and how deep; no line where they do not.
    pure function refinement_summary(scene) result(text)

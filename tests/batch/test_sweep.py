@@ -121,6 +121,16 @@ def test_what_is_missing_is_named(tmp_path):
     assert error.value.exit_code == UNREADABLE
 
 
+@pytest.mark.parametrize("name", ["table.csv", "table.h5", "progress"])
+@pytest.mark.parametrize("link", [False, True])
+def test_a_sweep_does_not_replace_the_namelist(tmp_path, name, link):
+    """Nor where its own name is that of a link to it."""
+    path = write_sweep(tmp_path, f"namelist: {name}\noutput: .\ncases: [{{method.mass: full}}]\n")
+    (tmp_path / name).symlink_to(tmp_path / "flight.nml") if link else (tmp_path / "flight.nml").rename(tmp_path / name)
+    with pytest.raises(ResultError, match="would be replaced by what the sweep writes"):
+        read_sweep(path)
+
+
 LAUGHS = "".join(f"{b}: &{b} [{', '.join(9 * [f'*{a}'])}]\n" for a, b in zip("abcdefgh", "bcdefghi"))
 
 

@@ -2,11 +2,12 @@
 
     python tests/fuzz/fuzz.py [--cases 10000] [--seed 1] [--build checked]
 
-Exit code 1 and the case where the program crashes, hangs, reports in other ways than by a message, or accepts what
-means something else than it says. Else a table of the counts.
+All that `--check` does is done with each. Exit code 1 and the case where the program crashes, hangs, takes more than 2 s of processor time,
+reports in other ways than by a message, or accepts what means something else than it says. Else a table of the counts.
 """
 
 import argparse
+import os
 import random
 import re
 import struct
@@ -16,12 +17,14 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
+import every_key
 import mutations
 import oracle
 
 ROOT = Path(__file__).resolve().parents[2]
 BATCH = 5000  # cases that one process reads
 PART = 50000  # cases of one seed
+LONGEST = 2.0  # processor time of a case [s]
 SMALL = """\
 &run thickness = 0.01 end_time = 1e-5 /
 &grid cell = 5e-3 cells = 20, 5 /
@@ -46,7 +49,8 @@ SMALL_SCENES = [
     LINE + "&refine indicator = 'gradient' max_level = 2 region_lower = 0.0, 0.0 region_upper = 0.1, 0.02 /\n",
     LINE + "&method mass = 'fmpm' order = 3 /\n&energy_release estimators = 'domain_integral' radii = 0.01 /\n",
 ]
-SCENES = SMALL_SCENES + [path.read_text() for path in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("tests/regression/*/case.nml")])]
+FEATURES = list(every_key.SCENES.values())
+SCENES = SMALL_SCENES + FEATURES + [path.read_text() for path in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("tests/regression/*/case.nml")])]
 
 
 class Finding(Exception):
@@ -58,7 +62,7 @@ def make_case(random):
     kind = random.choices(list(mutations.WEIGHTS), list(mutations.WEIGHTS.values()))[0]
     if kind == "arguments":
         return kind, 0, mutations.arguments(random)
-    base = random.randrange(len(SMALL_SCENES)) if random.random() < 0.6 else random.randrange(len(SCENES))
+    base = random.randrange(len(SMALL_SCENES) + len(FEATURES)) if random.random() < 0.8 else random.randrange(len(SCENES))
     text, overrides = SCENES[base], []
     if kind == "override":
         overrides = [mutations.override(random) for _ in range(random.choice([1, 1, 2]))]
@@ -70,7 +74,7 @@ def make_case(random):
 
 
 def answers(driver, cases, folder):
-    """The driver's answers (code, text) to cases (kind, base, texts)."""
+    """The driver's answers (code, processor time, text) to cases (kind, base, texts)."""
     asked, answered = folder / "cases", folder / "answers"
     answered.write_bytes(b"")
     with asked.open("wb") as file:
@@ -79,15 +83,16 @@ def answers(driver, cases, folder):
             for text in texts:
                 file.write(struct.pack("i", len(text)) + text)
     try:
-        run = subprocess.run([driver, asked, answered], capture_output=True, text=True, errors="replace", timeout=600)
+        run = subprocess.run([driver, asked, answered], capture_output=True, text=True, errors="replace", timeout=3600,
+                             env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
         end = f"exit code {run.returncode}\n{run.stdout}{run.stderr}"
     except subprocess.TimeoutExpired:
         end = "it did not end"
     data, at, found = answered.read_bytes(), 0, []
     while at < len(data):
-        code, length = struct.unpack_from("ii", data, at)
-        found.append((code, data[at + 8:at + 8 + length]))
-        at += 8 + length
+        code, milliseconds, length = struct.unpack_from("iii", data, at)
+        found.append((code, milliseconds / 1000, data[at + 12:at + 12 + length]))
+        at += 12 + length
     if len(found) < len(cases) or not end.startswith("exit code 0\n"):
         raise Finding(f"the driver stopped at case {len(found)}: {end[:3000]}\n{cases[min(len(found), len(cases) - 1)]}")
     return found
@@ -99,9 +104,11 @@ MESSAGE = re.compile(rb"[\x20-\x7e\n]+")
 def check_answer(case, answer, plain, keys):
     """Whether a case was accepted; a `Finding` where the answer is wrong. `plain` are the scenes without any change, as used."""
     kind, base, texts = case
-    code, text = answer
+    code, seconds, text = answer
     if code not in (0, 2):
         raise Finding(f"exit code {code}: {text}")
+    if seconds > LONGEST:
+        raise Finding(f"{seconds:.1f} s of processor time")
     if code == 2 and not MESSAGE.fullmatch(text):
         raise Finding(f"message {text}")
     try:
@@ -127,20 +134,21 @@ def check_answer(case, answer, plain, keys):
 
 
 def fuzz(cases, seed, driver, program):
-    """Counts by kind of change, `counts[kind, accepted]`; raises `Finding`."""
+    """Counts by kind of change, `counts[kind, accepted]`, and the longest time of a case; raises `Finding`."""
     keys = oracle.Keys(subprocess.run([program, "--template"], capture_output=True, text=True, check=True).stdout)
-    counts, source = Counter(), random.Random(seed)
+    counts, source, longest = Counter(), random.Random(seed), 0.0
     with tempfile.TemporaryDirectory() as folder:
         given = answers(driver, [("none", base, [text.encode()]) for base, text in enumerate(SCENES)], Path(folder))
-        plain = [text[:text.rindex(b"\n/\n") + 3] for _, text in given]
+        plain = [text[:text.rindex(b"\n/\n") + 3] for _, _, text in given]
         for first in range(0, cases, BATCH):
             batch = [make_case(source) for _ in range(min(BATCH, cases - first))]
             for number, (case, answer) in enumerate(zip(batch, answers(driver, batch, Path(folder)))):
+                longest = max(longest, answer[1])
                 try:
                     counts[case[0], check_answer(case, answer, plain, keys)] += 1
                 except Finding as finding:
                     raise Finding(f"seed {seed}, case {first + number}, {case[0]}: {finding}\n{case[2]}") from finding
-    return counts
+    return counts, longest
 
 
 def table(counts):
@@ -160,13 +168,14 @@ def main():
     parser.add_argument("--build", default="checked", help="which build reads them")
     options = parser.parse_args()
     folder = ROOT / "build" / options.build
-    counts = Counter()
+    counts, longest = Counter(), 0.0
     try:
         for first in range(0, options.cases, PART):
             cases, seed = min(PART, options.cases - first), options.seed + first // PART
-            counts += fuzz(cases, seed, folder / "fuzz_driver", folder / "hampm")
+            found, time = fuzz(cases, seed, folder / "fuzz_driver", folder / "hampm")
+            counts, longest = counts + found, max(longest, time)
             print(f"{first + cases} cases", file=sys.stderr)
-        print(table(counts))
+        print(table(counts), f"\nlongest: {longest:.3f} s of processor time")
     except Finding as finding:
         sys.exit(f"finding: {finding}")
 

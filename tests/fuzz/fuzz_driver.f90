@@ -4,24 +4,27 @@
 !>
 !> CASES holds one case after the other, each an integer for its kind, an integer n and n texts. A text is an integer, its length,
 !> and its bytes. For kind 1 the texts are those of a namelist file and of its overrides, for kind 2 the arguments of a command
-!> line. ANSWERS gets the exit code and a text for each case, at once, so that where a case ends the process it is known which:
-!> the scene as it is understood, the options as a list, or the message. Scenes of few particles are built too.
+!> line. ANSWERS gets the exit code, the processor time in milliseconds and a text for each case, at once, so that where a case ends
+!> the process it is known which: all that `--check` says, the options as a list, or the message. Scenes of very many particles are
+!> understood and weighed, but not built.
 program fuzz_driver
    use, intrinsic :: iso_fortran_env, only: error_unit
    use hampm_command_line, only: options_t, parse_arguments
    use hampm_failure, only: failure_t
-   use hampm_needs, only: needs_t, needs_of, check_needs, needs_report
+   use hampm_kinds, only: dp
+   use hampm_needs, only: needs_t, needs_of, check_needs
+   use hampm_program, only: check_report
    use hampm_reading, only: understand_scene
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build
-   use hampm_summary, only: summary
+   use hampm_simulation, only: simulation_t, build, warnings
    use hampm_text, only: string_t, to_text
    implicit none
    integer, parameter :: is_scene = 1
-   integer, parameter :: most_built = 2000         !! particles and cells
+   integer, parameter :: most_built = 20000        !! particles and cells
    character, parameter :: separator = achar(0)
    character(4096) :: path
    integer :: cases, answers, kind, n, i, status
+   real(dp) :: began                               !! processor time at the beginning of a case [s]
    type(string_t), allocatable :: texts(:)
 
    call get_command_argument(1, path)
@@ -31,6 +34,7 @@ program fuzz_driver
    do
       read (cases, iostat=status) kind, n
       if (status /= 0) exit
+      call cpu_time(began)
       if (allocated(texts)) deallocate (texts)
       allocate (texts(n))
       do i = 1, n
@@ -78,7 +82,7 @@ contains
       end if
    end subroutine try_scene
 
-   !> Build a scene that is small, as --check does.
+   !> Do with a scene what --check does.
    subroutine try_to_build(scene, report, failure)
       type(scene_t), intent(in) :: scene
       character(:), allocatable, intent(inout) :: report
@@ -90,7 +94,9 @@ contains
       if (failure%failed() .or. needs%particles + needs%cells > most_built) return
       call build(scene, 1, simulation, failure)
       if (failure%failed()) return
-      report = report//summary(simulation)//needs_report(needs)
+      report = check_report(scene, simulation, needs)//warnings(simulation)
+      call simulation%motion%solver%direct%release()
+      call simulation%measurements%extrapolation%direct%release()
    end subroutine try_to_build
 
    subroutine stop_with(message, text)
@@ -130,7 +136,9 @@ contains
    subroutine answer(code, text)
       integer, intent(in) :: code
       character(*), intent(in) :: text
-      write (answers) code, len(text), text
+      real(dp) :: now
+      call cpu_time(now)
+      write (answers) code, nint(1000*(now - began)), len(text), text
       flush (answers)
    end subroutine answer
 end program fuzz_driver
