@@ -182,7 +182,7 @@ contains
    end function mean_beside
 
    !> Value of a nodal field at a place beside a node, and whether the place is in or at the edge of an occupied cell. Where the place
-   !> is on a crack, its side is that of the node: the cells of the node come first.
+   !> is on a crack, its side is that of the node: the mean by the cells of the node comes first.
    subroutine value_at(m, phi, node, x, value, inside)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: phi(:)
@@ -192,19 +192,21 @@ contains
       logical, intent(out) :: inside
       real(dp), parameter :: beside = 1.0e-3_dp  ! finest cells
       real(dp) :: probe(ndim)
-      integer :: k, d, e
+      integer :: k, d, e, n
+      value = 0
+      n = 0
       associate (elements => m%grid%dofs%elements_at(node))
          do k = 1, size(elements)
             e = elements(k)
             if (any(abs(m%grid%local_coordinate(e, x) - 0.5_dp) > 0.5_dp + beside)) cycle
-            inside = is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))
-            if (.not. inside) cycle
-            value = dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
-            return
+            if (.not. is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))) cycle
+            value = value + dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
+            n = n + 1
          end do
       end associate
-      value = 0
-      inside = .false.
+      inside = n > 0
+      if (inside) value = value/n
+      if (inside) return
       do k = 0, corners - 1                      ! a place on the edge between cells is in any of them
          do d = 1, ndim
             probe(d) = x(d) + (2*ibits(k, d - 1, 1) - 1)*beside*m%grid%finest_cell

@@ -404,7 +404,7 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, parameter :: turns = 4
       integer, allocatable :: first(:), user(:)
-      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes)
+      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), edge
       integer :: turn, k, l, i, j, u
       call list_users(springs, grid%n_nodes, first, user)
       mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
@@ -417,9 +417,13 @@ contains
          end do
       end do
       do k = 1, springs%n
-         associate (e => grid%dofs%elements_at(springs%node(1, k)))
-            most(k) = most_of_cells*(fastest(materials)/maxval([(grid%leaf_size(e(i)), i=1, size(e))]))**2
-         end associate
+         edge = 0                                ! of the largest cell around any of its nodes
+         do j = 1, count(springs%node(:, k) > 0)
+            associate (e => grid%dofs%elements_at(springs%node(j, k)))
+               edge = max(edge, maxval([(grid%leaf_size(e(i)), i=1, size(e))]))
+            end associate
+         end do
+         most(k) = most_of_cells*(fastest(materials)/edge)**2
       end do
       do turn = 1, turns
          row = 0

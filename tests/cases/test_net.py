@@ -68,3 +68,36 @@ def test_loads_on_nodes_that_are_held(case):
     """They move nothing, and `--check`, which looks for the lowest frequency that loads excite, divided by that."""
     text = PLATE.format(end=6.0, force="1.0, 2.0").replace("fix = 'xy' /", "fix = 'xy' /\n&constraint lower = 0.0, 12.0  upper = 14.0, 12.0  fix = 'xy' /").replace("'domain_integral'", "")
     assert case("held", "--check", text=text).code == 0
+
+
+@pytest.mark.parametrize(("x", "y"), [(-1, 1), (1, -1)], ids=["left and right", "up and down"])
+@pytest.mark.parametrize("field", ["stress_norm", "energy_density"])
+def test_cells_that_refine_beside_a_path_in_a_mirror(case, field, x, y):
+    """How firm a spring of a bond is asked the cells around the first of its nodes only, and R the first of two cells that a crack parts: G of the mirror image
+    was off by 10 % and more, cells refined elsewhere."""
+    def row_of(name, x, y):
+        def at(*places):
+            return ", ".join(f"{(x, y)[k % 2] * place}" for k, place in enumerate(places))
+
+        def box(*corners):
+            low, high = ([min((x, y)[d] * corners[d], (x, y)[d] * corners[2 + d]) for d in range(2)], [max((x, y)[d] * corners[d], (x, y)[d] * corners[2 + d]) for d in range(2)])
+            return f"lower = {low[0]}, {low[1]}  upper = {high[0]}, {high[1]}"
+
+        lower = box(-4.5, -5.0, 4.5, 6.0)
+        return case(name, text=f"""\
+&run plane = 'strain'  end_time = 6.0 /
+&grid {lower.split("  ")[0]}  cell = 1.0  cells = 9, 11 /
+&material name = 'm'  young = 1e4  poisson = 0.45  density = 1000.0 /
+&body material = 'm'  {lower}  velocity = {at(0.7e-3, -0.8e-3)} /
+&crack kind = 'path'  points = {at(1.244, 0.644, -1.611, 1.195)} /
+&constraint {box(-4.5, -5.0, 4.5, -5.0)}  fix = 'xy' /
+&load kind = 'traction'  {box(-4.5, 6.0, 4.5, 6.0)}  force = {at(-1.0, 2.0)} /
+&refine indicator = 'gradient'  field = '{field}'  max_level = 1  interval = 20  r_crit = 0.1  r_coarsen = 0.02 /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = 1.0 /
+""").row
+    wanted, got = row_of("one_way", 1, 1), row_of("other_way", x, y)
+    assert wanted["cells"][-1] > wanted["cells"][0]
+    for name in ("J", "J_tip2", "K_I", "K_II", "K_I_tip2", "crack_opening", "mouth_opening", "strain_energy", "cells", "largest_R"):
+        sign = -1 if name == "K_II" else 1
+        np.testing.assert_allclose(got[name], sign * wanted[name], rtol=0, atol=1e-9 * np.max(np.abs(wanted[name])), err_msg=name)
