@@ -30,6 +30,8 @@ module hampm_newton
    integer, parameter :: most_with_contact = 200 !! with springs between faces that close, open and slide
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
+   real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
+                                                 !! balanced is 45 times its rounding
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left where bodies may buckle; elsewhere r
                                                  !! belongs to a convex potential, and none may be added
 
@@ -190,6 +192,10 @@ contains
          if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, m%springs%thickness*m%grid%forest%cell/2 &
                                                                  *maxval(abs(m%materials(k)%conjugate_stress(0*identity))))
       end do
+      if (m%particles%n == 0) return             ! and one that its supports turn has what rounding leaves of that
+      largest_force = max(largest_force, of_turn*m%springs%thickness*m%grid%forest%cell/2 &
+                                         *maxval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))]) &
+                                         *maxval(abs(m%particles%gradient(:m%particles%n, :, :))))
    end function largest_force
 
    !> By how much nodes are to move whatever the forces: held ones with their constraints, and the lower ones of pairs that touch,

@@ -101,3 +101,18 @@ def test_cells_that_refine_beside_a_path_in_a_mirror(case, field, x, y):
     for name in ("J", "J_tip2", "K_I", "K_II", "K_I_tip2", "crack_opening", "mouth_opening", "strain_energy", "cells", "largest_R"):
         sign = -1 if name == "K_II" else 1
         np.testing.assert_allclose(got[name], sign * wanted[name], rtol=0, atol=1e-9 * np.max(np.abs(wanted[name])), err_msg=name)
+
+
+def test_a_body_that_its_supports_turn(case):
+    """Three supports move a body and strain it nowhere: no force but rounding, of which each step of Newton's iteration left as much."""
+    run = case("turned", text="""\
+&run end_time = 1.0 /
+&grid cell = 0.25  cells = 11, 11 /
+&material name = 'm'  young = 3e9  poisson = 0.4  density = 1200.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 2.75, 2.75  points_per_cell = 3 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'xy'  displacement = 2.5e-5, 1.75e-5  name = 'a' /
+&constraint lower = 2.75, 0.0  upper = 2.75, 0.0  fix = 'y'  name = 'b' /
+&method time = 'static' /
+""")
+    assert run.code == 0
+    assert abs(run.row["reaction_a_x"][-1]) < 1e-6 and run.row["strain_energy"][-1] < 1e-12    # stretched by as much: 1e5 N, 1 J
