@@ -41,7 +41,8 @@ ASKED = 3              # oracles with a second run, of those that a scene can be
 # is amplified by as much as the root of that condition
 ROUNDING = 1e-7
 NUDGE, CHAOTIC = 1e-11, 1e3
-# Particles of quadratic cells that are odd in number stand on the edges between quarters of cells, and rounding tells on which side: K and J change by some 1e-7
+# Particles of quadratic cells that are odd in number stand on the edges between quarters of cells, and rounding tells on which side: K and J change by some 1e-7, their
+# estimated errors by more
 ROUNDING_ON_EDGES = 1e-5
 # Part of the largest energy or force that may be missing in a balance; of the energy where cells are cut, as what holds motions that strain no particle, with 1e-10 of
 # the stiffness, is no part of it, and where bodies meet, which is booked by steps
@@ -231,6 +232,8 @@ class Case:
         """Holds a second run to what is expected of it."""
         on_edges = group(self.scene, "grid").get("order", 1) == 2 and any(keys.get("points_per_cell", 2) % 2 for keys in groups(self.scene, "body"))
         rounding = ROUNDING_ON_EDGES if on_edges else ROUNDING
+        if on_edges:
+            expected = {name: values for name, values in expected.items() if not maps.family(name).endswith("_error")}
         worst, where = differences(expected, run.row, scale or self.scale)
         if any_order and not worst <= rounding:
             worst, where = min((differences(renumbered(expected, order), run.row, self.all_scales(scale)) for order in orders_of_tips(expected)), key=lambda pair: pair[0])
@@ -469,6 +472,7 @@ def motion(case):
     case.need(case.time != "static" and case.frame == "total" and not groups(case.scene, "constraint") and not groups(case.scene, "damping"))
     case.need(group(case.scene, "refine").get("field") != "speed")
     largest = np.sqrt(2 * case.scale["kinetic_energy"] / (group(case.scene, "material")["density"] * 100 * group(case.scene, "grid")["cell"]**2))
+    case.need(largest > 1e-50)
     run = case.again(maps.carried(case.scene, [float(3.0 * largest), float(-2.0 * largest)]))
     keep = [name for name in case.base.row if maps.family(name) not in ("kinetic_energy", "external_work", "numerical_loss")]
     case.same({name: case.base.row[name] for name in keep}, run)
