@@ -18,12 +18,13 @@ contains
 
    !> The elements on both sides of a line; 0 where there is no line or no material on one of the sides. On a symmetry plane
    !> that on the only side that there is, and 0 for its mirror image.
-   pure function faces_at(grid, blocks, x, normal, only) result(elements)
+   pure function faces_at(grid, blocks, x, normal, only, by_edges) result(elements)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim)            !! on the line [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
       integer, intent(in) :: only                !! which face there is, or `both_faces`
+      logical, intent(in), optional :: by_edges  !! whether cells with an edge in common have to tell how they move
       integer :: elements(faces)
       real(dp), parameter :: beside = 1e-4_dp    ! root cells
       integer :: face
@@ -31,20 +32,21 @@ contains
       if (only /= both_faces) then
          elements(3 - only) = 0
          if (elements(only) == 0) return
-         if (size(carriers_of(grid, blocks, elements(only))) == 0) elements = 0
+         if (size(carriers_of(grid, blocks, elements(only), by_edges)) == 0) elements = 0
       else if (any(elements == 0) .or. elements(1) == elements(2)) then
          elements = 0
-      else if (any([(size(carriers_of(grid, blocks, elements(face))), face=1, faces)] == 0)) then
+      else if (any([(size(carriers_of(grid, blocks, elements(face), by_edges)), face=1, faces)] == 0)) then
          elements = 0
       end if
    end function faces_at
 
    !> The elements whose particles tell how an element moves: itself or, where it has none, of quadratic cells the other quarters of its
    !> piece or else those of other leaves that have an edge in common with it or, where none has, a corner.
-   pure function carriers_of(grid, blocks, e) result(carriers)
+   pure function carriers_of(grid, blocks, e, by_edges) result(carriers)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: e
+      logical, intent(in), optional :: by_edges
       integer, allocatable :: carriers(:)
       integer :: corner, k, c, least             ! nodes in common
       carriers = [e]
@@ -68,6 +70,8 @@ contains
                end associate
             end do
             if (size(carriers) > 0) return
+            if (.not. present(by_edges)) cycle
+            if (by_edges) return
          end do
       end associate
    end function carriers_of

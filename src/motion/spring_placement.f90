@@ -355,7 +355,7 @@ contains
          normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
          do i = 1, points
             x = (from + to)/2 + place(i)*(to - from)/2
-            e = faces_at(grid, blocks, x, normal, layer%face)
+            e = faces_at(grid, blocks, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
             if (all(e == 0)) cycle
             own = e(findloc(e > 0, .true., dim=1))
             if (layer%certain .and. any(blocks%count_in(pack(e, e > 0)) == 0)) cycle
