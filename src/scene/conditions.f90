@@ -4,26 +4,26 @@
 module hampm_conditions
    use hampm_features, only: has_feature, is_feature
    use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
-   use hampm_kinds, only: dp, name_len
+   use hampm_kinds, only: dp
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t, setting_t
    use hampm_values, only: parse_real
    implicit none
    private
-   public :: atom_t, parse_condition, holds, shown_atom, condition_mistake, most_atoms
+   public :: atom_t, parse_condition, holds, shown_atom, condition_mistake
 
-   integer, parameter :: most_atoms = 12, most_choices = 8
+   integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
    integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
 
    !> One of the words of a condition.
    type :: atom_t
       integer :: alternative = 1                 !! number of the part between `or` in which it is
       integer :: kind = 0                        !! how it is told, one of the above
-      character(name_len) :: group = ''          !! '' for a feature
-      character(name_len) :: key = ''            !! '' for a group or a feature
+      character(word_len) :: group = ''          !! '' for a feature
+      character(word_len) :: key = ''            !! '' for a group or a feature
       integer :: choices = 0                     !! number of values
-      character(name_len) :: values(most_choices) = '' !! without quotes
-      character(2*name_len) :: text = ''         !! as it stands in the condition
+      character(word_len) :: values(most_choices) = '' !! without quotes
+      character(6*word_len) :: text = ''         !! as it stands in the condition
    end type atom_t
 
 contains
@@ -154,6 +154,7 @@ contains
          return
       end if
       if (entry == 0) return
+      if (settings%entries(entry)%name /= atom%group) return
       holds = atom%kind == is_present
       if (holds .or. .not. settings%good(entry, trim(atom%key))) return
       associate (group => settings%entries(entry))

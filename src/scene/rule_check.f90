@@ -72,15 +72,14 @@ contains
       type(settings_t), intent(in) :: settings
       type(breach_t), allocatable, intent(out) :: breaches(:)
       type(reading_t) :: reading
+      type(atom_t), allocatable :: subject(:)
       integer :: k, entry
       allocate (breaches(0))
       do k = 1, size(rules)
+         call parse_condition(rules(k)%subject, subject)
+         if (.not. any([(holds(subject(1), scene, settings, entry), entry=1, settings%count)])) cycle
          call read_rule(rules(k), scene, settings, reading)
          associate (group => reading%subject(1)%group)
-            if (group == '') then
-               if (is_broken(rules(k), reading, scene, settings, 0)) breaches = [breaches, breach_t(k, 0)]
-               cycle
-            end if
             do entry = 1, settings%count
                if (settings%entries(entry)%name /= group) cycle
                if (any([reading%subject%group, reading%other%group] /= group .and. &

@@ -15,7 +15,7 @@ program test_rules
          call check(condition_mistake(trim(rule%other)) == '', text//': '//condition_mistake(trim(rule%other)))
          call parse_condition(rule%subject, subject)
          call parse_condition(rule%other, other)
-         call check(size(subject) > 0, text//': it is about something')
+         call check(subject(1)%group /= '', text//': it is about a group')
          call check(all(subject%alternative == 1), text//': one condition is broken at a time')
          if (all(rule%verdict /= [requires, no_effect_without])) &
             call check(all(other%alternative == 1), text//': only what is required has alternatives')
