@@ -13,7 +13,8 @@
 !>
 !> Contact: where the faces would go through each other springs push them apart, and with friction they hold them along the face, up
 !> to the coefficient times the pressure; what is beyond slides (return mapping). The overlap that presses is the compliance of the
-!> layer, that of a third of a cell.
+!> layer, that of a third of a cell. While equilibrium is looked for what friction can hold may be given (`hold_friction`): then forces
+!> have a convex potential.
 !>
 !> The springs act at points along the crack. The opening at a point is what the shape functions there make of the displacements of
 !> the nodes of both sides,
@@ -35,11 +36,12 @@ module hampm_face_springs
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
              spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_closed_at, is_pressed, &
-             keep_springs, make_room, add_spring, is_half, have_mass, mass_ties_of, add_spring_momentum, kick_springs, &
-             energy_of_rates, add_spring_resistance
+             have_friction, hold_friction, free_friction, keep_springs, make_room, add_spring, is_half, have_mass, &
+             mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
+   integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
 
    !> All springs.
    type :: face_springs_t
@@ -62,6 +64,9 @@ module hampm_face_springs
       real(dp), allocatable :: opening(:, :)     !! g, of the left face from the right one [m], (ndim, n)
       real(dp), allocatable :: slip(:)           !! sliding at which the faces hold each other without a force along them [m]
       real(dp), allocatable :: pressed(:)        !! by how much the faces overlapped after the last step [m]
+      real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
+      real(dp), allocatable :: most_held(:)      !! what friction holds at most, over the stiffness; not allocated where that follows
+                                                 !! the pressure [m]
       integer, allocatable :: tip(:)             !! number of the tip that moves over a bond, 0 for none
       real(dp), allocatable :: way(:)            !! of that tip from where it was at first to the bond [m]
       real(dp), allocatable :: cell(:)           !! size of the cell there [m]
@@ -106,16 +111,46 @@ contains
       type(face_springs_t), intent(in) :: springs
       integer, intent(in) :: k
       real(dp) :: pressed
+      logical :: holds
       state = sticks
       if (springs%kind(k) == bond) return
       pressed = -dot_product(springs%normal(:, k), springs%opening(:, k))
-      if (pressed < 0) then
-         state = is_open
-      else if (.not. springs%friction(k) > 0 .or. &
-               abs(dot_product(along(springs, k), springs%opening(:, k)) - springs%slip(k)) > springs%friction(k)*pressed) then
-         state = slides
-      end if
+      holds = springs%friction(k) > 0
+      if (holds) holds = abs(dot_product(along(springs, k), springs%opening(:, k)) - springs%slip(k)) &
+                         <= limit_of(springs, k, pressed)
+      if (.not. holds) state = slides
+      if (pressed < 0) state = merge(sticks_apart, is_open, holds .and. allocated(springs%most_held))
    end function state_of
+
+   !> What friction holds at most, over the stiffness [m].
+   pure real(dp) function limit_of(springs, k, pressed) result(limit)
+      type(face_springs_t), intent(in) :: springs
+      integer, intent(in) :: k
+      real(dp), intent(in) :: pressed            !! overlap [m]
+      limit = springs%friction(k)*max(pressed, 0.0_dp)
+      if (allocated(springs%most_held)) limit = springs%most_held(k)
+   end function limit_of
+
+   !> Let friction hold no more than what follows from the present pressure, whatever that becomes.
+   pure subroutine hold_friction(springs)
+      type(face_springs_t), intent(inout) :: springs
+      integer :: k
+      springs%most_held = [(springs%friction(k)*max(0.0_dp, -dot_product(springs%normal(:, k), springs%opening(:, k))), &
+                            k=1, springs%n)]
+   end subroutine hold_friction
+
+   !> Let what friction holds follow the pressure.
+   pure subroutine free_friction(springs)
+      type(face_springs_t), intent(inout) :: springs
+      if (allocated(springs%most_held)) deallocate (springs%most_held)
+   end subroutine free_friction
+
+   !> Whether there is friction.
+   pure logical function have_friction(springs)
+      type(face_springs_t), intent(in) :: springs
+      have_friction = springs%n_contact > 0
+      if (have_friction) have_friction = any(springs%friction(:springs%n) > 0)
+   end function have_friction
 
    !> What all springs do: a matrix that was factorised fits as long as this stays.
    pure function spring_states(springs) result(states)
@@ -141,14 +176,7 @@ contains
          end if
          across = dot_product(n, g)
          sliding = dot_product(along(springs, k), g) - springs%slip(k)
-         select case (state_of(springs, k))
-          case (sticks)
-            force = s*(across*n + sliding*along(springs, k))
-          case (slides)
-            force = s*(across*n + sign(springs%friction(k)*across, sliding)*along(springs, k))
-          case default
-            force = 0
-         end select
+         force = s*(min(across, 0.0_dp)*n + sign(min(limit_of(springs, k, -across), abs(sliding)), sliding)*along(springs, k))
       end associate
    end function force_of
 
@@ -206,14 +234,18 @@ contains
       type(face_springs_t), intent(in) :: springs
       integer, intent(in) :: k
       real(dp) :: tangent(ndim, ndim)
-      integer :: i, j
+      real(dp) :: of_normal, of_tangent          ! parts of the stiffness
+      integer :: i, j, state
+      tangent = 0
+      if (springs%lets_go(k)) return
+      state = state_of(springs, k)
+      of_normal = merge(1.0_dp, springs%caution, state == sticks .or. state == slides)
+      of_tangent = merge(1.0_dp, springs%caution, state == sticks .or. state == sticks_apart)
+      if (is_half(springs, k)) of_tangent = 0
       associate (n => springs%normal(:, k), t => along(springs, k), s => springs%stiffness(k))
-         tangent = 0
-         if (springs%lets_go(k)) return
          do j = 1, ndim
             do i = 1, ndim
-               if (state_of(springs, k) /= is_open) tangent(i, j) = s*n(i)*n(j)
-               if (state_of(springs, k) == sticks .and. .not. is_half(springs, k)) tangent(i, j) = tangent(i, j) + s*t(i)*t(j)
+               tangent(i, j) = s*(of_normal*n(i)*n(j) + of_tangent*t(i)*t(j))
             end do
          end do
       end associate

@@ -10,7 +10,7 @@ module hampm_newton
    use hampm_cell_blocks, only: of_force
    use hampm_contact, only: pressed_pairs
    use hampm_energy, only: determinant_of, most_crushed_particle
-   use hampm_face_springs, only: stretch_springs, spring_states
+   use hampm_face_springs, only: stretch_springs, spring_states, have_friction, hold_friction, free_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_next
@@ -32,6 +32,8 @@ module hampm_newton
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
                                                  !! balanced is 45 times its rounding
+   real(dp), parameter :: settled = 0.1_dp       !! part of what was out of balance that may be left before friction follows the pressure
+   real(dp), parameter :: hopeless = 1e6_dp      !! what is out of balance, over the largest force at first
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left where bodies may buckle; elsewhere r
                                                  !! belongs to a convex potential, and none may be added
 
@@ -47,6 +49,7 @@ module hampm_newton
       logical, allocatable, private :: tied(:)   !! the pairs that touched
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
       integer, allocatable, private :: states(:) !! and what springs did
+      real(dp), private :: caution = 0           !! see `face_springs_t`
    contains
       procedure :: balance
       procedure :: is_stable
@@ -56,6 +59,9 @@ module hampm_newton
 contains
 
    !> Iterate under some forces with the pairs that touch now. Fails where it does not end.
+   !>
+   !> With friction what it can hold stays for some iterations: then forces are those of a convex potential, and a displacement that
+   !> is shortened until it lessens that always helps. What friction can hold then follows the pressure.
    subroutine balance(self, m, applied, way, pins, moved, failure)
       class(newton_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
@@ -64,70 +70,106 @@ contains
       type(pin_t), intent(in) :: pins(:)
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: r(:, :), offset(:, :), du(:, :), resisting(:, :)
-      logical :: has_offset
-      real(dp) :: largest, scale
+      real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
+      logical :: has_offset, rubs, done
+      real(dp) :: largest, scale, at_first, when_held
       integer :: iteration, most
       most = merge(most_with_contact, most_iterations, m%springs%n_contact > 0)
+      rubs = have_friction(m%springs)
+      at_first = 0
+      when_held = huge(when_held)
+      done = .false.
       do iteration = 1, most
-         call out_of_balance(m, applied, r)
-         call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
-         if (has_offset) then
-            call forces_of(m, offset, resisting)
-            r = r - resisting
-         end if
+         if (rubs .and. iteration == 1) call hold_friction(m%springs)
+         call find_residual()
          call factorise_now(self, m, pins, failure)
-         if (failure%failed()) return
+         if (failure%failed()) exit
          largest = maxval(abs(self%k%on_unknowns(r)))
          scale = largest_force(m, r)
-         if (.not. has_offset .and. largest <= balanced*scale) then
-            call check_pins(m, pins, r, sqrt(balanced)*scale, failure)
-            call self%k%solve(m, r, du, failure)
-            self%way_left = work_of(m, r, du)/2
-            return
+         if (rubs .and. iteration > 1 .and. largest <= max(settled*when_held, balanced*scale)) then
+            call hold_friction(m%springs)
+            call find_residual()
+            call factorise_now(self, m, pins, failure)
+            if (failure%failed()) exit
+            largest = maxval(abs(self%k%on_unknowns(r)))
+            scale = largest_force(m, r)
+            when_held = largest
          end if
+         if (iteration == 1) at_first = scale
+         done = .not. has_offset .and. largest <= balanced*scale
+         if (done .or. largest > hopeless*at_first) exit
          call self%k%solve(m, r, du, failure)
-         if (failure%failed()) return
+         if (failure%failed()) exit
          self%solutions = self%solutions + 1
          du = du + offset
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
          if (all(m%materials%linear)) then
             call displace(m, du)
+            if (m%springs%n_contact > 0 .and. .not. has_offset) call go_back_to_least(m, applied, work_of(m, r, du), du)
          else
             call displace_with_care(self, m, applied, work_of(m, r, du - offset), has_offset, du, failure)
          end if
-         if (failure%failed()) return
+         if (failure%failed()) exit
          moved = moved + du
          call follow_gaps(m, du)
          if (m%constraints%only_push()) call follow_supports(m%constraints, du)
       end do
+      call free_friction(m%springs)
+      m%springs%caution = 0
+      if (failure%failed()) return
       call check_pins(m, pins, r, sqrt(balanced)*scale, failure)
-      if (.not. failure%failed()) call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(most)// &
-         ' iterations a node is out of balance by '//three_digits(largest)//' N'//weak_piece(m, r))
+      if (done) then
+         call self%k%solve(m, r, du, failure)
+         self%way_left = work_of(m, r, du)/2
+      else if (.not. failure%failed()) then
+         call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(min(iteration, most))// &
+                             ' iterations a node'//place_of(m, r)//' is out of balance by '//three_digits(largest)//' N'// &
+                             likely_cause(m))
+      end if
+
+   contains
+
+      !> What is out of balance, less what it takes to move nodes as they have to.
+      subroutine find_residual()
+         real(dp), allocatable :: resisting(:, :)
+         call out_of_balance(m, applied, r)
+         call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
+         if (.not. has_offset) return
+         call forces_of(m, offset, resisting)
+         r = r - resisting
+      end subroutine find_residual
    end subroutine balance
 
-   !> In words: where a crack or an edge may have left too little of a cell to carry its loads; '' where no cells are cut, or faces touch,
-   !> which may be why.
-   function weak_piece(m, r) result(text)
+   !> In words: where a node is most out of balance.
+   function place_of(m, r) result(text)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance [N], (ndim, n_points)
-      character(:), allocatable :: text, cause
+      character(:), allocatable :: text
       integer :: worst(2)
-      text = ''
-      if (m%springs%n_contact > 0) return
-      if (m%grid%cut_cells%are_there()) then
-         cause = 'a crack cuts off a piece of a cell with one or two particles there, which can move without strain, and loads '// &
-                 'push it; move the crack or the load, use smaller &grid cell, or &method time = ''explicit'''
-      else if (allocated(m%grid%bodies)) then
-         cause = 'a body is much thinner there than a cell, which keeps it from some motions by nothing; use smaller &grid cell'
-      else
-         return
-      end if
       worst = maxloc(abs(r(:, :m%grid%n_nodes)))
       associate (x => m%grid%node_position(:, worst(2)))
-         text = ' at ('//to_text(x(1))//', '//to_text(x(2))//') m. Likely cause: '//cause
+         text = ' at ('//to_text(x(1))//', '//to_text(x(2))//') m'
       end associate
-   end function weak_piece
+   end function place_of
+
+   !> In words: why there may be no equilibrium; '' where nothing is known.
+   function likely_cause(m) result(text)
+      type(motion_t), intent(in) :: m
+      character(:), allocatable :: text
+      text = ''
+      if (have_friction(m%springs)) then
+         text = '. Likely cause: what friction holds between faces of a crack and the pressure on them drive each other up '// &
+                'there; use a lower &crack friction, or finer cells'
+      else if (m%springs%n_contact > 0) then
+         return
+      else if (m%grid%cut_cells%are_there()) then
+         text = '. Likely cause: a crack cuts off a piece of a cell with one or two particles there, which can move without '// &
+                'strain, and loads push it; move the crack or the load, use smaller &grid cell, or &method time = ''explicit'''
+      else if (allocated(m%grid%bodies)) then
+         text = '. Likely cause: a body is much thinner there than a cell, which keeps it from some motions by nothing; use '// &
+                'smaller &grid cell'
+      end if
+   end function likely_cause
 
    !> Factorise the tangent of the present state, if it is not there.
    subroutine factorise_now(self, m, pins, failure)
@@ -140,11 +182,12 @@ contains
       fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied)
       if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
-      if (fits) fits = all(self%states == spring_states(m%springs))
+      if (fits) fits = all(self%states == spring_states(m%springs)) .and. .not. abs(self%caution - m%springs%caution) > 0
       if (fits) return
       self%tied = pressed_pairs(m%contact)
       self%fixed = m%constraints%fixed
       self%states = spring_states(m%springs)
+      self%caution = m%springs%caution
       self%layout = m%fields%layout
       call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins), self%tied, self%k, unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
@@ -264,6 +307,52 @@ contains
       call failure%report(exit_computation, 'no equilibrium was found: every displacement on the way to it makes the forces '// &
                           'less balanced')
    end subroutine displace_with_care
+
+   !> Make a displacement that has been made shorter, to where forces have about no work left to do along it: faces that touch on the way are
+   !> not in the tangent. The forces have a convex potential, so that this always lessens it. Where that is is found by the rule of
+   !> false position, the value at an end that stays halved each time (Illinois).
+   subroutine go_back_to_least(m, applied, work, du)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      real(dp), intent(in) :: work               !! r . du before [J]
+      real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
+      real(dp), parameter :: beyond = 0.1_dp     ! part of the work that forces may do against the displacement at its end
+      real(dp), parameter :: hardly = 0.1_dp     ! part of a displacement that is little of it
+      real(dp), parameter :: least_caution = 1e-4_dp
+      integer, parameter :: most_trials = 40
+      real(dp), allocatable :: r(:, :)
+      real(dp) :: part, left                     ! of the displacement, of the work there
+      real(dp) :: short, long, of_short, of_long
+      integer :: trial
+      short = 0
+      of_short = 1
+      long = 1
+      part = 1
+      do trial = 1, most_trials
+         call out_of_balance(m, applied, r)
+         left = work_of(m, r, du)/work
+         if (left >= -beyond .and. (left <= 1 - beyond .or. part >= 1)) exit
+         if (left < 0) then
+            long = part
+            of_long = left
+            if (trial > 2) of_short = of_short/2
+         else
+            short = part
+            of_short = left
+            of_long = of_long/2
+         end if
+         left = short + (long - short)*of_short/(of_short - of_long)
+         call displace(m, (left - part)*du)
+         part = left
+      end do
+      du = part*du
+      if (part < hardly) then                    ! something would move far that nothing but the faces holds
+         m%springs%caution = min(max(10*m%springs%caution, least_caution), 1.0_dp)
+      else if (m%springs%caution > 0) then
+         m%springs%caution = m%springs%caution/10
+         if (m%springs%caution < least_caution) m%springs%caution = 0
+      end if
+   end subroutine go_back_to_least
 
    !> Fail where a displacement would strain a cell so much at once that its tangent tells nothing of where that leads.
    subroutine look_at_size(m, du, failure)

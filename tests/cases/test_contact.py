@@ -44,3 +44,15 @@ def test_faces_that_overlap_are_told_by_the_name_of_their_crack(case, text_of):
     assert "the faces of the crack number 2 have gone through each other" in words(unnamed.stderr)
     both = case("overlap_of_second_crack", text=text.replace("contact='frictionless' ", ""))
     assert all(f"the faces of the crack '{name}' have gone through" in words(both.stderr) for name in "ab")
+
+
+@pytest.mark.parametrize("indicator, friction", [("none", 0.4), ("tip", 0.2), ("none", 1.5)])
+def test_friction_finds_equilibrium(case, text_of, indicator, friction):
+    """Faces of a kinked crack into a hole stick, slide and part: what the load does is stored or rubbed away. Forces grew by ten in each iteration."""
+    refused = case("fpe_diverged_friction")
+    assert refused.code == 2 and "'zz'" in refused.stderr
+    run = case("fpe_diverged_friction", "--set", f"refine.indicator={indicator}", "--set", f"crack.friction={friction}")
+    assert run.code == 0, run.stderr
+    work, stored, lost = (run.row[name][-1] for name in ("external_work", "strain_energy", "friction_loss"))
+    assert work == pytest.approx(stored + lost, rel=1e-6)
+    assert 1.43 < work < 1.51                              # of a crack that sticks, and of one without friction
