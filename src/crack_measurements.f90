@@ -1,6 +1,7 @@
 !> What the history records of a crack: what is measured there, and the list of its columns.
 module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
+   use hampm_closed_faces, only: closed_faces_t, look_behind_tip
    use hampm_crack_closure, only: crack_opening, path_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes, effective_modulus
@@ -9,7 +10,6 @@ module hampm_crack_measurements
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
-   use hampm_face_springs, only: is_closed_at
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
@@ -40,6 +40,7 @@ module hampm_crack_measurements
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains [Pa sqrt(m)]
+      real(dp) :: doubt_of_j = 0                 !! by what K and J differ at a closed tip [J/m2]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
@@ -182,7 +183,7 @@ contains
          call follow(errors%stress_closure, v%stress_closure, scale, 0.0_dp)
          call follow(errors%crack_closure, v%crack_closure, scale, v%spread_of_closure)
          if (.not. scene%energy_release%domain_integral) return
-         spread_of_j = maxval(v%j) - minval(v%j)
+         spread_of_j = maxval(v%j) - minval(v%j) + v%doubt_of_j
          call follow(errors%j, sum(v%j)/size(v%j), scale, spread_of_j)
          part = 0
          if (sum(abs(v%domain)) > 0) part = 1/sum(abs(v%domain))
@@ -342,7 +343,8 @@ contains
       type(crack_values_t), intent(inout) :: values
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field
-      real(dp) :: k(modes, size(values%j))
+      type(closed_faces_t) :: closed
+      real(dp) :: k(modes, size(values%j)), k_doubt(modes, size(values%j))
       integer :: i
       domain%tip = tip%now
       domain%direction = tip%axis(:, 1)
@@ -356,7 +358,8 @@ contains
       domain%radius = tip%radii
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*motion%loads%pressure, mask=motion%loads%line == tip%crack)/(2*ndim)
-      call domain_integrals(domain, motion, factors, p, state, values%j, k)
+      if (tip%may_close) closed = look_behind_tip(motion%springs, tip%now, tip%direction, tip%nodes%spacing)
+      call domain_integrals(domain, motion, factors, p, state, closed, values%j, k, k_doubt)
       field = new_tip_field(domain%material, domain%direction)
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then
          do i = 1, size(values%j)
@@ -365,11 +368,14 @@ contains
       end if
       if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
          k(1, :) = max(k(1, :), 0.0_dp)
-         if (is_closed_at(motion%springs, tip%now, 2*tip%nodes%spacing)) k(1, :) = 0
+         if (closed%are_closed) k(1, :) = 0
       end if
-      values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2)
+      values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_doubt, dim=2)/size(values%j)
+      if (closed%are_closed) values%spread_of_k(1) = 0
       values%intensity = sum(k, dim=2)/size(values%j)
       values%g_of_k = field%rate_of(values%intensity)
+      values%doubt_of_j = 0
+      if (closed%are_closed) values%doubt_of_j = abs(sum(values%j)/size(values%j) - values%g_of_k)
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
          values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &

@@ -4,6 +4,7 @@ module hampm_domain_integral
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
    use hampm_face_springs, only: face_springs_t, look_at_faces
@@ -80,16 +81,19 @@ contains
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
-   pure subroutine domain_integrals(unturned, motion, factors, p, state, j, k)
+   pure subroutine domain_integrals(unturned, motion, factors, p, state, closed, j, k, k_doubt)
       type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
       type(motion_t), intent(in) :: motion       !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(particles_t), intent(in) :: p         !! that stand where those of the motion do
       type(nodal_state_t), intent(in) :: state   !! of these particles
+      type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
+      real(dp), intent(out) :: k_doubt(:, :)     !! by how much tractions behind a closed tip leave it in doubt, (modes, by radius)
       real(dp), allocatable :: q(:, :)
+      real(dp) :: by_closed(modes, size(unturned%radius))
       integer, allocatable :: elements(:)
       real(dp) :: at_corner(size(unturned%radius), motion%grid%n_functions), c(ndim)
       type(sample_t) :: s
@@ -104,6 +108,8 @@ contains
          call find_mean_slope(domain, grid, p, blocks, q, elements, c)
          j = 0
          k = 0
+         k_doubt = 0
+         by_closed = 0
          do n = 1, size(elements)
             associate (e => elements(n))
                at_corner = q(:, grid%support_of(e))
@@ -116,7 +122,7 @@ contains
             end associate
          end do
          if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
-         call add_faces_on_springs(domain, motion%springs, p%total_frame, q, j, k)
+         call add_faces_on_springs(domain, motion%springs, closed, p%total_frame, q, j, k, by_closed, k_doubt)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass .or. motion%loads(n)%line > 0) cycle
             call add_loaded_faces(domain, p, blocks, motion%loads(n), factors(n), q, c, j, k)
@@ -125,6 +131,8 @@ contains
       j = j/domain%thickness
       do n = 1, size(j)
          k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
+         if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II do
+         k_doubt(:, n) = abs(domain%field%intensities_of(k_doubt(:, n), domain%thickness))
       end do
       if (domain%half) then
          j = 2*j
@@ -362,14 +370,20 @@ contains
 
    !> Add what faces that press on each other by springs contribute to both integrals: the force f by which a spring resists the opening,
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
-   pure subroutine add_faces_on_springs(domain, springs, total_frame, q, j, k)
+   !>
+   !> In the last cells the slope of a is largest, and the layer of springs, which gives way where the tip does not, carries too little
+   !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, and they slide as K_II has it.
+   pure subroutine add_faces_on_springs(domain, springs, closed, total_frame, q, j, k, by_closed, k_doubt)
       type(tip_domain_t), intent(in) :: domain
       type(face_springs_t), intent(in) :: springs
+      type(closed_faces_t), intent(in) :: closed
       logical, intent(in) :: total_frame         !! whether springs are where their faces were in the reference configuration
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim)
-      logical :: is_there
+      real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
+      real(dp), intent(inout) :: k_doubt(:, :)   !! by what the line through the tractions makes of k, and their mean does not
+      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), doubt(ndim)
+      logical :: is_there, is_closed
       integer :: n, i, mode
       direction = domain%direction
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
@@ -379,15 +393,25 @@ contains
             at_point = at_point + sign(0.5_dp, springs%n_left(n) - i + 0.5_dp)*springs%share(i, n)*q(:, springs%node(i, n))
          end do
          if (.not. any(at_point > 0)) cycle
+         doubt = 0
          call look_at_faces(springs, n, direction, force, slope, is_there)
-         if (.not. is_there) cycle
-         j = j + dot_product(force, slope)*at_point
+         is_closed = closed%has(springs, n)
+         if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
+         if (is_closed) then
+            force = springs%length(n)*closed%traction_at(springs, n)
+            doubt = force - springs%length(n)*closed%mean
+         else if (.not. is_there) then
+            cycle
+         end if
          normal = domain%from_tip(domain%tip + springs%normal(:, n), total_frame)
          force = sign(1.0_dp, normal(2))*domain%in_axes(force)
+         doubt = sign(1.0_dp, normal(2))*domain%in_axes(doubt)
          x = domain%from_tip(springs%place(:, n), total_frame)
          do mode = 1, modes
             of_unit = 2*mean_slope_of_face(domain, mode, -x(1), springs%length(n)/2)
             k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
+            if (is_closed) by_closed(mode, :) = by_closed(mode, :) + dot_product(force, of_unit)*at_point
+            k_doubt(mode, :) = k_doubt(mode, :) + dot_product(doubt, of_unit)*at_point
          end do
       end do
    end subroutine add_faces_on_springs

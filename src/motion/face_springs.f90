@@ -35,7 +35,7 @@ module hampm_face_springs
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
-             spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_closed_at, is_pressed, &
+             spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
              have_friction, hold_friction, free_friction, keep_springs, make_room, add_spring, is_half, have_mass, &
              mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
 
@@ -212,22 +212,6 @@ contains
       is_pressed = springs%kind(k) == contact
       if (is_pressed) is_pressed = state_of(springs, k) /= is_open
    end function is_pressed
-
-   !> Whether faces are pressed together along most of the part of a line within some distance of a place: a tip there is closed.
-   pure logical function is_closed_at(springs, x, reach)
-      type(face_springs_t), intent(in) :: springs
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp), intent(in) :: reach              !! [m]
-      integer :: k, there, pressed
-      there = 0
-      pressed = 0
-      do k = 1, springs%n
-         if (springs%kind(k) /= contact .or. norm2(springs%place(:, k) - x) > reach) cycle
-         there = there + 1
-         if (state_of(springs, k) /= is_open) pressed = pressed + 1
-      end do
-      is_closed_at = 2*pressed > there
-   end function is_closed_at
 
    !> Change of that force with the opening, without what friction changes with the pressure, which is not symmetric [N/m].
    pure function spring_stiffness(springs, k) result(tangent)

@@ -3,6 +3,7 @@
 program test_domain_integral
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress
+   use hampm_closed_faces, only: closed_faces_t
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
@@ -136,9 +137,9 @@ contains
       real(dp), intent(in) :: direction(ndim), radius(:)
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
-      real(dp) :: found(1 + modes, size(radius))
+      real(dp) :: found(1 + modes, size(radius)), doubt(modes, size(radius))
       call domain_integrals(tip_domain_t(tip, direction, half=half, thickness=thickness, material=m%materials(1), radius=radius), &
-                            m, [real(dp) ::], m%particles, state, found(1, :), found(2:, :))
+                            m, [real(dp) ::], m%particles, state, closed_faces_t(), found(1, :), found(2:, :), doubt)
    end function integrals
 
    !> Given fields of known factors: they are found, the better the more cells there are in a disc.
