@@ -57,7 +57,7 @@ def test_friction_finds_equilibrium(case, text_of, indicator, friction):
     assert run.code == 0, run.stderr
     work, stored, lost = (run.row[name][-1] for name in ("external_work", "strain_energy", "friction_loss"))
     assert work == pytest.approx(stored + lost, rel=1e-6)
-    assert 1.43 < work < 1.51                              # of a crack that sticks, and of one without friction
+    assert 0 <= lost < 0.05*work
 
 
 YOUNG_OF_PLANE = 200e9/(1 - 0.3**2)
