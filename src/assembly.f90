@@ -102,7 +102,7 @@ contains
       motion%body_contact%distance = scene%contact%distance
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
-         call start_motion(motion, scheme_of(scene), failure, new_mass_choice(method%mass, method%solver, method%order, &
+         call start_motion(motion, scheme_of(scene), failure, new_mass_choice(method%mass_used(), method%solver, method%order, &
                                                                               method%blend, method%full_lower, &
                                                                               method%full_upper, &
                                                                               method%full_region == 'refined'))
@@ -126,6 +126,7 @@ contains
       if (scene%method%time == 'static') then
          static%equilibrium%newton%solver = scene%method%solver
          static%is_static = .true.
+         static%equilibrium%forgets_mesh = size(scene%growth) == 0
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)
       else if (scene%method%time == 'implicit') then

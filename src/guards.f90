@@ -48,8 +48,9 @@ contains
 
    !> Fail where material is turned inside out, an energy is not a number or has grown without work, by more than rounding can make.
    !> Add to `warning` where it has grown less, and where a law, a frame or a mass matrix is used beyond what it is meant for.
-   subroutine check_state(motion, measurements, warning, failure)
+   subroutine check_state(motion, time, measurements, warning, failure)
       type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: time           !! how it steps: 'explicit', 'implicit' or 'static'
       type(measurements_t), intent(in) :: measurements
       character(:), allocatable, intent(inout) :: warning
       type(failure_t), intent(inout) :: failure
@@ -67,26 +68,24 @@ contains
          if (.not. determinant_of(motion%particles, crushed) > 0) then
             call failure%report(exit_computation, now//'the material that started at '// &
                                 origin(motion%grid, motion%particles, crushed)// &
-                                ' is turned inside out (det F <= 0). Likely cause: a load is too large for the material, '// &
-                                'or the run is unstable; reduce the load or &method courant')
+                                ' is turned inside out (det F = '//to_text(determinant_of(motion%particles, crushed))// &
+                                '). Likely cause: a load is too large for the material: reduce it'//or_unstable(time))
             return
          end if
       end if
-      if (motion%has_domains()) call look_at_domains(motion, now, failure)
+      if (motion%has_domains()) call look_at_domains(motion, time, now, failure)
       if (failure%failed()) return
       if (.not. stored <= huge(stored)) then
          call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(motion)// &
-                             ' is no longer a number. Likely cause: the run is unstable; reduce &method courant'// &
-                             other_scheme(motion))
-      else if (gain > max(largest*max(measurements%largest_energy, measurements%initial_energy), &
-                          measurements%rounding_energy)) then
+                             ' is no longer a number'//of_step(motion, time))
+      else if (time == 'explicit' .and. gain > max(largest*max(measurements%largest_energy, measurements%initial_energy), &
+                                                   measurements%rounding_energy)) then
          call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
-                             liveliest(motion)//'. Likely cause: the run is unstable; reduce &method courant'// &
-                             other_scheme(motion))
+                             liveliest(motion)//of_step(motion, time))
       else
-         call look_for_gain(motion, measurements, now, gain, warning)
-         call look_at_balance(motion, measurements, now, warning)
+         call look_for_gain(motion, time, measurements, now, gain, warning)
+         call look_at_balance(motion, time, measurements, now, warning)
          call look_at_strain(motion, now, warning)
          call look_at_stretch(motion, measurements, now, warning)
          call look_at_travel(motion, measurements, now, warning)
@@ -108,29 +107,38 @@ contains
 
    !> Warn, once, where energy has grown without work by a notable part of what the material stores. The motion of the bodies as a
    !> whole is no measure: it would hide in its own energy whatever the material in flight does.
-   subroutine look_for_gain(motion, measurements, now, gain, warning)
+   subroutine look_for_gain(motion, time, measurements, now, gain, warning)
       type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       real(dp), intent(in) :: gain               !! [J]
       character(:), allocatable, intent(inout) :: warning
+      character(:), allocatable :: cause
       if (gain <= noticed_gain*measurements%largest_inner_energy) return
       if (gain <= rounding*max(measurements%largest_energy, measurements%initial_energy)) return
       if (gain <= measurements%rounding_energy) return
-      call warn(now//gained//to_text(gain)//' J more than the loads have done work, more than a tenth of what the material '// &
-                'stores. Likely cause: the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion), &
-                gained, warning)
+      if (time == 'explicit') then
+         cause = 'the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion)
+      else                                       ! equilibrium, which knows no step: the work is not that of this mesh
+         cause = 'nodes of finer cells are held that had moved before they were there, or '// &
+                 'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
+                 'Give boxes of a &constraint that end on nodes, or more &method load_steps'
+      end if
+      call warn(now//gained//to_text(gain)//' J more than the loads have done work, '//three_digits(100*gain &
+                /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
    end subroutine look_for_gain
 
    !> Warn, once, where the audit does not account for a notable part of the energy: the work on a particle in a step is that of the mean of
    !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
-   subroutine look_at_balance(motion, measurements, now, warning)
+   subroutine look_at_balance(motion, time, measurements, now, warning)
       type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: residual
-      if (.not. motion%audit) return
+      if (.not. motion%audit .or. time /= 'explicit') return  ! at rest what is missing is booked as the loss
       residual = abs(energy_residual(motion, measurements))
       if (residual <= noticed_residual) return
       call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step has '// &
@@ -138,8 +146,9 @@ contains
    end subroutine look_at_balance
 
    !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
-   subroutine look_at_domains(motion, now, failure)
+   subroutine look_at_domains(motion, time, now, failure)
       type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: time
       character(*), intent(in) :: now
       type(failure_t), intent(inout) :: failure
       integer :: i
@@ -147,8 +156,8 @@ contains
          if (.not. is_tangled(motion%particles, i)) cycle
          call failure%report(exit_computation, now//'the domain of the particle that started at '// &
                              origin(motion%grid, motion%particles, i)//' is turned over at a corner. Likely cause: the '// &
-                             'material is sheared further than its domains follow, or the run is unstable; give &body more '// &
-                             'points_per_cell, or reduce &method courant')
+                             'material is sheared further than its domains follow: give &body more points_per_cell'// &
+                             or_unstable(time))
          return
       end do
    end subroutine look_at_domains
@@ -383,6 +392,34 @@ contains
       character(:), allocatable :: text
       text = origin(motion%grid, motion%particles, liveliest_particle(motion%particles, motion%materials))
    end function liveliest
+
+   !> The likely cause of energy that comes from nowhere, and what helps, by how the run steps.
+   function of_step(motion, time) result(text)
+      type(motion_t), intent(in) :: motion
+      character(*), intent(in) :: time
+      character(:), allocatable :: text
+      text = '. Likely cause: '
+      select case (time)
+      case ('explicit')
+         text = text//'the run is unstable: reduce &method courant, from steps of '//three_digits(motion%last_dt)//' s now'// &
+                other_scheme(motion)
+      case ('implicit')
+         text = text//'loads, or the motion by them, are too large for numbers, or the steps for the motion: reduce &method '// &
+                'time_step, of '//three_digits(motion%last_dt)//' s now, or the loads'
+      case default
+         text = text//'loads, or the displacements by them, are too large for numbers: look at the units of loads and '// &
+                '&material young'
+      end select
+   end function of_step
+
+   !> The same as a second cause, where an unstable step may be one.
+   pure function or_unstable(time) result(text)
+      character(*), intent(in) :: time
+      character(:), allocatable :: text
+      text = ''
+      if (time == 'explicit') text = '; or the run is unstable: reduce &method courant'
+      if (time == 'implicit') text = '; or the steps are too long for the motion: reduce &method time_step'
+   end function or_unstable
 
    !> A further advice where the scheme is the one that is known to be unstable.
    function other_scheme(motion) result(text)

@@ -143,7 +143,7 @@ contains
       if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
           .or. scene%method%time /= 'explicit') &
          bytes = bytes + of_stiffness*fill
-      if (scene%method%mass == 'lumped') return
+      if (scene%method%mass_used() == 'lumped') return
       bytes = bytes + merge(of_quadratic_mass, of_mass, scene%grid%order == 2)*cells
       if (scene%method%mass == 'fmpm') return
       select case (scene%method%solver)

@@ -492,7 +492,7 @@ contains
       if (failure%failed()) return
       if (s%growing%are_there() .and. .not. s%growing%at_rest) &
          call book_rate(s%growing, s%scene, s%cracks, s%measurements%crack)
-      call check_state(s%motion, s%measurements, s%warning, failure)
+      call check_state(s%motion, trim(s%scene%method%time), s%measurements, s%warning, failure)
       if (.not. failure%failed()) call look_at_normals(s%motion, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return

@@ -75,9 +75,9 @@ contains
       character(:), allocatable :: cause
       call factor%factorised%factorise(factor%matrix, part)
       if (.not. part%failed()) return
-      cause = 'the run is unstable; reduce &method courant'
-      if (factor%factorised%by_umfpack) cause = 'the run is unstable, reduce &method courant; or the grid is too large for it, '// &
-                                                'use &method solver = ''cg'''
+      cause = 'masses of nodes are next to nothing, in cells with little material at an edge or a crack: use &method mass = '// &
+              '''lumped''; or the run is unstable: reduce courant, or time_step of implicit steps'
+      if (factor%factorised%by_umfpack) cause = cause//'; or the grid is too large for it: use &method solver = ''cg'''
       call failure%report(part%code, 'mass matrix: '//part%message//'. Likely cause: '//cause)
    end subroutine factorise_numbers
 

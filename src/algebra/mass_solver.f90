@@ -252,11 +252,14 @@ contains
       real(dp), intent(in) :: norm(:, :), target(:, :)  !! squares, as of `start_residual`
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: found
-      found = 'momenta or forces of the nodes are too large or no longer numbers'
+      found = 'momenta or forces of the nodes are too large or no longer numbers. Likely cause: the run is unstable; reduce '// &
+              '&method courant, or time_step of implicit steps'
       if (all(norm <= huge(norm)) .and. all(target > 0)) &
-         found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side'
+         found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side. Likely '// &
+                 'cause: nodes of cells with little material, at an edge or a crack; use &method solver = ''umfpack'' or '// &
+                 'mass = ''lumped'''
       call failure%report(exit_computation, 'mass matrix: the nodal equations are not solved after '//to_text(iterations)// &
-                          ' iterations: '//found//'. Likely cause: the run is unstable; reduce &method courant')
+                          ' iterations: '//found)
    end subroutine report_divergence
 
    !> z = P^-1 D r, and z.D r. With a factorised matrix P, or of conjugate gradients

@@ -13,6 +13,7 @@ module hampm_cell_blocks
    use hampm_forest, only: deepest
    use hampm_dofs, only: element_of_slot, corner_of_slot
    use hampm_grid, only: grid_t
+   use hampm_text, only: to_text
    use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
    implicit none
    private
@@ -256,7 +257,13 @@ contains
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
       type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: most_blocks = real(huge(1), dp)/(lanes*corners*n_sums) - 1  ! places of contributions are numbered
       integer :: b, l, e
+      if (blocks%n > most_blocks) then
+         call failure%report(exit_computation, 'grid: '//to_text(count(blocks%cells(:, :blocks%n) > 0))//' cells with material '// &
+                             'are too many, '//to_text(lanes*int(most_blocks))//' at most can be numbered; use a larger &grid cell')
+         return
+      end if
       call resize_to_grid(blocks, grid%n_points, failure)
       if (failure%failed()) return
       do b = 1, blocks%n

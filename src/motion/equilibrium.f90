@@ -44,6 +44,7 @@ module hampm_equilibrium
       real(dp), allocatable :: displacement(:, :) !! of the nodes there, from material without loads [m], (ndim, n_points)
       real(dp), allocatable, private :: moved(:, :) !! on the way to the last one [m], (ndim, n_points)
       real(dp), private :: work_at_once = 0      !! that the forces of its loads would have done all the way there [J]
+      logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing grows
    contains
       procedure :: find
       procedure :: find_again
@@ -122,7 +123,8 @@ contains
 
    !> Find equilibrium again at the present time, on another mesh, from what the particles carry over to it or, where that does not lead
    !> there, from material without loads. The loads, which stay, do work on what lies between both equilibria, not on the way from what was
-   !> carried over: that is no state of the material.
+   !> carried over: that is no state of the material. Where the state does not depend on the way to it, it is from the start: then the work of
+   !> the loads is that on this mesh, whatever nodes constraints hold that were not there before.
    subroutine find_again(self, m, failure)
       class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
@@ -130,18 +132,20 @@ contains
       type(failure_t) :: none
       type(drive_t) :: drive
       real(dp) :: nothing(ndim, m%grid%n_points), work, at_once
-      call carry_over(m, self%displacement)
-      call find_drive(m, m%time, drive)
-      work = m%external_work
-      at_once = self%work_at_once
-      call go_to(self, m, drive, drive, 0.0_dp, none)
-      if (.not. (none%failed() .or. all(m%materials%linear))) then
-         if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
-      end if
-      if (.not. none%failed()) then
-         call note_displacement(self, m, drive)
-         m%external_work = work + (self%work_at_once - at_once)
-         return
+      if (.not. (self%forgets_mesh .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain))) then
+         call carry_over(m, self%displacement)
+         call find_drive(m, m%time, drive)
+         work = m%external_work
+         at_once = self%work_at_once
+         call go_to(self, m, drive, drive, 0.0_dp, none)
+         if (.not. (none%failed() .or. all(m%materials%linear))) then
+            if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
+         end if
+         if (.not. none%failed()) then
+            call note_displacement(self, m, drive)
+            m%external_work = work + (self%work_at_once - at_once)
+            return
+         end if
       end if
       nothing = 0
       m%particles%displacement = 0

@@ -3,6 +3,7 @@
 module hampm_caveats
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at
+   use hampm_history_resolution, only: coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
    use hampm_placement, only: length_text, upper_corner
    use hampm_scene, only: scene_t, material_spec_t
@@ -31,6 +32,7 @@ contains
       call look_at_gaps(scene, text)
       call look_at_points(scene, text)
       call look_at_interfaces(scene, text)
+      if (coarse_histories(scene) /= '') call add(text, coarse_histories(scene))
    end function warnings_of
 
    !> What the method makes of the scene, and which units look wrong.

@@ -1,6 +1,7 @@
 !> Whether the time step of a scene is stable, as far as its keys tell before it is run.
 module hampm_stability_consistency
    use hampm_kinds, only: dp
+   use hampm_history_resolution, only: check_resolution
    use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
    use hampm_load_consistency, only: bodies_good
    use hampm_mistakes, only: mistakes_t
@@ -30,7 +31,7 @@ contains
       call settings%set_numbers(entry, 'courant', [scene%method%courant])
    end subroutine choose_courant
 
-   !> Refuse time steps that are unstable, by themselves or with the damping.
+   !> Refuse time steps that are unstable, by themselves or with the damping, and those that do not resolve a load.
    pure subroutine check_stability(scene, settings, mistakes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
@@ -39,7 +40,9 @@ contains
       real(dp) :: dt, limit
       integer :: entry
       entry = settings%find('method', 1)
-      if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings)) .or. scene%method%time /= 'explicit') return
+      if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings))) return
+      call check_resolution(scene, settings, mistakes)
+      if (scene%method%time /= 'explicit') return
       undamped = scene
       undamped%damping%rate = 0
       limit = courant_limit(undamped)

@@ -72,3 +72,37 @@ def test_last_sample_of_a_resumed_run(case, hampm):
     with h5py.File(part.path) as file:
         assert np.array_equal(file["history/time"][:], whole.row["time"])
     assert len(case("last_sample_twice", "--set", "run.end_time=6.15e-3").row["time"]) == 22
+
+
+@pytest.mark.parametrize("name", ["static_needs_no_mass_a", "static_needs_no_mass_b"])
+def test_statics_needs_no_mass_matrix(case, text_of, name):
+    """Equilibrium has no inertia: the state is that of mass = 'lumped' to the last bit, and the mass that was asked for is said to have no effect."""
+    run = case(name)
+    assert run.code == 0 and "&method mass = " in run.stderr and "has no effect" in run.stderr, run.stderr
+    lumped = case(name, "--set", "method.mass='lumped'")
+    for column, values in lumped.row.items():
+        assert np.array_equal(values, run.row[column]), column
+
+
+def test_work_on_a_mesh_that_is_refined_at_rest(case, text_of):
+    """A linear body at rest has stored what the loads have done, on the mesh on which it rests: finer cells have nodes in the box of the constraint that had moved
+    before they were there. (The run ended with 'the energy has grown ... unstable; reduce courant'.) The energy is that of a mesh that is fine from the start."""
+    run = case("static_gradient_energy_guard")
+    assert run.code == 0, run.stderr
+    assert run.row["external_work"][-1] == pytest.approx(run.row["strain_energy"][-1], rel=1e-9)
+    text = text_of("static_gradient_energy_guard").replace("cell = 0.001\n", "cell = 0.0005\n").replace("cells = 16, 12", "cells = 32, 24")
+    fine = case("static_gradient_energy_guard", "--set", "refine.indicator='none'", text=text)
+    assert run.row["strain_energy"][-1] == pytest.approx(fine.row["strain_energy"][-1], rel=0.05)
+
+
+def test_sine_is_resolved_by_steps(case, text_of):
+    """Less than ten steps to a period see another sine: refused with the frequency and the step. Up to twenty are told of, in static load steps too."""
+    run = case("sine_not_resolved")
+    assert run.code == 2 and "frequency = 3497348.434864105" in run.stderr and "time steps of 1.14e-7 s: 2.5 of them to a period" in run.stderr, run.stderr
+    run = case("sine_not_resolved", "--set", "load.frequency=5e5")
+    assert run.code == 0 and "warning: &load 1: steps of 1.14e-7 s take 17.5 points of a period of its sine of 500000.0 Hz" in run.stderr, run.stderr
+    run = case("sine_not_resolved", "--set", "load.frequency=3e5")
+    assert run.code == 0 and "points of a period" not in run.stderr, run.stderr
+    pulse = text_of("sine_not_resolved").replace("history = 'sine'\n   frequency = 3497348.434864105", "history = 'table'  times = 0, 2e-7, 2.1e-7, 2.2e-7  factors = 0, 0, 1, 0")
+    run = case("sine_not_resolved", text=pulse)
+    assert run.code == 0 and "may pass by its factor at 2.1e-7 s" in run.stderr, run.stderr

@@ -1,0 +1,127 @@
+!> Whether the steps of a run see how loads and prescribed motions change: what happens between two steps does not act.
+module hampm_history_resolution
+   use hampm_kinds, only: dp
+   use hampm_largest_step, only: chosen_speed, smallest_cell
+   use hampm_mistakes, only: mistakes_t
+   use hampm_scene, only: scene_t
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text, three_digits
+   use hampm_time_history, only: time_history_t
+   implicit none
+   private
+   public :: check_resolution, coarse_histories
+
+   ! A load that is constant over a step of a sine, n to a period, has work and amplitude off by (2 pi/n)**2/12: 3.3 % at 10, 0.8 % at 20
+   real(dp), parameter :: least_steps = 10       !! of a period, in motion
+   real(dp), parameter :: good_steps = 20        !! of a period, not to be told of
+   real(dp), parameter :: most_missed = 0.5_dp   !! part of the largest factor by which a peak may be above what steps see of it
+
+contains
+
+   !> Refuse a sine that the steps of a motion do not resolve: they would see another one.
+   pure subroutine check_resolution(scene, settings, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      type(mistakes_t), intent(inout) :: mistakes
+      integer :: k
+      if (scene%method%time == 'static') return
+      do k = 1, size(scene%loads)
+         call check_sine(scene, settings, 'load', k, scene%loads(k)%history, mistakes)
+      end do
+      do k = 1, size(scene%constraints)
+         call check_sine(scene, settings, 'constraint', k, scene%constraints(k)%motion%history, mistakes)
+      end do
+   end subroutine check_resolution
+
+   !> Check one of them.
+   pure subroutine check_sine(scene, settings, group, number, history, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      character(*), intent(in) :: group
+      integer, intent(in) :: number
+      type(time_history_t), intent(in) :: history
+      type(mistakes_t), intent(inout) :: mistakes
+      character(:), allocatable :: key
+      integer :: entry
+      entry = settings%find(group, number)
+      if (history%kind /= 'sine' .or. .not. settings%good(entry, 'frequency')) return
+      associate (dt => longest_step_of(scene))
+         if (history%frequency*dt*least_steps <= 1) return
+         key = '&method courant'
+         if (scene%method%time_step > 0) key = '&method time_step'
+         call settings%complain(mistakes, entry, 'frequency', 'must be at most '//to_text(1/(least_steps*dt))//' [Hz], not '// &
+                                to_text(history%frequency)//', with time steps of '//three_digits(dt)//' s: '// &
+                                three_digits(1/(history%frequency*dt))//' of them to a period do not resolve it, '// &
+                                to_text(nint(least_steps))//' do. Reduce it or '//key)
+      end associate
+   end subroutine check_sine
+
+   !> What of the histories of a scene its steps see hardly or not, a line each; '' for nothing.
+   pure function coarse_histories(scene) result(text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: text
+      integer :: k
+      text = ''
+      do k = 1, size(scene%loads)
+         call look_at('&load '//to_text(k), scene%loads(k)%history, longest_step_of(scene), text)
+      end do
+      do k = 1, size(scene%constraints)
+         call look_at('&constraint '//to_text(k), scene%constraints(k)%motion%history, longest_step_of(scene), text)
+      end do
+   end function coarse_histories
+
+   !> Look at one of them.
+   pure subroutine look_at(name, history, dt, text)
+      character(*), intent(in) :: name
+      type(time_history_t), intent(in) :: history
+      real(dp), intent(in) :: dt                 !! [s]
+      character(:), allocatable, intent(inout) :: text
+      character(:), allocatable :: line
+      line = ''
+      if (history%kind == 'sine') then
+         if (history%frequency*dt*good_steps <= 1) return
+         line = name//': steps of '//three_digits(dt)//' s take '//three_digits(1/(history%frequency*dt))// &
+                ' points of a period of its sine of '//to_text(history%frequency)//' Hz: what is between them does not act. '// &
+                'Take '//to_text(nint(good_steps))//' or more'
+      else if (history%kind == 'table') then
+         if (missed_peak(history, dt) <= 0) return
+         line = name//': steps of '//three_digits(dt)//' s may pass by its factor at '// &
+                three_digits(missed_peak(history, dt))//' s, which is there for less than two of them'
+      end if
+      if (line == '') return
+      if (text /= '') text = text//new_line('a')
+      text = text//line
+   end subroutine look_at
+
+   !> The longest step that a run can take at first [s]. Where outputs are closer they end it.
+   pure real(dp) function longest_step_of(scene) result(dt)
+      type(scene_t), intent(in) :: scene
+      if (scene%method%time == 'static') then
+         dt = scene%run%end_time/max(scene%method%load_steps, 1)
+         return
+      end if
+      dt = scene%method%time_step
+      if (.not. dt > 0) dt = scene%method%courant*smallest_cell(scene)/chosen_speed(scene)
+      if (scene%output%history_interval > 0) dt = min(dt, scene%output%history_interval)
+      if (scene%output%snapshot_interval > 0) dt = min(dt, scene%output%snapshot_interval)
+   end function longest_step_of
+
+   !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before and after it;
+   !> 0 for none [s].
+   pure real(dp) function missed_peak(history, dt) result(time)
+      type(time_history_t), intent(in) :: history
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp) :: beside(2), largest
+      integer :: k
+      time = 0
+      largest = maxval(abs(history%factors))
+      do k = 2, size(history%times) - 1
+         if (history%times(k) - dt < history%times(1)) cycle
+         beside = [history%factor(history%start + history%times(k) - dt), history%factor(history%start + history%times(k) + dt)]
+         if (history%factors(k) - maxval(beside) <= most_missed*largest .and. &
+             minval(beside) - history%factors(k) <= most_missed*largest) cycle
+         time = history%times(k)
+         return
+      end do
+   end function missed_peak
+end module hampm_history_resolution
