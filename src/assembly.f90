@@ -17,6 +17,7 @@ module hampm_assembly
    use hampm_grid, only: build_grid
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
+   use hampm_largest_step, only: courant_limit, default_part
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_local_step_choice, only: takes_leapfrog_steps, time_between_outputs
@@ -35,6 +36,7 @@ module hampm_assembly
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
+   use hampm_spring_placement, only: eigenvalue_left
    use hampm_static, only: static_t
    use hampm_subcycled, only: subcycled_t
    use hampm_supports, only: check_supports
@@ -80,6 +82,8 @@ contains
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
       motion%springs%are_bounded = scene%method%time == 'explicit'
+      if (motion%springs%are_bounded .and. size(scene%paths) > 0) &
+         motion%springs%most = eigenvalue_left(scene%method%courant/(default_part*courant_limit(scene)))
       motion%springs%are_moving = scene%method%time /= 'static'
       call place_particles(scene, motion, failure)
       if (failure%failed()) return

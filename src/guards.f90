@@ -16,11 +16,12 @@ module hampm_guards
    use hampm_motion, only: motion_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
+   use hampm_spring_placement, only: part_for
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: check_state, check_tip, check_step, look_at_faces, look_at_modes, look_at_normals
+   public :: check_state, check_tip, check_step, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
    ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
@@ -36,6 +37,8 @@ module hampm_guards
    real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
+   real(dp), parameter :: nearly_full = 0.9_dp   !! part of its stiffness with which a bond is as good as at rest [-]
+   character(*), parameter :: weakened = 'J and K are those of a crack that is longer by a part of a cell'
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'those of a linear material, and lose their meaning', &
@@ -315,6 +318,20 @@ contains
          end associate
       end do
    end subroutine look_at_faces
+
+   !> Warn where the bonds ahead of tips were made weaker than equilibrium has them, for the steps that led to it to be stable.
+   subroutine look_at_bonds(motion, courant, warning)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: courant            !! [-]
+      character(:), allocatable, intent(inout) :: warning
+      associate (springs => motion%springs)
+         if (springs%n == 0 .or. springs%weakest > nearly_full) return
+         call warn('the motion has come to rest with bonds in the cells of crack tips that have down to '// &
+                   three_digits(100*springs%weakest)//' % of their stiffness, so that steps are stable: '//weakened// &
+                   '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(springs))// &
+                   ', which leaves them all of it, or use time = ''static''', weakened, warning)
+      end associate
+   end subroutine look_at_bonds
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
    subroutine look_at_strain(motion, now, warning)

@@ -19,7 +19,7 @@ module hampm_simulation
                                     correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
-   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes, look_at_normals
+   use hampm_guards, only: check_state, check_step, check_tip, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_matching, only: adopt_lines
@@ -244,6 +244,7 @@ contains
       if (.not. failure%failed()) then
          s%distance_from_rest = s%integrator%distance_from_rest
          if (.not. s%integrator%is_static) call find_distance_from_rest(s%motion, s%distance_from_rest)
+         if (is_at_rest(s)) call look_at_bonds(s%motion, s%scene%method%courant, s%warning)
       end if
       if (failure%code /= exit_stopped) call look_at_faces(s%measurements, s%cracks%crack, is_at_rest(s), s%warning)
       call tell_end(s, failure)

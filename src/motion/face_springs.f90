@@ -47,6 +47,9 @@ module hampm_face_springs
    type :: face_springs_t
       real(dp) :: thickness = 0                  !! of the plate [m]
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
+      real(dp) :: most = 0                       !! largest eigenvalue that the steps of the run leave them then, over (c/h)**2 [-]
+      real(dp) :: wanted = 0                     !! the one that they would have with all of their stiffness, the same [-]
+      real(dp) :: weakest = 1                    !! part of its stiffness that the weakest bond has [-]
       logical :: are_moving = .true.             !! whether they have masses, where they may
       integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
                                                  !! for none
@@ -455,6 +458,9 @@ contains
       type(face_springs_t) :: more
       more%thickness = springs%thickness
       more%are_bounded = springs%are_bounded
+      more%most = springs%most
+      more%wanted = springs%wanted
+      more%weakest = springs%weakest
       more%are_moving = springs%are_moving
       more%alone = springs%alone
       more%n = springs%n

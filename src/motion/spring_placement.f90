@@ -20,7 +20,7 @@ module hampm_spring_placement
    use hampm_small_pieces, only: tie_small_pieces
    implicit none
    private
-   public :: rebuild_springs, look_at_openings, shorter_step, release_length
+   public :: rebuild_springs, look_at_openings, shorter_step, eigenvalue_left, part_for, release_length
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -39,8 +39,9 @@ module hampm_spring_placement
    real(dp), parameter :: most_of_cells = 1.2_dp
 
    !> Factor of the time step that is stable for whole cells, with cells that are cut, which multiply the largest eigenvalue by 1.27
-   !> at most, and with springs: 1/sqrt(1.27 + 1.2/4).
+   !> at most, and with springs: 1/sqrt(1.27 + 1.2/4). Shorter steps leave springs more.
    real(dp), parameter :: shorter_step = 0.79_dp
+   real(dp), parameter :: of_cut_cells = 1.27_dp
 
    !> A straight part of a line within a leaf, and the springs that are to be there.
    type :: layer_t
@@ -111,6 +112,19 @@ contains
          if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
    end subroutine add_springs_of_cracks
+
+   !> The largest eigenvalue over (c/h)**2 that steps leave to springs which are a part of those that `shorter_step` is for: with it
+   !> lambda_cells 1.27 + lambda_springs is what it is in these [-].
+   pure real(dp) function eigenvalue_left(part) result(most)
+      real(dp), intent(in) :: part               !! [-]
+      most = max(most_of_cells, 4*((of_cut_cells + most_of_cells/4)/part**2 - of_cut_cells))
+   end function eigenvalue_left
+
+   !> The part of the present steps with which no spring would have to be weaker [-].
+   pure real(dp) function part_for(springs) result(part)
+      type(face_springs_t), intent(in) :: springs
+      part = sqrt((of_cut_cells + max(springs%most, most_of_cells)/4)/(of_cut_cells + springs%wanted/4))
+   end function part_for
 
    !> Let springs that are where some have been before go on as these: particles tell of the opening only what a linear field between the
    !> nodes would, and a mesh that changes somewhere else again and again would let springs forget the rest of it, and give back other work
@@ -404,8 +418,10 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, parameter :: turns = 4
       integer, allocatable :: first(:), user(:)
-      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), edge
+      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), full(springs%n), bound, edge
       integer :: turn, k, l, i, j, u
+      bound = max(most_of_cells, springs%most)
+      full = springs%stiffness(:springs%n)
       call list_users(springs, grid%n_nodes, first, user)
       mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
       do k = 1, springs%n
@@ -423,7 +439,7 @@ contains
                edge = max(edge, maxval([(grid%leaf_size(e(i)), i=1, size(e))]))
             end associate
          end do
-         most(k) = most_of_cells*(fastest(materials)/edge)**2
+         most(k) = bound*(fastest(materials)/edge)**2
       end do
       do turn = 1, turns
          row = 0
@@ -440,9 +456,12 @@ contains
                end associate
             end do
          end do
-         if (all(row <= most)) return
+         if (turn == 1) springs%wanted = bound*maxval(row/most)
+         if (all(row <= most)) exit
          where (row > most) springs%stiffness(:springs%n) = most/row*springs%stiffness(:springs%n)
       end do
+      springs%weakest = minval(springs%stiffness(:springs%n)/max(full, tiny(full)), &
+                               mask=springs%kind(:springs%n) == bond .and. full > 0)
    end subroutine soften
 
    !> The largest speed of pressure waves [m/s].

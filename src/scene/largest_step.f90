@@ -15,7 +15,8 @@ module hampm_largest_step
    use hampm_time_step, only: largest_wave_speed
    implicit none
    private
-   public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
+   public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, &
+             default_part
 
    !> `rate*dt` above which `v <- v - rate*dt*v` turns the velocity around in a step; from 2 on it grows.
    real(dp), parameter :: most_damping_a_step = 1.0_dp
