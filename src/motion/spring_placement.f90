@@ -96,8 +96,8 @@ contains
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
                   call add_bonds_of_way(springs, grid, p, blocks, materials, k, old)
                else if (end%leaf > 0) then
-                  call add_layer(springs, grid, p, blocks, materials, layer_t(bond, end%tip, end%front, &
-                                                                                     face=line%face))
+                  call add_along(springs, grid, p, blocks, materials, reshape([end%tip, end%front], [ndim, 2]), &
+                                 layer_t(bond, face=line%face))
                end if
             end associate
          end associate

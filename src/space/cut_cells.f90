@@ -132,8 +132,10 @@ contains
             end = end_leaf_t(line, k)
             if (k == 2) then
                call move_end(forest, cut%lines(line)%face, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
+               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, size(points, 2)), end)
             else
                call move_end(forest, cut%lines(line)%face, points(:, 2), points(:, 1), end)
+               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
                open = cut%lines(line)%open_part()
@@ -239,6 +241,40 @@ contains
       end%front = tip + ahead*direction
       tip = end%front
    end subroutine move_end
+
+   !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip: both faces
+   !> share it, and hold the crack together there.
+   pure subroutine cut_ahead(forest, front, end)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(inout) :: front(ndim)     !! where the cut ends [m]
+      type(end_leaf_t), intent(inout) :: end
+      integer, parameter :: most = 4             ! leaves; a line meets no more before an edge across it
+      real(dp) :: lower(ndim), node(ndim), off(ndim), ahead
+      integer :: turn, leaf, d, across
+      if (end%leaf == 0) return
+      do turn = 1, most
+         lower = forest%position(forest%place_of(end%leaf))
+         associate (size => forest%size_of(end%leaf), direction => end%direction)
+            off = [(min(abs(front(d) - lower(d)), abs(front(d) - lower(d) - size)), d=1, ndim)]
+            if (all(off <= 2*nearly_none*forest%cell)) return ! at a node
+            across = minloc(off, dim=1)
+            node = front
+            node(ndim + 1 - across) = lower(ndim + 1 - across) + merge(0.0_dp, size, direction(ndim + 1 - across) > 0)
+            if (dot_product(node - end%tip, direction) >= 0) return
+            leaf = forest%leaf_at(front + nearly_none*forest%cell*direction)
+            if (leaf == outside .or. leaf == end%leaf) return
+            end%leaf = leaf
+         end associate
+         lower = forest%position(forest%place_of(leaf))
+         ahead = huge(ahead)
+         do d = 1, ndim
+            if (abs(end%direction(d)) <= nearly_none) cycle
+            ahead = min(ahead, (lower(d) + merge(forest%size_of(leaf), 0.0_dp, end%direction(d) > 0) - front(d))/end%direction(d))
+         end do
+         front = front + max(ahead, nearly_none*forest%cell)*end%direction
+         end%front = front
+      end do
+   end subroutine cut_ahead
 
    !> Unit vector normal to a direction, towards the only face that has material; 0 where both have.
    pure function into_half(direction, face) result(inward)
