@@ -218,7 +218,7 @@ contains
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
-            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j)
+            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j, may_change=size(scene%growth) > 0)
          end if
          if (.not. material%has_history()) &
             call record_best(scene, v, tip%nodes%in_cell .and. .not. tip%grown > 0, history)
@@ -253,7 +253,7 @@ contains
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(j) - minval(j))
             call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', j(1))
             call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', j(size(j)))
-            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, j)
+            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, j, may_change=size(scene%growth) > 0)
          end associate
       end subroutine record_where_dissipated
 

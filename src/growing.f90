@@ -20,6 +20,8 @@ module hampm_growing
       logical :: at_rest = .false.               !! whether tips advance by increments, under loads that are scaled
       ! At rest
       real(dp), allocatable :: advance(:)        !! by which each has advanced in the last load step [m]
+      real(dp), allocatable :: kink(:)           !! angle of its last kink, to the left [rad]
+      real(dp), allocatable :: slope(:)          !! change of atan(K_II/K_I) with the angle of that, of a short kink
       real(dp) :: load_factor = 1                !! by which all loads and prescribed motions are scaled
       real(dp) :: work = 0                       !! of the loads and stored energy at the end of the step before [J]
       real(dp) :: stored = 0
@@ -29,9 +31,11 @@ module hampm_growing
       integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
       real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of bonds go on fading [m]
       logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
+      logical, allocatable :: has_no_room(:)     !! whether its way is planned to where there is no more room for it
       logical, allocatable :: has_parted(:)      !! of the same: whether the zone of bonds that let go is complete, from when on it moves
       real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
       real(dp), allocatable :: memory(:)         !! of how late [s]
+      real(dp), allocatable :: owed(:)           !! of the same: way for which bonds have parted and which it has not moved yet [m]
       real(dp), allocatable :: reserve(:)        !! part of its way that is planned at which the next is planned [m]
       integer, allocatable :: next_of_path(:)    !! of direction = path: the point that it goes to
       integer, allocatable :: looks(:)           !! how often K was taken since the last turn
@@ -51,6 +55,7 @@ module hampm_growing
       procedure :: fit_radii
       procedure :: stop_tip
       procedure, nopass :: note_waiting
+      procedure, nopass :: note_tip
    end type growing_t
 
 contains
@@ -118,9 +123,10 @@ contains
       if (size(scene%growth) == 0) return
       growing%at_rest = any(scene%growth%is_at_rest())
       associate (n => size(cracks%tips))
-         allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), source=.false.)
-         allocate (growing%advance(n), growing%rate(n), growing%speed(n), growing%memory(n), growing%reserve(n), growing%room(n), &
-                   growing%booked(n), growing%faded(n), source=0.0_dp)
+         allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), &
+                   growing%has_no_room(n), source=.false.)
+         allocate (growing%advance(n), growing%kink(n), growing%slope(n), growing%rate(n), growing%speed(n), growing%memory(n), &
+                   growing%owed(n), growing%reserve(n), growing%room(n), growing%booked(n), growing%faded(n), source=0.0_dp)
          allocate (growing%last_turn(n), source=-huge(1.0_dp))
          allocate (growing%next_of_path(n), source=1)
          allocate (growing%looks(n), growing%law(n), source=0)
@@ -192,23 +198,29 @@ contains
       character(*), intent(in) :: why
       character(:), allocatable, intent(inout) :: said !! to the user, a line each
       self%has_stopped(number) = .true.
-      if (.not. allocated(said)) said = ''
-      if (said /= '') said = said//new_line('a')
-      said = said//'tip '//to_text(number)//' no longer grows: '//why
+      call note_tip(number, 'no longer grows: '//why, said)
    end subroutine stop_tip
 
    !> Note, once, that a tip waits as nothing opens it.
    subroutine note_waiting(number, said)
       integer, intent(in) :: number
       character(:), allocatable, intent(inout) :: said !! to the user, a line each
+      call note_tip(number, 'has waited in one load step at least: nothing opens it in the direction that it would take. '// &
+                    'Where it is to grow all the same, give &growth direction = ''straight''', said)
+   end subroutine note_waiting
+
+   !> Note something of a tip, once.
+   subroutine note_tip(number, what, said)
+      integer, intent(in) :: number
+      character(*), intent(in) :: what
+      character(:), allocatable, intent(inout) :: said !! to the user, a line each
       character(:), allocatable :: text
-      text = 'tip '//to_text(number)//' has waited in one load step at least: nothing opens it there (K_I of 0 or less). It '// &
-             'does not grow before K_I is above 0; where it is to grow all the same, give &growth direction = ''straight'''
+      text = 'tip '//to_text(number)//' '//what
       if (.not. allocated(said)) said = ''
-      if (index(said, text) > 0) return
+      if (index(said, text(:index(text//':', ':') - 1)) > 0) return
       if (said /= '') said = said//new_line('a')
       said = said//text
-   end subroutine note_waiting
+   end subroutine note_tip
 
    !> Record how a tip stands.
    subroutine record_growth(growing, scene, cracks, tip, time, history)
@@ -254,9 +266,12 @@ contains
       call archive%keep_logicals('has_stopped', n, growing%has_stopped)
       call archive%keep_logicals('is_running', n, growing%is_running)
       call archive%keep_logicals('has_parted', n, growing%has_parted)
+      call archive%keep_logicals('has_no_room', n, growing%has_no_room)
       call archive%keep_reals('rate', n, growing%rate)
+      call archive%keep_reals('kink', n, growing%kink)
       call archive%keep_reals('speed', n, growing%speed)
       call archive%keep_reals('memory', n, growing%memory)
+      call archive%keep_reals('owed', n, growing%owed)
       call archive%keep_reals('reserve', n, growing%reserve)
       call archive%keep_reals('last_turn', n, growing%last_turn)
       call archive%keep_reals('room', n, growing%room)

@@ -8,16 +8,21 @@ module hampm_growth_at_rest
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, fitting, part_of_crack
    use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
-   use hampm_kinks, only: kink_angle
+   use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
    use hampm_motion, only: motion_t, stored_energy
    use hampm_path_placement, only: path_radius
+   use hampm_placement, only: length_text
    use hampm_scene, only: scene_t
+   use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
+   use hampm_text, only: three_digits
    implicit none
    private
-   public :: advance_tips, turn_tips, book_fracture, factor_to_toughness, note_grown, note_drive, correct_work, scale_loads
+   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, factor_to_toughness, &
+             note_grown, note_drive, correct_work, scale_loads
 
-   real(dp), parameter :: straight = 1e-3_dp     !! K_II over K_I below which a tip that has advanced needs no other direction
-   real(dp), parameter :: steepness = 0.6_dp     !! change of K_II over K_I with the angle of the last increment [1/rad]
+
+   real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
+   real(dp), parameter :: small = 0.01_dp        !! atan(K_II/K_I) with which a tip may go on where less is not to be had [rad]
 
 contains
 
@@ -28,12 +33,14 @@ contains
       law_of = findloc(scene%growth%path, tip%crack, dim=1)
    end function law_of
 
-   !> Let tips advance by an increment. `have_moved` tells whether any has; `said` why some will no more.
-   subroutine advance_tips(growing, scene, cracks, values, have_moved, said)
+   !> Let tips advance by an increment, or by a part of it after some attempts. `have_moved` tells whether any has; `said` why some will no
+   !> more.
+   subroutine advance_tips(growing, scene, cracks, values, attempts, have_moved, said)
       type(growing_t), intent(inout) :: growing
       type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
       type(cracks_t), intent(inout) :: cracks
       type(crack_values_t), intent(in) :: values(:) !! of each tip
+      integer, intent(in) :: attempts(:)         !! of each tip, 0 for the first
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: said
       real(dp) :: rates(size(values))
@@ -48,7 +55,7 @@ contains
             end if
             if (law%direction == 'straight') then
                if (.not. rates(k) > 0) cycle     ! there is no load yet
-            else if (values(k)%intensity(1) <= 0) then
+            else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
                call growing%note_waiting(k, said)
                cycle
             end if
@@ -61,21 +68,23 @@ contains
       subroutine try_to_advance(k)
          integer, intent(in) :: k
          real(dp), allocatable :: before(:, :)
-         real(dp) :: angle, most
+         real(dp) :: angle, most, length
          associate (law => scene%growth(law_of(scene, cracks%tips(k))), tip => cracks%tips(k))
-            if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + law%increment > law%max_length*(1 + 1e-9_dp)) then
+            length = max(part_of_increment(attempts(k))*law%increment, min(law%increment, least_radius(scene)))
+            if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
                call growing%stop_tip(k, 'the crack has its max_length', said)
                return
             end if
             angle = kink_angle(trim(law%direction), values(k)%intensity)
             before = cracks%crack(tip%crack)%points
-            call cracks%extend(k, law%increment, angle)
+            if (angle*growing%kink(k) < 0 .and. min(abs(angle), abs(growing%kink(k))) > to_and_fro) call growing%note_tip(k, &
+               'turns to and fro: by '//three_digits(180/acos(-1.0_dp)*abs(angle))//' degrees where it was seen first: its '// &
+               'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', said)
+            growing%kink(k) = angle
+            if (law%direction == 'local_symmetry') growing%slope(k) = slope_of_mixity(angle, values(k)%intensity)
+            call cracks%extend(k, length, angle)
             call follow_in_scene(scene, cracks, tip%crack)
-            if (scene%crack%present) then
-               most = room_for(scene, tip%crack, tip%place)
-            else
-               most = path_radius(scene, tip%crack, tip%end)
-            end if
+            most = room_of_tip(scene, tip)
             if (most < least_radius(scene)*(1 - 1e-9_dp)) then
                call growing%stop_tip(k, 'a step further '//why_no_room(scene, tip%place), said)
                call cracks%put_back(k, before)
@@ -83,31 +92,128 @@ contains
                return
             end if
             tip%radii = fitting(tip%radii, least_radius(scene), most)
-            growing%advance(k) = law%increment
+            growing%advance(k) = length
          end associate
       end subroutine try_to_advance
    end subroutine advance_tips
 
-   !> By local symmetry: turn the last increments of tips where K_II is left. `have_turned` tells whether any was.
-   subroutine turn_tips(growing, scene, cracks, values, have_turned)
+   !> The largest radius of a domain integral around a tip [m].
+   pure real(dp) function room_of_tip(scene, tip) result(room)
+      type(scene_t), intent(in) :: scene
+      type(crack_tip_t), intent(in) :: tip
+      if (scene%crack%present) then
+         room = room_for(scene, tip%crack, tip%place)
+      else
+         room = path_radius(scene, tip%crack, tip%end)
+      end if
+   end function room_of_tip
+
+   !> Begin to turn the last increments of the tips that have advanced by local symmetry until they have no K_II.
+   pure subroutine begin_to_turn(growing, scene, cracks, turns)
       type(growing_t), intent(in) :: growing
-      type(scene_t), intent(inout) :: scene
-      type(cracks_t), intent(inout) :: cracks
-      type(crack_values_t), intent(in) :: values(:)
-      logical, intent(out) :: have_turned
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      type(symmetric_turns_t), intent(out) :: turns
+      logical :: does_turn(size(cracks%tips))
       integer :: k
-      have_turned = .false.
-      do k = 1, size(values)
-         if (.not. growing%grows(k) .or. .not. growing%advance(k) > 0) cycle
-         if (scene%growth(law_of(scene, cracks%tips(k)))%direction /= 'local_symmetry') cycle
-         associate (of => values(k)%intensity)
-            if (.not. of(1) > 0 .or. abs(of(2)) <= straight*of(1)) cycle
-            call cracks%turn(k, -of(2)/(steepness*of(1)))
-            call follow_in_scene(scene, cracks, cracks%tips(k)%crack)
-            have_turned = .true.
+      does_turn = .false.
+      do k = 1, size(does_turn)
+         if (growing%grows(k) .and. growing%advance(k) > 0) &
+            does_turn(k) = scene%growth(law_of(scene, cracks%tips(k)))%direction == 'local_symmetry'
+      end do
+      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%slope, does_turn))
+   end subroutine begin_to_turn
+
+   !> How much K_II tips have: atan2(K_II, K_I) [rad].
+   pure function mixities_of(values, tip) result(mixity)
+      type(crack_values_t), intent(in) :: values(:) !! of all tips
+      integer, intent(in) :: tip(:)              !! numbers of those that are wanted
+      real(dp) :: mixity(size(tip))
+      integer :: k
+      mixity = [(atan2(values(tip(k))%intensity(2), values(tip(k))%intensity(1)), k=1, size(tip))]
+   end function mixities_of
+
+   !> Turn the last increments of tips. `is_in_the_way` is the number of a tip that has no room there, 0 for none.
+   subroutine turn_tips(scene, cracks, tip, turn, is_in_the_way)
+      type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
+      type(cracks_t), intent(inout) :: cracks
+      integer, intent(in) :: tip(:)              !! their numbers
+      real(dp), intent(in) :: turn(:)            !! to the left [rad]
+      integer, intent(out) :: is_in_the_way
+      real(dp) :: most
+      integer :: k
+      is_in_the_way = 0
+      do k = 1, size(tip)
+         associate (of => cracks%tips(tip(k)))
+            call cracks%turn(tip(k), turn(k))
+            call follow_in_scene(scene, cracks, of%crack)
+            most = room_of_tip(scene, of)
+            if (most < least_radius(scene)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
+            of%radii = fitting(of%radii, least_radius(scene), max(most, least_radius(scene)))
          end associate
       end do
    end subroutine turn_tips
+
+   !> Part of an increment that is tried after some attempts: at first about the same, which is enough where the place of the tip in its cell
+   !> was the reason.
+   pure real(dp) function part_of_increment(attempt) result(part)
+      integer, intent(in) :: attempt             !! 0 for the first
+      part = 1
+      if (attempt > 0) part = max(0.0_dp, 1 - 0.01_dp*3.0_dp**(attempt - 1))
+   end function part_of_increment
+
+   !> Tips have advanced and some have K_II in any direction. Take back the advance of all of them for one in which these go on by a smaller
+   !> part of their increments, which is two of the finest cells at least. Where that was tried: be content, which `is_over` tells, where
+   !> K_II is small all the same, or go on without them.
+   subroutine take_back(growing, scene, cracks, before, turns, attempts, is_over, said)
+      type(growing_t), intent(inout) :: growing
+      type(scene_t), intent(inout) :: scene
+      type(cracks_t), intent(inout) :: cracks
+      type(cracks_t), intent(in) :: before       !! the cracks before the load step
+      type(symmetric_turns_t), intent(in) :: turns
+      integer, intent(inout) :: attempts(:)      !! of each tip
+      logical, intent(out) :: is_over
+      character(:), allocatable, intent(inout) :: said
+      integer :: k
+      is_over = .true.
+      do k = 1, size(turns%tip)
+         if (.not. turns%has_found(k)) is_over = is_over .and. .not. may_be_shorter(k) .and. abs(turns%mixity(k)) <= small
+      end do
+      do k = 1, size(turns%tip)
+         if (turns%has_found(k)) cycle
+         associate (tip => turns%tip(k))
+            if (may_be_shorter(k)) then
+               attempts(tip) = attempts(tip) + 1
+               call growing%note_tip(tip, 'has advanced by less than its increment in one load step at least, as by that it '// &
+                                     'has K_II in any direction', said)
+            else if (abs(turns%mixity(k)) <= small) then
+               call growing%note_tip(tip, 'has K_II in any direction in one load step at least: where it was seen first, '// &
+                                     part_of_two(k)//'. In finer cells there may be less', said)
+            else
+               call growing%stop_tip(tip, 'by '//length_text(growing%advance(tip))//' m, two of the finest cells, it has K_II '// &
+                                     'in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', said)
+            end if
+         end associate
+      end do
+      if (is_over) return
+      cracks = before
+      do k = 1, size(cracks%crack)
+         call follow_in_scene(scene, cracks, k)
+      end do
+   contains
+      !> Whether the k-th tip has advanced by more than the least.
+      pure logical function may_be_shorter(k)
+         integer, intent(in) :: k
+         may_be_shorter = growing%advance(turns%tip(k)) > least_radius(scene)*(1 + 1e-9_dp)
+      end function may_be_shorter
+
+      !> The K_II that the k-th tip has at best, in words.
+      function part_of_two(k) result(text)
+         integer, intent(in) :: k
+         character(:), allocatable :: text
+         text = 'K_II is '//three_digits(abs(tan(turns%mixity(k))))//' of K_I'
+      end function part_of_two
+   end subroutine take_back
 
    !> By what loads are to be multiplied so that the largest G of a tip that still grows, over its toughness, is 1; 1 where none has any.
    pure real(dp) function factor_to_toughness(growing, scene, cracks, values) result(factor)

@@ -3,20 +3,21 @@
 !> cells are cut anew, at the angle that the mix of modes asks for.
 module hampm_growth_in_motion
    use hampm_kinds, only: dp, ndim
-   use hampm_bond_release, only: let_go_behind, let_go_beyond, soften_released, foremost_released
+   use hampm_bond_release, only: let_go_behind, let_go_beyond, way_at, soften_released, foremost_released
    use hampm_crack_measurements, only: crack_values_t, best_rate
-   use hampm_crack_placement, only: least_radius
+   use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip_field, only: modes, effective_modulus
    use hampm_cracks, only: cracks_t, last_point
    use hampm_face_springs, only: spring_energy
    use hampm_forest, only: forest_t, outside
    use hampm_growing, only: growing_t, part_of_crack
    use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
-   use hampm_kinks, only: kink_angle, hoop_intensity
+   use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
    use hampm_growth_group, only: growth_t
    use hampm_motion, only: motion_t
+   use hampm_moving_tip, only: rayleigh_speed
    use hampm_scene, only: scene_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, three_digits
    implicit none
    private
    public :: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
@@ -30,6 +31,15 @@ module hampm_growth_in_motion
    !> Strength of bonds of law = toughness, times the root of the cell over K at that toughness: 0.6 of the force on the last whole node at
    !> rest, 0.6755 K sqrt(cell), on its cell (docs/growth.md).
    real(dp), parameter :: strength = 0.6_dp*0.6755_dp
+
+   !> How far ahead of a tip bonds of law = toughness may let go, in cells; those that bear more further ahead are too weak for the tension
+   !> there.
+   integer, parameter :: zone = 3
+
+   real(dp), parameter :: too_much = 1.5_dp      !! times their strength that bonds ahead of that bear: up to there what they take is right
+
+   real(dp), parameter :: late = 2               !! time over which a speed is one of late, in that of shear waves through a cell
+   real(dp), parameter :: late_of_speed = 0.5_dp !! the same where the toughness depends on it, which would lag behind (docs/growth.md)
 
    real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack goes straight on [rad]
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
@@ -51,7 +61,7 @@ contains
       have_planned = .false.
       do k = 1, size(cracks%tips)
          law = growing%law_at(scene, cracks, k, m%time, dt)
-         if (law == 0) cycle
+         if (law == 0 .or. growing%has_no_room(k)) cycle
          associate (of => scene%growth(law), tip => cracks%tips(k))
             if (of%turns() .and. growing%law(k) /= law .and. growing%law(k) > 0) call cracks%forget_way(k)
             growing%law(k) = law
@@ -82,25 +92,32 @@ contains
       character(:), allocatable, intent(inout) :: said
       real(dp), allocatable :: before(:, :)
       real(dp) :: from(ndim), to(ndim), direction(ndim), bonded, room, angle
+      integer :: cells, next
       logical :: at_kink
       is_planned = .false.
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
-         from = before(:, merge(size(before, 2), 1, tip%end == last_point))
-         call choose_direction(growing, cracks, k, of, from, direction, angle)
-         do
-            call next_point(m%grid%forest, growing, k, of, from, direction, tip%into_half(), to, at_kink)
-            call cracks%plan_way(k, to)
-            if (.not. at_kink) exit
-            from = to
-            direction = growing%to_next_point(k, of%points, from, direction)
-         end do
-         room = room_for(scene, tip%crack, to)
-         if (room < least_radius(scene)*(1 - 1e-9_dp)) then
+         next = growing%next_of_path(k)
+         do cells = merge(1, straight_on, of%turns()), 1, -1 ! as many as there is room for
+            growing%next_of_path(k) = next
+            from = before(:, merge(size(before, 2), 1, tip%end == last_point))
+            call choose_direction(growing, cracks, k, of, from, direction, angle)
+            do
+               call next_point(m%grid%forest, growing, k, of, from, direction, tip%into_half(), cells, to, at_kink)
+               call cracks%plan_way(k, to)
+               if (.not. at_kink) exit
+               from = to
+               direction = growing%to_next_point(k, of%points, from, direction)
+            end do
+            room = room_for(scene, tip%crack, to)
+            if (room >= least_radius(scene)*(1 - 1e-9_dp)) exit
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
             call cracks%put_back(k, before)
-            call growing%stop_tip(k, 'a cell further '//why_no_room(scene, to), said)
+         end do
+         if (room < least_radius(scene)*(1 - 1e-9_dp)) then
+            growing%has_no_room(k) = .true.      ! the tip stops where its way ends
+            if (.not. bonded > 0) call growing%stop_tip(k, why_it_stops(scene, cracks, k), said)
             return
          end if
          growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance()*tip%into_half()))
@@ -153,13 +170,14 @@ contains
    end subroutine choose_direction
 
    !> The next point of a way: a little beyond the leaf or, where that comes first, a point of a given path, which `at_kink` tells.
-   subroutine next_point(forest, growing, k, of, from, direction, inward, to, at_kink)
+   subroutine next_point(forest, growing, k, of, from, direction, inward, cells, to, at_kink)
       type(forest_t), intent(in) :: forest
       type(growing_t), intent(inout) :: growing
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
       real(dp), intent(in) :: from(ndim), direction(ndim)
       real(dp), intent(in) :: inward(ndim)       !! on a symmetry plane into the half that there is, else 0
+      integer, intent(in) :: cells               !! how many are planned
       real(dp), intent(out) :: to(ndim)
       logical, intent(out) :: at_kink
       real(dp) :: x(ndim), lower(ndim), way
@@ -175,7 +193,7 @@ contains
             if (direction(d) < -1e-9_dp) way = min(way, (lower(d) - from(d))/direction(d))
          end do
          way = way + into_next*forest%size_of(leaf)
-         if (.not. of%turns()) way = way + (straight_on - 1)*forest%size_of(leaf)
+         way = way + (cells - 1)*forest%size_of(leaf)
       end if
       to = from + way*direction
       at_kink = .false.
@@ -194,8 +212,7 @@ contains
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: dt                 !! of the step, which is over [s]
       character(:), allocatable, intent(inout) :: said
-      real(dp) :: way, taken, most, modulus, toughness, before
-      logical :: has_parted
+      real(dp) :: way, taken, most, before
       integer :: k, law
       before = spring_energy(m%springs) + m%fracture_energy
       do k = 1, size(cracks%tips)
@@ -214,26 +231,108 @@ contains
                growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
                call let_go_behind(m%springs, k, tip%grown, growing%faded(k), taken)
             else if (growing%is_running(k)) then
-               modulus = effective_modulus(m%materials(tip%material))
-               toughness = of%toughness_at(growing%speed(k))
-               if (most > 0) call let_go_beyond(m%springs, k, strength*sqrt(modulus*toughness), taken)
-               call soften_released(m%springs, k, part_of_crack(tip)*toughness, way, has_parted)
-               growing%has_parted(k) = growing%has_parted(k) .or. has_parted
-               if (.not. growing%has_parted(k)) way = 0
-               way = min(way, most)
-               call cracks%move_tip(k, way)
-               growing%speed(k) = growing%speed(k) + (way/dt - growing%speed(k))*min(1.0_dp, dt/growing%memory(k))
-               tip%speed = growing%speed(k)
+               call move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
             end if
             m%fracture_energy = m%fracture_energy + taken
-            if (of%max_length > 0 .and. law > 0) then
+            if (law == 0) cycle
+            if (of%max_length > 0) then
                if (cracks%crack(tip%crack)%length() >= of%max_length*(1 - epsilon(way))) &
                   call growing%stop_tip(k, 'the crack has its max_length', said)
             end if
+            if (growing%has_no_room(k) .and. .not. cracks%crack(tip%crack)%bonded(tip%end) > 0) &
+               call growing%stop_tip(k, why_it_stops(scene, cracks, k), said)
          end associate
       end do
       if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%fracture_energy - before)
    end subroutine move_tips
+
+   !> Let a tip move as its toughness lets it: at the speed v at which the bonds that have let go take toughness(v) for its way. That is below
+   !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what bonds that let
+   !> go faster leave it to do is owed.
+   subroutine move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
+      type(growing_t), intent(inout) :: growing
+      type(growth_t), intent(in) :: of
+      type(motion_t), intent(inout) :: m
+      type(cracks_t), intent(inout) :: cracks
+      integer, intent(in) :: k                   !! number of the tip
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: most               !! that it may move [m]
+      real(dp), intent(out) :: taken             !! energy that bonds which let go had stored [J]
+      character(:), allocatable, intent(inout) :: said
+      real(dp) :: low, high, fastest, of_step, overload, released
+      logical :: has_parted
+      integer :: i
+      associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
+         taken = 0
+         if (most > 0) then
+            call let_go_beyond(m%springs, k, strength*sqrt(effective_modulus(material)*of%toughness_at(growing%speed(k))), &
+                               tip%grown + zone*tip%nodes%spacing, taken, overload)
+            if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
+               to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
+               'traction at which its bonds let go. Its speed and fracture_energy may be off; take cells of '// &
+               three_digits(tip%nodes%spacing/overload**2)//' m there', said)
+         end if
+         fastest = rayleigh_speed(material)
+         if (of%limit_speed > 0) fastest = min(fastest, of%limit_speed)
+         of_step = min(1.0_dp, dt/growing%memory(k))
+         low = 0
+         high = fastest
+         if (.not. of%limit_speed > 0) low = fastest ! the toughness is the same at any speed
+         do i = 1, digits(low)
+            if (.not. low < high) exit
+            associate (speed => (low + high)/2)
+               if (new_speed(way_at(m%springs, k, part_of_crack(tip)*of%toughness_at(speed))) > speed) then
+                  low = speed
+               else
+                  high = speed
+               end if
+            end associate
+         end do
+         released = way_at(m%springs, k, part_of_crack(tip)*of%toughness_at(low))
+         call soften_released(m%springs, k, part_of_crack(tip)*of%toughness_at(low), has_parted)
+         growing%has_parted(k) = growing%has_parted(k) .or. has_parted
+         growing%speed(k) = new_speed(released)
+         tip%speed = growing%speed(k)
+         associate (way => way_of(released))
+            if (growing%has_parted(k)) growing%owed(k) = growing%owed(k) + released - way
+            call cracks%move_tip(k, way)
+         end associate
+      end associate
+   contains
+      !> By how much the tip moves where so much is released [m].
+      real(dp) function way_of(released)
+         real(dp), intent(in) :: released        !! [m]
+         way_of = 0
+         if (growing%has_parted(k)) way_of = max(0.0_dp, min(growing%owed(k) + released, fastest*dt, most))
+      end function way_of
+
+      !> The speed that it has then, of late [m/s].
+      real(dp) function new_speed(released)
+         real(dp), intent(in) :: released        !! [m]
+         new_speed = growing%speed(k) + (way_of(released)/dt - growing%speed(k))*of_step
+      end function new_speed
+   end subroutine move_by_toughness
+
+   !> Why a tip stops at the end of its way. Where a surface is ahead of it the body is all but in two.
+   function why_it_stops(scene, cracks, k) result(why)
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: k                   !! its number
+      character(:), allocatable :: why
+      integer, parameter :: steps = 32           ! by which material is looked for
+      real(dp) :: ahead
+      integer :: step
+      associate (tip => cracks%tips(k))
+         why = 'a cell further '//why_no_room(scene, tip%place + least_radius(scene)/2*tip%axis(:, 1))
+         do step = 1, steps
+            ahead = 4*step*least_radius(scene)/steps
+            if (body_at(scene, tip%place + ahead*tip%axis(:, 1)) > 0) cycle
+            why = why//'. There are '//three_digits(ahead)//' m of material ahead of it: a real specimen would be in two here, '// &
+                  'this one is held together by these, and results from now on mean little'
+            return
+         end do
+      end associate
+   end function why_it_stops
 
    !> Whether G and K have to be measured before the next step, as they decide on whether or where a tip goes.
    logical function has_to_look(growing, scene, m, cracks)
@@ -289,10 +388,11 @@ contains
                rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
             else
                rate = best_rate(values(k), cracks%tips(k))
-               if (values(k)%intensity(1) <= 0) rate = 0
+               if (.not. is_opened(trim(of%direction), values(k)%intensity)) rate = 0
             end if
             growing%is_running(k) = rate >= of%toughness
-            if (growing%is_running(k)) growing%memory(k) = 2*cracks%tips(k)%nodes%spacing &
+            if (growing%is_running(k)) growing%memory(k) = merge(late_of_speed, late, of%limit_speed > 0) &
+                                                           *cracks%tips(k)%nodes%spacing &
                                                            /m%materials(cracks%tips(k)%material)%shear_wave_speed()
          end associate
       end do

@@ -85,16 +85,23 @@ contains
       end do
    end subroutine record_modes
 
-   !> A column for each radius: `name`1, `name`2, ...
-   subroutine record_radii(self, name, unit, meaning, radii, values)
+   !> A column for each radius: `name`1, `name`2, ... Where radii may change from row to row the columns do not name them.
+   subroutine record_radii(self, name, unit, meaning, radii, values, may_change)
       class(history_t), intent(inout) :: self
       character(*), intent(in) :: name, unit, meaning
       real(dp), intent(in) :: radii(:)           !! [m]
       real(dp), intent(in) :: values(:)          !! by radius
+      logical, intent(in), optional :: may_change
+      character(:), allocatable :: radius
       integer :: i
       do i = 1, size(values)
-         if (is_new(self)) call add_column(self, name//to_text(i), unit, meaning//', radius '//length_text(radii(i))//' m', &
-                                           integer_valued=.false.)
+         if (is_new(self)) then
+            radius = ', radius '//length_text(radii(i))//' m'
+            if (present(may_change)) then
+               if (may_change) radius = ', radius '//to_text(i)//' of those that there is room for'
+            end if
+            call add_column(self, name//to_text(i), unit, meaning//radius, integer_valued=.false.)
+         end if
          call put(self, values(i))
       end do
    end subroutine record_radii

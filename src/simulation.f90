@@ -9,14 +9,15 @@ module hampm_simulation
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_group, only: path_spec_t
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
+   use hampm_crack_measurements, only: crack_values_t
    use hampm_cracks, only: cracks_t, keep_cracks
    use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: growing_t, new_growing, keep_growing
-   use hampm_growth_at_rest, only: advance_tips, turn_tips, book_fracture, factor_to_toughness, note_grown, note_drive, &
-                                    correct_work, scale_loads
+   use hampm_growth_at_rest, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
+                                    factor_to_toughness, note_grown, note_drive, correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
@@ -34,6 +35,7 @@ module hampm_simulation
    use hampm_scene, only: scene_t
    use hampm_snapshots, only: piece_t
    use hampm_state, only: keep_motion
+   use hampm_symmetric_turns, only: symmetric_turns_t
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
@@ -233,7 +235,10 @@ contains
       call s%progress%start(s%scene%run%end_time, quiet)
       call show_progress(s, last=.false.)
       if (.not. resumes) call settle_at_start(s, failure)
-      if (.not. (resumes .or. failure%failed()) .and. s%growing%at_rest) call load_to_toughness(s, failure)
+      if (.not. (resumes .or. failure%failed()) .and. s%growing%at_rest) then
+         call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+         call load_to_toughness(s, failure)
+      end if
       if (.not. (resumes .or. failure%failed())) call record(s, failure)
       do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
          call advance_to(s, next_output(s), failure)
@@ -344,7 +349,10 @@ contains
    subroutine follow_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      type(symmetric_turns_t) :: turns
       if (s%growing%at_rest) then
+         call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+         call turn_to_symmetry(s, turns, failure) ! loads that do not all change alike, and finer cells, have changed K_II
          call load_to_toughness(s, failure)
       else
          call move_tips(s%growing, s%scene, s%motion, s%cracks, s%dt, s%warning)
@@ -355,20 +363,51 @@ contains
    subroutine grow(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      integer, parameter :: most_turns = 3
-      logical :: have_moved
-      integer :: turn
+      type(cracks_t) :: before
+      type(crack_values_t), allocatable :: values(:)
+      type(symmetric_turns_t) :: turns
+      integer, allocatable :: attempts(:)
+      logical :: have_moved, have_cut, is_over
       call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
       if (failure%failed()) return
-      call advance_tips(s%growing, s%scene, s%cracks, s%measurements%crack, have_moved, s%warning)
-      do turn = 0, most_turns
-         if (failure%failed() .or. .not. have_moved) return
-         call cut_anew(s, failure)
-         if (failure%failed() .or. turn == most_turns) return
+      before = s%cracks
+      values = s%measurements%crack
+      allocate (attempts(size(values)), source=0)
+      have_cut = .false.
+      do
+         call advance_tips(s%growing, s%scene, s%cracks, values, attempts, have_moved, s%warning)
+         if (have_moved .or. have_cut) call cut_anew(s, failure)
+         if (.not. have_moved .or. failure%failed()) return
+         have_cut = .true.
          call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
-         if (.not. failure%failed()) call turn_tips(s%growing, s%scene, s%cracks, s%measurements%crack, have_moved)
+         call turn_to_symmetry(s, turns, failure)
+         if (failure%failed() .or. turns%have_found()) return
+         call take_back(s%growing, s%scene, s%cracks, before, turns, attempts, is_over, s%warning)
+         if (is_over) return
       end do
    end subroutine grow
+
+   !> By local symmetry: turn the last increments of the tips until these have no K_II, from what was measured last, and measure.
+   subroutine turn_to_symmetry(s, turns, failure)
+      type(simulation_t), intent(inout) :: s
+      type(symmetric_turns_t), intent(out) :: turns
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: turn(:)
+      integer :: is_in_the_way
+      logical :: are_over
+      call begin_to_turn(s%growing, s%scene, s%cracks, turns)
+      allocate (turn(size(turns%tip)))
+      are_over = .false.
+      do
+         if (failure%failed()) return
+         if (.not. are_over) call turns%note(mixities_of(s%measurements%crack, turns%tip))
+         if (turns%have_found() .or. are_over) return
+         call turns%choose(turn, are_over)
+         call turn_tips(s%scene, s%cracks, turns%tip, turn, is_in_the_way)
+         call cut_anew(s, failure)
+         if (.not. failure%failed()) call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+      end do
+   end subroutine turn_to_symmetry
 
    !> Cut cells along cracks that have changed, let the mesh follow their tips, and find equilibrium.
    subroutine cut_anew(s, failure)
@@ -384,7 +423,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
       logical :: adapted
-      lines = s%cracks%lines()
+      allocate (lines, source=s%cracks%lines())
       call adopt_lines(s%motion, lines, failure)
       adapted = s%refinement%indicator == 'tip'
       do while (adapted .and. .not. failure%failed())
@@ -393,12 +432,11 @@ contains
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine change_cut
 
-   !> After a load step, or at the start: scale the loads until the largest G is the toughness.
+   !> After a load step, or at the start, when all is measured: scale the loads until the largest G is the toughness.
    subroutine load_to_toughness(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       real(dp) :: factor
-      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
       if (failure%failed()) return
       factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
       call correct_work(s%growing, factor, s%motion)

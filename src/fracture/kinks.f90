@@ -9,7 +9,7 @@ module hampm_kinks
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: kink_angle, after_kink, hoop_intensity
+   public :: kink_angle, after_kink, hoop_intensity, is_opened, slope_of_mixity
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: largest = 80*pi/180    !! angle that is looked at; the series are good to 1e-5 there
@@ -43,24 +43,52 @@ contains
       hoop_intensity = cos(angle/2)**2*(k(1)*cos(angle/2) - 3*k(2)*sin(angle/2))
    end function hoop_intensity
 
-   !> The angle at which a short kink has no K_II [rad].
+   !> Whether a tip opens where a criterion lets it go on: also in pure mode II, as at a crack that is pressed shut.
+   pure logical function is_opened(criterion, k)
+      character(*), intent(in) :: criterion
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp), parameter :: nothing = 1e-6_dp   ! what is left of K_II where the series has a direction without it
+      real(dp) :: of_kink(modes)
+      select case (criterion)
+       case ('hoop_stress')
+         is_opened = hoop_intensity(k) > 0
+       case ('local_symmetry', 'max_energy')
+         of_kink = after_kink(symmetric_angle(k), k)
+         is_opened = of_kink(1) > 0 .and. abs(of_kink(2)) <= nothing*norm2(k)
+       case default
+         is_opened = k(1) > 0
+      end select
+   end function is_opened
+
+   !> The angle at which a short kink has no K_II [rad]: to the right where K_II is positive. Where there is none within those that are
+   !> looked at, the last of these.
    pure real(dp) function symmetric_angle(k) result(angle)
       real(dp), intent(in) :: k(modes)
-      real(dp) :: low, high, of_kink(modes), at_low(modes)
+      real(dp) :: low, high, of_kink(modes)
       integer :: i
-      low = -largest
-      high = largest
-      at_low = after_kink(low, k)
+      low = 0
+      high = -sign(largest, k(2))
       do i = 1, digits(low)
          angle = (low + high)/2
          of_kink = after_kink(angle, k)
-         if (of_kink(2)*at_low(2) > 0) then
+         if (of_kink(2)*k(2) > 0) then
             low = angle
          else
             high = angle
          end if
       end do
    end function symmetric_angle
+
+   !> By how much atan(K_II/K_I) of a short kink grows with its angle, where there is no K_II.
+   pure real(dp) function slope_of_mixity(angle, k) result(slope)
+      real(dp), intent(in) :: angle              !! [rad]
+      real(dp), intent(in) :: k(modes)           !! of the crack before [Pa sqrt(m)]
+      real(dp), parameter :: small = 1e-4_dp     ! [rad]
+      real(dp) :: before(modes), after(modes)
+      before = after_kink(angle - small, k)
+      after = after_kink(angle + small, k)
+      slope = (after(2) - before(2))/(after(1) + before(1))/small
+   end function slope_of_mixity
 
    !> The angle of the short kink with the largest energy release rate [rad].
    pure real(dp) function angle_of_most_energy(k) result(angle)

@@ -77,6 +77,7 @@ module hampm_face_springs
       real(dp), allocatable :: start(:, :)       !! [m], (ndim, n)
       logical, allocatable :: lets_go(:)         !! whether a bond has begun to let go: its force is then `kept` of `held`
       real(dp), allocatable :: kept(:)           !! [-]
+      real(dp), allocatable :: reached(:)        !! largest opening since then along the force, of law = toughness [m]
       real(dp), allocatable :: mass(:)           !! m [kg]
       real(dp), allocatable :: rate(:, :)        !! w [m/s], (ndim, n)
       real(dp), allocatable :: stored(:)         !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
@@ -445,6 +446,7 @@ contains
          springs%start(:, s) = 0
          springs%lets_go(s) = .false.
          springs%kept(s) = 1
+         springs%reached(s) = 0
          springs%stored(s) = 0
          springs%mass(s) = 0
          springs%rate(:, s) = 0
@@ -470,7 +472,7 @@ contains
                 more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
                 more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
       allocate (more%tip(most), more%way(most), more%cell(most), more%held(ndim, most), more%start(ndim, most), more%stored(most))
-      allocate (more%lets_go(most), more%kept(most), more%mass(most), more%rate(ndim, most))
+      allocate (more%lets_go(most), more%kept(most), more%reached(most), more%mass(most), more%rate(ndim, most))
       associate (n => springs%n)
          if (n > 0) then
             more%kind(:n) = springs%kind(:n)
@@ -492,6 +494,7 @@ contains
             more%start(:, :n) = springs%start(:, :n)
             more%lets_go(:n) = springs%lets_go(:n)
             more%kept(:n) = springs%kept(:n)
+            more%reached(:n) = springs%reached(:n)
             more%stored(:n) = springs%stored(:n)
             more%mass(:n) = springs%mass(:n)
             more%rate(:, :n) = springs%rate(:, :n)
@@ -535,6 +538,7 @@ contains
       call archive%keep_reals('start', ndim*n, springs%start)
       call archive%keep_logicals('lets_go', n, springs%lets_go)
       call archive%keep_reals('kept', n, springs%kept)
+      call archive%keep_reals('reached', n, springs%reached)
       call archive%keep_reals('stored', n, springs%stored)
       call archive%keep_reals('mass', n, springs%mass)
       call archive%keep_reals('rate', ndim*n, springs%rate)

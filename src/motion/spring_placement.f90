@@ -210,6 +210,7 @@ contains
                                                                         old%lets_go(nearest))
          springs%lets_go(s) = old%lets_go(nearest)
          springs%kept(s) = old%kept(nearest)
+         springs%reached(s) = old%reached(nearest)
          springs%start(:, s) = springs%opening(:, s) - (old%opening(:, nearest) - old%start(:, nearest))
          if (.not. springs%lets_go(s)) springs%start(:, s) = springs%opening(:, s)
       else if (springs%way(s) < grown) then

@@ -81,13 +81,13 @@ contains
       turns = self%direction /= 'straight' .and. self%direction /= 'path'
    end function turns
 
-   !> Toughness at a speed [J/m2].
+   !> Toughness at a speed [J/m2]; huge from `limit_speed` on.
    pure real(dp) function toughness_at(self, speed)
       class(growth_t), intent(in) :: self
       real(dp), intent(in) :: speed              !! [m/s]
-      real(dp), parameter :: most = 0.95_dp      ! of the limit
+      real(dp), parameter :: least = 1e-12_dp    ! so that nothing overflows
       toughness_at = self%toughness
-      if (self%limit_speed > 0) toughness_at = toughness_at/(1 - min(speed/self%limit_speed, most)**self%exponent)
+      if (self%limit_speed > 0) toughness_at = toughness_at/max(1 - min(speed/self%limit_speed, 1.0_dp)**self%exponent, least)
    end function toughness_at
 
    !> Take all groups of this name.

@@ -62,10 +62,12 @@ def test_a_path_by_local_symmetry(hampm, tmp_path):
     assert np.all(off[:, 1] < 1)
     assert np.all(np.delete(off[:, 2], 1) < 0.01)
     assert "growth" not in said
+    # where K_II jumps across 0 as the tip passes from cell to cell, an increment is 1 % shorter and there is no K_II
+    assert np.all(np.abs(row["K_II"][1:] / row["K_I"][1:]) < 1e-3) and np.all(np.abs(row["K_II_tip2"][1:] / row["K_I_tip2"][1:]) < 1e-3)
     # the tip that leads has its toughness, and the other one is its image
     assert np.maximum(row["G"], row["G_tip2"]) == pytest.approx(100, rel=1e-6)
     assert row["tip_x_tip2"] == pytest.approx(-row["tip_x"], abs=1e-4)
-    assert row["crack_length"] == pytest.approx(16e-3 + 3.2e-3 * np.arange(6), rel=1e-9)
+    assert row["crack_length"] == pytest.approx(16e-3 + 3.2e-3 * np.arange(6), abs=0.011 * 1.6e-3)
     assert row["fracture_energy"][-1] == pytest.approx(100 * 5 * 3.2e-3 * 1e-3, rel=0.02)
 
 

@@ -3,13 +3,16 @@
 program test_kinks
    use hampm_kinds, only: dp
    use hampm_crack_tip_field, only: modes
-   use hampm_kinks, only: kink_angle, after_kink
+   use hampm_kinks, only: kink_angle, after_kink, is_opened, slope_of_mixity
+   use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
    use hampm_harness, only: check, check_close, finish
    implicit none
    real(dp), parameter :: degree = acos(-1.0_dp)/180
 
    call check_factors()
    call check_angles()
+   call check_pure_shear()
+   call check_turns()
    call finish()
 
 contains
@@ -58,4 +61,40 @@ contains
       end do
       call check(.not. abs(kink_angle('straight', [1.0_dp, 1.0_dp])) > 0, 'straight on')
    end subroutine check_angles
+
+   !> In pure mode II the hoop stress is largest at 70.53 degrees, and the short kink has no K_II where F22 is 0, at 77.3: to the side where it
+   !> opens. A tip that is pressed shut is opened by none.
+   subroutine check_pure_shear()
+      real(dp) :: k(modes), of_kink(modes)
+      integer :: side
+      do side = -1, 1, 2
+         k = [0.0_dp, real(side, dp)]
+         call check_close(kink_angle('hoop_stress', k)/degree, -side*70.528779_dp, 1.0e-5_dp, 'pure mode II, hoop stress')
+         call check_close(kink_angle('local_symmetry', k)/degree, -side*77.3_dp, 0.1_dp, 'pure mode II, local symmetry')
+         of_kink = after_kink(kink_angle('local_symmetry', k), k)
+         call check(of_kink(1) > 0, 'the kink opens')
+         call check(is_opened('hoop_stress', k) .and. is_opened('local_symmetry', k), 'pure mode II opens a kink')
+      end do
+      call check(.not. is_opened('hoop_stress', [-1.0_dp, 0.0_dp]), 'nothing opens a crack that is pressed shut')
+      call check(.not. is_opened('local_symmetry', [-1.0_dp, 0.1_dp]), 'nor by local symmetry')
+   end subroutine check_pure_shear
+
+   !> Two increments, each of which turns the mixity of the other too, with slopes that are guessed wrong by a factor of 2 and of a half.
+   subroutine check_turns()
+      type(symmetric_turns_t) :: turns
+      real(dp) :: turn(2), angle(2)
+      logical :: are_over
+      integer :: trial
+      angle = 0
+      call begin_turns(turns, [1, 2], [1.2_dp, 0.3_dp])
+      do trial = 1, 8
+         call turns%note([sin(0.6_dp*angle(1) - 0.1_dp*angle(2) + 0.2_dp), 0.15_dp*angle(1) + 0.6_dp*angle(2) - 0.1_dp*angle(2)**2 - 0.1_dp])
+         if (turns%have_found()) exit
+         call turns%choose(turn, are_over)
+         angle = angle + turn
+      end do
+      call check(turns%have_found(), 'Broyden''s method finds directions of two tips')
+      call check(slope_of_mixity(0.0_dp, [1.0_dp, 0.0_dp]) > 0.45_dp .and. slope_of_mixity(0.0_dp, [1.0_dp, 0.0_dp]) < 0.55_dp, &
+                 'a small kink changes K_II by K_I/2 for each rad')
+   end subroutine check_turns
 end program test_kinks
