@@ -88,7 +88,8 @@ contains
       angle = 0
       call begin_turns(turns, [1, 2], [1.2_dp, 0.3_dp])
       do trial = 1, 8
-         call turns%note([sin(0.6_dp*angle(1) - 0.1_dp*angle(2) + 0.2_dp), 0.15_dp*angle(1) + 0.6_dp*angle(2) - 0.1_dp*angle(2)**2 - 0.1_dp])
+         call turns%note([sin(0.6_dp*angle(1) - 0.1_dp*angle(2) + 0.2_dp), &
+                          0.15_dp*angle(1) + 0.6_dp*angle(2) - 0.1_dp*angle(2)**2 - 0.1_dp])
          if (turns%have_found()) exit
          call turns%choose(turn, are_over)
          angle = angle + turn
