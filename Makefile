@@ -49,7 +49,7 @@ VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
 TASKS := help setup clean run figures sweep slurm docs test verify coverage sanitize memcheck fuzz \
-         bench against minimal peers masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors domains contact
+         bench against minimal peers masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors estimates domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
 
@@ -203,6 +203,10 @@ tip: setup  ## measure how far from its node the discrete crack tip acts
 errors: setup  ## hold the estimated errors of G, J and K to the true ones on specimens with known G
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/error_specimens.py --output results/error_specimens
+
+estimates: setup  ## ask of random cracked specimens of many kinds whether estimated errors cover the true ones; number=16 of each kind
+	@$(MAKE) --no-print-directory program
+	$(PYTHON) bench/estimate_coverage.py --output results/estimates $(if $(number),--number $(number))
 
 domains: setup  ## hold particles with domains to what large deformation should give, and measure what they cost
 	@$(MAKE) --no-print-directory program

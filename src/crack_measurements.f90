@@ -1,5 +1,6 @@
 !> What the history records of a crack: what is measured there, and the list of its columns.
 module hampm_crack_measurements
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t, look_behind_tip
    use hampm_crack_closure, only: crack_opening, path_opening, stress_closure, nodal_force_closure
@@ -9,7 +10,8 @@ module hampm_crack_measurements
    use hampm_cut_cells, only: side_of_ties
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
-   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
+   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, place_of_tip, &
+                                   tip_zone
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
@@ -23,6 +25,7 @@ module hampm_crack_measurements
    use hampm_path_closure, only: path_closure
    use hampm_scene, only: scene_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
+   use hampm_tip_shift, only: tips_at_rest_t, find_tips_at_rest
    implicit none
    private
    public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack, best_rate
@@ -47,6 +50,13 @@ module hampm_crack_measurements
       type(estimated_errors_t) :: errors         !! of all these
    end type crack_values_t
 
+   !> G by the best of the chosen estimators.
+   type :: best_t
+      character(:), allocatable :: estimator     !! '' where none is chosen
+      real(dp) :: rate = 0                       !! [J/m2]
+      real(dp) :: error = 0                      !! estimated [J/m2]
+   end type best_t
+
 contains
 
    !> Nothing measured yet.
@@ -58,9 +68,9 @@ contains
       allocate (values%j(size(tip%radii)), source=0.0_dp)
    end subroutine new_crack_values
 
-   !> Measure, and find the first of the chosen energy release rates, of both modes together [J/m2]; not allocated where none is
-   !> chosen. Fails where the nodal equations cannot be solved.
-   subroutine measure_crack(scene, motion, cracks, number, state, extrapolation, values, first_g, failure)
+   !> Measure, and find the energy release rate of both modes together, by the best of the chosen estimators [J/m2]; not allocated where none
+   !> is chosen. Fails where the nodal equations cannot be solved.
+   subroutine measure_crack(scene, motion, cracks, number, state, extrapolation, values, g, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(cracks_t), intent(in) :: cracks
@@ -68,16 +78,13 @@ contains
       type(nodal_state_t), intent(in) :: state   !! where there is a domain integral
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
       type(crack_values_t), intent(inout) :: values
-      real(dp), allocatable, intent(out) :: first_g
+      real(dp), allocatable, intent(out) :: g
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
+      type(best_t) :: best
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release, tip => cracks%tips(number))
          if (chosen%stress_closure) call refresh_grid(motion)
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
-         if (chosen%nodal_force) call keep_first(values%nodal_force, first_g)
-         if (chosen%stress_closure) call keep_first(values%stress_closure, first_g)
-         if (chosen%domain_integral) call keep_first(values%domain, first_g)
-         if (chosen%crack_closure) call keep_first(values%crack_closure, first_g)
          if (tip%nodes%tip > 0) then
             values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
             values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
@@ -85,7 +92,9 @@ contains
             values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, -tip%direction, grid, p, motion%blocks)
             values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, grid, p, motion%blocks)
          end if
-         call follow_values(scene, tip, values)
+         call follow_values(scene, tip, new_tip_field(motion%materials(tip%material), tip%direction), values)
+         call find_best(scene, tip, values, best)
+         if (best%estimator /= '') g = best%rate
       end associate
    end subroutine measure_crack
 
@@ -116,8 +125,51 @@ contains
       end associate
    end subroutine estimate_rates
 
-   !> Before the first step: estimate by which part of their values the chosen estimators are off, from what they find at rest.
-   subroutine estimate_errors(scene, motion, cracks, number, extrapolation, values, failure)
+   !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
+   !> material remembers, nothing is known of that.
+   subroutine estimate_errors(scene, motion, cracks, extrapolation, values, failure)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(inout) :: motion
+      type(cracks_t), intent(in) :: cracks
+      type(mass_solver_t), intent(inout) :: extrapolation
+      type(crack_values_t), intent(inout) :: values(:) !! by tip
+      type(failure_t), intent(inout) :: failure
+      type(tips_at_rest_t) :: at_rest
+      integer :: k
+      if (.not. scene%energy_release%needs_crack() .or. size(values) == 0) return
+      if (any(motion%materials(motion%particles%material(:motion%particles%n))%has_history())) return
+      associate (tips => cracks%tips(:size(values)))
+         if (any(tips%nodes%tip == 0)) call find_tips_at_rest(motion, tips, at_rest)
+         do k = 1, size(values)
+            values(k)%errors%cell = tips(k)%nodes%spacing
+            values(k)%errors%are_known = .true.
+            if (tips(k)%nodes%tip > 0) then
+               call estimate_at_node(scene, motion, cracks, k, extrapolation, values(k), failure)
+            else if (at_rest%known) then
+               call estimate_by_shifts(scene, motion, tips, k, at_rest, values(k)%errors)
+            else
+               call estimate_by_lengths(motion, cracks, k, values(k)%errors)
+            end if
+         end do
+      end associate
+   end subroutine estimate_errors
+
+   !> Estimate where nothing is known but lengths.
+   subroutine estimate_by_lengths(motion, cracks, number, errors)
+      type(motion_t), intent(in) :: motion
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the tip
+      type(estimated_errors_t), intent(inout) :: errors
+      errors%nodal_force%relative = error_by_lengths(motion, cracks%tips(number), other_end(cracks, cracks%tips(number)))
+      errors%domain = errors%nodal_force
+      errors%crack_closure = errors%nodal_force
+      errors%j = errors%domain(1)
+      errors%intensity%relative = errors%domain%relative/2
+      errors%stress_closure%relative = of_stress_closure
+   end subroutine estimate_by_lengths
+
+   !> Estimate for a tip at a node, by closing the crack behind it.
+   subroutine estimate_at_node(scene, motion, cracks, number, extrapolation, values, failure)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: motion
       type(cracks_t), intent(in) :: cracks
@@ -128,25 +180,17 @@ contains
       type(crack_at_rest_t) :: crack
       type(crack_values_t) :: found
       type(particles_t) :: p
-      type(nodal_state_t) :: state
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
-         if (.not. chosen%needs_crack() .or. motion%materials(tip%material)%has_history()) return
-         if (tip%nodes%tip > 0) call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
-         errors%cell = tip%nodes%spacing
+         call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          if (.not. crack%known) then
-            errors%nodal_force%relative = error_by_lengths(motion, tip, other_end(cracks, tip))
-            errors%domain = errors%nodal_force
-            errors%crack_closure = errors%nodal_force
-            errors%j = errors%domain(1)
-            errors%intensity%relative = errors%domain%relative/2
-            errors%stress_closure%relative = of_stress_closure
+            call estimate_by_lengths(motion, cracks, number, errors)
             return
          end if
-         allocate (state%velocity(ndim, motion%grid%n_points), state%divergence(ndim, motion%grid%n_points), source=0.0_dp)
          call displace(motion, crack%u, p)
          if (chosen%stress_closure) call refresh_grid(motion)
          call new_crack_values(scene, tip, found)
-         call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, state, extrapolation, found, failure)
+         call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, resting(motion), extrapolation, &
+                             found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
          associate (best => crack%best(), doubt => crack%doubt(), &
@@ -155,11 +199,93 @@ contains
             errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt, own)
             errors%domain%relative = relative_errors(found%domain, best, doubt, own)
             errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own)
+            if (.not. motion%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
             if (chosen%domain_integral) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(doubt*best)/sum(best)], own))
          end associate
       end associate
-   end subroutine estimate_errors
+   end subroutine estimate_at_node
+
+   !> Estimate for a tip of a path: it acts somewhere near its place, so that J is that of a crack that is longer or shorter, and K what the
+   !> fields of the true place find around it; other tips near it are astray too. To this comes what the other cells lack.
+   !>
+   !> What K changes by as the tip acts at d ahead of where it is sought is d dK/da, less what it changes by as it is sought at d.
+   subroutine estimate_by_shifts(scene, motion, tips, number, at_rest, errors)
+      type(scene_t), intent(in) :: scene
+      type(motion_t), intent(in) :: motion
+      type(crack_tip_t), intent(in) :: tips(:)
+      integer, intent(in) :: number              !! of the tip
+      type(tips_at_rest_t), intent(in) :: at_rest
+      type(estimated_errors_t), intent(inout) :: errors
+      real(dp), parameter :: no_shift(ndim) = 0
+      integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
+      real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here, of_k(modes), of_j, by_cells
+      real(dp) :: off_of_j(modes), off_of_k(modes)
+      real(dp) :: places(ndim, size(tips)), distance
+      integer :: t, d
+      of_k = 0
+      of_j = 0
+      associate (h => tips(number)%nodes%spacing)
+         call find(0.0_dp*at_rest%moved(:, :, 1), no_shift, k, j)
+         do t = 1, size(tips)
+            distance = norm2(tips(t)%place - tips(number)%place)
+            if (count([(norm2(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
+            call place_of_tip(motion, tips(t), off_of_j, off_of_k)
+            call find(h*at_rest%moved(:, :, t), no_shift, k_there, j_there)
+            call find(-h*at_rest%moved(:, :, t), no_shift, k_here, j_here)
+            of_j = of_j + maxval(off_of_j)*abs(j_there - j_here)/2
+            k_there = k_there - k_here
+            if (t == number .and. tips(t)%nodes%in_cell) then
+               call find(0.0_dp*at_rest%moved(:, :, 1), h/2*tips(t)%direction, k_here, j_here)
+               k_there = k_there - 2*k_here
+               call find(0.0_dp*at_rest%moved(:, :, 1), -h/2*tips(t)%direction, k_here, j_here)
+               k_there = k_there + 2*k_here
+            end if
+            of_k = of_k + off_of_k*abs(k_there)/2
+         end do
+         do d = 1, size(tips)
+            places(:, d) = tips(d)%place
+         end do
+         associate (moved => at_rest%moved(:, :, number))
+            by_cells = abs(missing_energy(motion, places, tip_zone*h, at_rest%u + h*moved) &
+                           - missing_energy(motion, places, tip_zone*h, at_rest%u - h*moved))/(2*h*scene%run%thickness)
+            if (tips(number)%is_half()) by_cells = 2*by_cells
+         end associate
+      end associate
+      if (.not. (abs(j) > 0 .and. norm2(k) > 0)) return
+      errors%of_tip = of_j/(of_j + by_cells + tiny(1.0_dp))
+      errors%j%relative = (of_j + by_cells)/abs(j)
+      errors%crack_closure = errors%j
+      errors%intensity%relative = maxval(of_k)/norm2(k) + by_cells/(2*abs(j))
+
+   contains
+
+      !> K and J of a displacement beside that at rest, with the tip sought at a place beside its own.
+      subroutine find(u, shift, k, j)
+         real(dp), intent(in) :: u(:, :)         !! [m], (ndim, n_points)
+         real(dp), intent(in) :: shift(ndim)     !! [m]
+         real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
+         real(dp), intent(out) :: j              !! [J/m2]
+         type(crack_tip_t) :: tip
+         type(crack_values_t) :: found
+         type(particles_t) :: p
+         tip = tips(number)
+         tip%now = tip%now + shift
+         tip%may_close = .false.
+         tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
+         call displace(motion, at_rest%u + u, p)
+         allocate (found%j(1))
+         call measure_domain(scene, motion, at_rest%scale*largest_factors(motion%loads), tip, p, resting(motion), found)
+         k = found%intensity
+         j = found%j(1)
+      end subroutine find
+   end subroutine estimate_by_shifts
+
+   !> The nodes of a motion that rests, without weight.
+   pure type(nodal_state_t) function resting(motion) result(state)
+      type(motion_t), intent(in) :: motion
+      allocate (state%velocity(ndim, motion%grid%n_points), state%divergence(ndim, motion%grid%n_points), source=0.0_dp)
+   end function resting
 
    !> The other end of the crack of a tip, or its mouth [m].
    pure function other_end(cracks, tip) result(x)
@@ -173,24 +299,61 @@ contains
    end function other_end
 
    !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
-   pure subroutine follow_values(scene, tip, values)
+   !>
+   !> The nodal force lacks what J lacks of its mode, and is off by what it differs by from J: where cells have been divided in motion, particles
+   !> may have stresses that no node feels. Without J nothing is known of that.
+   pure subroutine follow_values(scene, tip, field, values)
       type(scene_t), intent(in) :: scene
       type(crack_tip_t), intent(in) :: tip
+      type(tip_field_t), intent(in) :: field     !! of the tip
       type(crack_values_t), intent(inout) :: values
-      real(dp) :: spread_of_j, part
+      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes)
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
-         call follow(errors%nodal_force, v%nodal_force, scale, 0.0_dp)
          call follow(errors%stress_closure, v%stress_closure, scale, 0.0_dp)
-         call follow(errors%crack_closure, v%crack_closure, scale, v%spread_of_closure)
-         if (.not. scene%energy_release%domain_integral) return
+         call follow(errors%crack_closure, merge(v%crack_closure, sum(abs(v%crack_closure)), tip%nodes%tip > 0), scale, &
+                     v%spread_of_closure)
+         if (.not. scene%energy_release%domain_integral) then
+            call follow(errors%nodal_force, v%nodal_force, scale, 0.0_dp)
+            if (any(scene%refine%indicator == ['gradient', 'zz      ']) .and. scene%method%time /= 'static') &
+               errors%nodal_force%now = ieee_value(0.0_dp, ieee_quiet_nan)
+            return
+         end if
+         j = sum(v%j)/size(v%j)
          spread_of_j = maxval(v%j) - minval(v%j) + v%doubt_of_j
-         call follow(errors%j, sum(v%j)/size(v%j), scale, spread_of_j)
+         call follow(errors%j, j, scale, spread_of_j)
          part = 0
-         if (sum(abs(v%domain)) > 0) part = 1/sum(abs(v%domain))
-         call follow(errors%domain, v%domain, scale, spread_of_j*part*abs(v%domain))
-         call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
+         if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))
+         if (tip%nodes%tip > 0 .and. field%material%isotropic) then
+            call follow(errors%domain, v%domain, scale, spread_of_j*part)
+            call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
+         else                                    ! one mode turns into the other, too
+            errors%domain%now = 0
+            call follow(errors%intensity, norm2(v%intensity), scale, maxval(v%spread_of_k))
+         end if
+         of_k = errors%intensity%now
+         errors%of_rate = error_of_rate(field, v%intensity, of_k)
+         errors%domain%now = max(errors%domain%now, part*errors%j%now + error_of_shares(v%intensity, of_k)*sum(abs(v%domain)))
+         least = max(abs(abs(v%nodal_force) - abs(v%domain)), part*errors%j%now)
+         if (tip%has_layers) least = abs(sum(v%nodal_force) - j)
+         call follow(errors%nodal_force, v%nodal_force, scale, least)
       end associate
    end subroutine follow_values
+
+   !> The largest change of G by errors of K of any sign [J/m2].
+   pure real(dp) function error_of_rate(field, k, error)
+      type(tip_field_t), intent(in) :: field
+      real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
+      error_of_rate = max(abs(field%rate_of(k + error) - field%rate_of(k)), &
+                          abs(field%rate_of(k + [error(1), -error(2)]) - field%rate_of(k)), &
+                          abs(field%rate_of(k - [error(1), -error(2)]) - field%rate_of(k)))
+   end function error_of_rate
+
+   !> The largest change of what each mode has of G, k_m**2/sum(k**2), by errors of K, to the second order [-].
+   pure real(dp) function error_of_shares(k, error) result(change)
+      real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
+      change = 0
+      if (sum(k**2) > 0) change = (2*abs(product(k))*(abs(k(1))*error(2) + abs(k(2))*error(1))/sum(k**2) + sum(error**2))/sum(k**2)
+   end function error_of_shares
 
    !> Record what was measured. On a symmetry plane there is only mode I.
    subroutine record_crack(scene, material, tip, values, history)
@@ -216,12 +379,12 @@ contains
          else if (chosen%domain_integral) then
             if (.not. tip%has_layers) call record_parts()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
-            call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
+            if (v%errors%are_known) call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j, may_change=size(scene%growth) > 0)
          end if
          if (.not. material%has_history()) &
-            call record_best(scene, v, tip%nodes%in_cell .and. .not. tip%grown > 0, history)
+            call record_best(scene, tip, v, history)
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          call history%record('mouth_opening', 'm', &
@@ -267,45 +430,44 @@ contains
       end subroutine record_modes
    end subroutine record_crack
 
-   !> Record G of both modes together by the estimator that is nearest to the truth of those that are chosen, for a reader who wants
-   !> one number.
-   subroutine record_best(scene, v, by_k, history)
+   !> Record G of both modes together by the best of the chosen estimators, for a reader who wants one number.
+   subroutine record_best(scene, tip, v, history)
       type(scene_t), intent(in) :: scene
+      type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: v
-      logical, intent(in) :: by_k                !! whether K is less off than J, as at a tip inside a cell
       type(history_t), intent(inout) :: history
-      character(*), parameter :: meaning = 'energy release rate, both modes, by the best of the chosen estimators: '
-      character(:), allocatable :: estimator
-      real(dp) :: best, error                    ! [J/m2]
-      associate (chosen => scene%energy_release)
-         if (chosen%domain_integral .and. by_k) then
-            estimator = 'domain_integral, (K_I**2 + K_II**2)/E'''
-            if (any(scene%materials%law == 'orthotropic')) estimator = 'domain_integral, of K_I and K_II'
-            best = v%g_of_k
-            error = v%errors%j%now
+      type(best_t) :: best
+      call find_best(scene, tip, v, best)
+      if (best%estimator == '') return
+      call history%record('G', 'J/m2', 'energy release rate, both modes, by the best of the chosen estimators: '//best%estimator, &
+                          best%rate)
+      if (v%errors%are_known) call history%record('G_error', 'J/m2', 'estimated error of G', best%error)
+   end subroutine record_best
+
+   !> G of both modes together by the estimator that is nearest to the truth of those that are chosen: at a tip inside a cell K is less off than J.
+   pure subroutine find_best(scene, tip, v, best)
+      type(scene_t), intent(in) :: scene
+      type(crack_tip_t), intent(in) :: tip
+      type(crack_values_t), intent(in) :: v
+      type(best_t), intent(out) :: best
+      associate (chosen => scene%energy_release, errors => v%errors)
+         if (chosen%domain_integral .and. tip%nodes%in_cell .and. .not. tip%grown > 0) then
+            best = best_t('domain_integral, (K_I**2 + K_II**2)/E''', v%g_of_k, errors%of_rate)
+            if (any(scene%materials%law == 'orthotropic')) best%estimator = 'domain_integral, of K_I and K_II'
          else if (chosen%domain_integral) then
-            estimator = 'domain_integral'
-            best = sum(v%j)/size(v%j)
-            error = v%errors%j%now
+            best = best_t('domain_integral', sum(v%j)/size(v%j), errors%j%now)
          else if (chosen%nodal_force) then
-            estimator = 'nodal_force'
-            best = total(v%nodal_force)
-            error = sum(v%errors%nodal_force%now)
+            best = best_t('nodal_force', merge(sum(v%nodal_force), total(v%nodal_force), tip%has_layers), &
+                          sum(errors%nodal_force%now))
          else if (chosen%crack_closure) then
-            estimator = 'crack_closure'
-            best = total(v%crack_closure)
-            error = sum(v%errors%crack_closure%now)
+            best = best_t('crack_closure', total(v%crack_closure), sum(errors%crack_closure%now))
          else if (chosen%stress_closure) then
-            estimator = 'stress_closure'
-            best = total(v%stress_closure)
-            error = sum(v%errors%stress_closure%now)
+            best = best_t('stress_closure', total(v%stress_closure), sum(errors%stress_closure%now))
          else
-            return
+            best%estimator = ''
          end if
       end associate
-      call history%record('G', 'J/m2', meaning//estimator, best)
-      call history%record('G_error', 'J/m2', 'estimated error of G', error)
-   end subroutine record_best
+   end subroutine find_best
 
    !> Energy release rate of both modes together by the domain integral: by K at a tip inside a cell, where that is less off than J, else
    !> J [J/m2].
@@ -321,13 +483,6 @@ contains
       real(dp), intent(in) :: g(modes)           !! [J/m2]
       total = g(1) + abs(g(2))
    end function total
-
-   !> Keep an energy release rate, of both modes together, where it is the first.
-   pure subroutine keep_first(g, first_g)
-      real(dp), intent(in) :: g(modes)           !! [J/m2]
-      real(dp), allocatable, intent(inout) :: first_g
-      if (.not. allocated(first_g)) first_g = total(g)
-   end subroutine keep_first
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
    !>

@@ -45,7 +45,7 @@ module hampm_measurements
       real(dp) :: viscous_dissipation = 0        !! [J]
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
-      real(dp), allocatable :: g_ratio           !! first of the chosen estimators over `g_ref`, where there are both [-]
+      real(dp), allocatable :: g_ratio           !! G by the best of the chosen estimators over `g_ref`, where there are both [-]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
@@ -127,10 +127,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      integer :: k
-      do k = 1, size(m%crack)
-         call estimate_errors(scene, motion, cracks, k, m%extrapolation, m%crack(k), failure)
-      end do
+      call estimate_errors(scene, motion, cracks, m%extrapolation, m%crack, failure)
    end subroutine estimate_error
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
@@ -188,7 +185,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: first_g
+      real(dp), allocatable :: g
       type(nodal_state_t) :: state
       real(dp) :: least, largest
       integer :: k
@@ -204,7 +201,7 @@ contains
       m%reaction = state%reaction
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
-         call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), first_g, failure)
+         call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
          if (cracks%tips(k)%nodes%tip > 0) &
             call m%overlap(cracks%tips(k)%crack)%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
       end do
@@ -216,7 +213,7 @@ contains
          end do
       end if
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
-      if (m%g_ref > 0 .and. allocated(first_g)) m%g_ratio = first_g/m%g_ref
+      if (m%g_ref > 0 .and. allocated(g)) m%g_ratio = g/m%g_ref
    end subroutine measure
 
    !> Whether what is recorded asks for the motion of the nodes: the domain integral, and forces of constraints.

@@ -165,6 +165,10 @@ contains
          if (chosen%crack_closure) text = text//', G_crack_closure '//percent(maxval(errors%crack_closure%relative))
          if (chosen%domain_integral) text = text//', J '//percent(errors%j%relative)//', K '// &
                                             percent(maxval(errors%intensity%relative))
+         if (text /= '' .and. .not. errors%are_known) then
+            text = 'expected error  not known: what material that remembers makes of the cells is not estimated'//new_line('a')
+            return
+         end if
          if (text /= '') text = 'expected error  '//text(3:)//'; the part '//percent(errors%of_tip)// &
                                 ' of it goes with the cells at the tip'//new_line('a')
       end associate

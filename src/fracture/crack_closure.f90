@@ -130,7 +130,7 @@ contains
 
    !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
    !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
-   !> and the sliding.
+   !> and the sliding; between two materials, where each force does a part of its work on what the other opens, they are the works, whose sum is G.
    !>
    !> Quadratic cells have a node more in the middle of the side ahead of the tip, whose force closes what the node in the middle of the side
    !> behind it has opened (Raju 1987).
@@ -148,13 +148,21 @@ contains
       real(dp), intent(in) :: applied(ndim, 2)   !! force of the tractions on each face on the tip node [N]
       real(dp) :: g(modes)
       real(dp) :: work(modes)
-      work = abs(matmul(transmitted_force(tip, tip%nodes%tip, grid, p, blocks, materials, 2*applied), tip%axis(:, [2, 1]))) &
-             *crack_opening(tip, tip%nodes%behind, grid, p, blocks)
+      work = force_at(tip%nodes%tip, 2*applied)*crack_opening(tip, tip%nodes%behind, grid, p, blocks)
       if (tip%nodes%half_ahead > 0) &
-         work = work + abs(matmul(transmitted_force(tip, tip%nodes%half_ahead, grid, p, blocks, materials, 0*applied), &
-                                  tip%axis(:, [2, 1]))) &
-                       *crack_opening(tip, tip%nodes%half_behind, grid, p, blocks)
+         work = work + force_at(tip%nodes%half_ahead, 0*applied)*crack_opening(tip, tip%nodes%half_behind, grid, p, blocks)
       g = work/(2*tip%nodes%spacing*thickness)
+
+   contains
+
+      !> Force through a node across the crack and along it [N], between two materials with its sign, else its size.
+      pure function force_at(node, applied) result(force)
+         integer, intent(in) :: node
+         real(dp), intent(in) :: applied(ndim, 2) !! force from outside on the part of each face [N]
+         real(dp) :: force(modes)
+         force = matmul(transmitted_force(tip, node, grid, p, blocks, materials, applied), tip%axis(:, [2, 1]))
+         if (.not. tip%has_layers) force = abs(force)
+      end function force_at
    end function nodal_force_closure
 
    !> Force with which the material above the crack's line pulls, through a node at the tip, on that below it [N]: what it exerts on the

@@ -19,7 +19,7 @@ module hampm_domain_integral
    use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
    private
-   public :: tip_domain_t, domain_integrals, shares_of_modes
+   public :: tip_domain_t, domain_integrals, shares_of_modes, weight_nodes
 
    real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
    real(dp), parameter :: on_line = 1.0e-6_dp    !! part of an element within which of the crack's line a particle counts as on it
@@ -288,6 +288,8 @@ contains
          s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i)), axes))
          s%energy = material%energy_density(h, p%history_of(i)) + material%plastic_dissipation(h, p%history_of(i)) &
                     + material%viscous_dissipation(h, p%history_of(i))
+         ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
+         if (material%has_eigenstrain) s%energy = s%energy - material%energy_density(material%free)
          if (abs(domain%pressure) > 0) call take_off_pressure(domain%pressure, material, h, s)
          s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%support_of(e)), s%shape(:grid%n_functions)))
       end associate

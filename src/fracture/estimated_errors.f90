@@ -6,7 +6,7 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors
+   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors, uncertainty
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -31,6 +31,8 @@ module hampm_estimated_errors
       type(error_t) :: domain(modes)
       type(error_t) :: intensity(modes)
       type(error_t) :: j
+      real(dp) :: of_rate = 0                    !! now, of G by K [J/m2]
+      logical :: are_known = .false.             !! whether there are any
       real(dp) :: of_tip = 1                     !! part of the estimate that goes with the cells at the tip [-]
       real(dp) :: cell = 0                       !! size of these at the start [m]
    contains
@@ -87,6 +89,7 @@ contains
       call archive%keep('j_largest', errors%j%largest)
       call archive%keep('of_tip', errors%of_tip)
       call archive%keep('error_cell', errors%cell)
+      call archive%keep('errors_are_known', errors%are_known)
    end subroutine keep_errors
 
    !> Keep those of the columns of an estimator.

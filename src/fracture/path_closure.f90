@@ -80,7 +80,9 @@ contains
                stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
                call add_tractions(ahead, x/h, stress(:, 2), p%volume(i))
             else if (-slope*x(1) > abs(x(2)) .and. abs(x(2)) > on_crack*h) then
-               u = matmul(p%reference(i, :) - tip%place + p%displacement(i, :), turn)
+               associate (from_tip => p%reference(i, :) - tip%place)  ! a strain without stress is none of the fields
+                  u = matmul(from_tip + p%displacement(i, :) - matmul(materials(p%material(i))%free, from_tip), turn)
+               end associate
                u = matmul(u, tip%axis) - x
                call add_displacement(behind, x/h, 2*material%mu/h*u, kolosov(material), p%volume(i))
             end if

@@ -49,7 +49,7 @@ module hampm_material
       real(dp), private :: fastest = 0           !! rho c**2 of the fastest waves [Pa]
       ! Strain without stress, of the linear law only: `give_eigenstrain`
       logical :: has_eigenstrain = .false.
-      real(dp), private :: free(ndim, ndim) = 0  !! strain in the plane at which there is no stress in it [-]
+      real(dp) :: free(ndim, ndim) = 0  !! strain in the plane at which there is no stress in it [-]
       real(dp), private :: out_of_plane = 0      !! energy density there, of the stress normal to it [J/m3]
    contains
       procedure :: give_eigenstrain
