@@ -1,8 +1,9 @@
 !> Particles as fine as the cells in which they are: split where their cell is finer than they are, recombined where all
 !> siblings are in coarser cells. So a body that moves through a fine patch is split on entry and recombined behind it.
 !>
-!> A particle through whose middle a crack runs belongs to both of its sides: it is split, and its children stand beside the crack. Those of a crack along a
-!> diagonal may stand on it again, with half of the volume; they are split a few times.
+!> A particle through whose middle a crack runs belongs to both of its sides: it is split into two, one on each. Where a pressure on faces acts on the
+!> edges of particles (`hampm_pressed_faces`) these have to be those of rectangles: there it is split into four, and those of a crack along a diagonal,
+!> which stand on it again with half of the volume, a few times more.
 !>
 !> Domains of particles (`hampm_domains`) that have become much longer than their cell are split, too.
 !>
@@ -30,7 +31,7 @@ module hampm_matching
    !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
    !> its children recombine
    real(dp), parameter :: longest = 1.5_dp, shortest = 1.2_dp
-   integer, parameter :: most_on_crack = 3       !! how often more than others a particle on a crack is split
+   integer, parameter :: most_on_crack = 3       !! how often more than others a particle on a crack may be split
 
 contains
 
@@ -203,7 +204,7 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
-      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :)
+      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :), normal(:, :)
       logical :: are_whole                       ! quadratic cells that nothing cuts, whose particles have all children
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
@@ -213,12 +214,34 @@ contains
       end if
       are_whole = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
       if (are_whole) values = values_of_children(m, marked)
-      call split(m%particles, marked, gradients, twist, first_child, failure)
+      normal = normals_of_cracks(m, marked)
+      call split(m%particles, marked, gradients, twist, normal, first_child, failure)
       if (failure%failed()) return
       if (are_whole) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
+
+   !> Normals of the cracks that run through the middles of the marked particles, 0 where there is none or where a pressure acts on faces;
+   !> (ndim, marked).
+   pure function normals_of_cracks(m, marked) result(normal)
+      type(motion_t), intent(in) :: m
+      logical, intent(in) :: marked(:)
+      real(dp) :: normal(ndim, count(marked))
+      real(dp) :: x(ndim), nearest(ndim)
+      integer :: i, k
+      normal = 0
+      if (any(m%loads%line > 0)) return
+      k = 0
+      do i = 1, m%particles%n
+         if (.not. marked(i)) cycle
+         k = k + 1
+         if (.not. is_on_crack(m, i) .or. m%has_domains()) cycle
+         x = m%particles%reference(i, :)
+         x = m%grid%cut_cells%follow(x)
+         call m%grid%cut_cells%find_nearest(x, nearest, normal(:, k))
+      end do
+   end function normals_of_cracks
 
    !> Recombine the families of which all are marked, and sort.
    subroutine recombine_marked(m, marked, families, failure)

@@ -15,6 +15,8 @@
 !>
 !> A particle of a body with an outline (`hampm_outline`) is what a box of a lattice has of the body. Its children are what the
 !> quarters of that box have of it, at their centroids; a quarter without material makes no child.
+!>
+!> A particle through whose middle a crack runs is split into the two parts of its rectangle beside the crack, at their centroids. These do not recombine.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_domain_splitting, only: domain_t, domain_of, divide_domain, joined_domain, take_domain
@@ -50,12 +52,21 @@ contains
 
    !> The children that a particle would have: their numbers, where they stand from it in the reference configuration, and their parts of its
    !> volume.
-   pure type(litter_t) function children_of(p, i) result(litter)
+   pure type(litter_t) function children_of(p, i, normal) result(litter)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
+      real(dp), intent(in) :: normal(ndim)       !! of the crack through its middle; 0 where there is none
       real(dp) :: edges(ndim), middle(ndim), m(0:ndim), part(corners), at(ndim, corners)
       integer :: c
       edges = spacing_of(p, i)/2
+      if (any(abs(normal) > 0)) then
+         litter%n = 2
+         litter%child(:2) = [1, 2]
+         litter%part(:2) = 0.5_dp
+         litter%offset(:, 1) = middle_of_half(edges, normal)
+         litter%offset(:, 2) = -litter%offset(:, 1)
+         return
+      end if
       if (.not. p%has_outline(p%body(i))) then
          litter%n = corners
          litter%child = [(c, c=1, corners)]
@@ -88,6 +99,20 @@ contains
       end associate
    end function children_of
 
+   !> Centroid of the half of a rectangle, with its middle at 0, into which the normal of a line through that points [m].
+   pure function middle_of_half(half, normal) result(x)
+      real(dp), intent(in) :: half(ndim)         !! of its edges [m]
+      real(dp), intent(in) :: normal(ndim)       !! of any length
+      real(dp) :: x(ndim), n(ndim), slope
+      integer :: d
+      n = normal*half                            ! as in a square of edges of 2
+      d = maxloc(abs(n), dim=1)
+      slope = n(3 - d)/n(d)
+      x(d) = sign(0.5_dp, n(d))*(1 - slope**2/3)
+      x(3 - d) = sign(1.0_dp, n(d))*slope/3
+      x = x*half
+   end function middle_of_half
+
    !> Middle of the box of the lattice of which a particle is what the body has of it, or of the box of its parent, `generations` = 1 [m].
    pure function middle_of_box(p, i, generations) result(x)
       type(particles_t), intent(in) :: p
@@ -111,13 +136,15 @@ contains
 
    !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
    !> afterwards. Fails where the memory does not suffice.
-   subroutine split(p, marked, velocity_gradient, twist, first_child, failure)
+   subroutine split(p, marked, velocity_gradient, twist, normal, first_child, failure)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                     !! (n)
       real(dp), intent(in) :: velocity_gradient(:, :, :)   !! L of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/s]; (ndim, ndim, marked)
       real(dp), intent(in) :: twist(:, :)                  !! t of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/m]; (ndim, marked)
+      real(dp), intent(in) :: normal(:, :)                 !! of the cracks through the middles of the marked ones, 0 where there
+                                                           !! is none; (ndim, marked)
       integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, and behind the last;
                                                            !! (n + 1)
       type(failure_t), intent(inout) :: failure
@@ -132,7 +159,7 @@ contains
          first_child(i + 1) = first_child(i) + 1
          if (.not. marked(i)) cycle
          marks = marks + 1
-         litter(marks) = children_of(p, i)
+         litter(marks) = children_of(p, i, normal(:, marks))
          first_child(i + 1) = first_child(i) + litter(marks)%n
       end do
       allocate (origin(first_child(p%n + 1) - 1))

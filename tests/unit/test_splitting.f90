@@ -68,7 +68,8 @@ contains
       integer, allocatable, intent(out), optional :: first_child(:)
       integer, allocatable :: first(:)
       type(failure_t) :: failure
-      call split(p, marked, spread(rate, 3, count(marked)), spread([0.0_dp, 0.0_dp], 2, count(marked)), first, failure)
+      call split(p, marked, spread(rate, 3, count(marked)), spread([0.0_dp, 0.0_dp], 2, count(marked)), &
+                 spread([0.0_dp, 0.0_dp], 2, count(marked)), first, failure)
       if (present(first_child)) call move_alloc(first, first_child)
    end subroutine split_marked
 
