@@ -98,13 +98,13 @@ def test_a_tip_by_the_equation_of_motion_below_its_limit(case):
 
 
 def test_bonds_that_are_weaker_than_the_tension_ahead_wait_for_the_tip(case):
-    """6.35 mm at the end, 3.0e-5 J and what a cell takes that bonds are ahead; slower than waves of Rayleigh. Version 1: 0.43 mm, 21 times the
-    toughness."""
+    """6.35 mm at the end; the energy is that of this way and of the cell that bonds are ahead; slower than waves of Rayleigh. Version 1: 0.43 mm, 21 times
+    the toughness."""
     run = case("bonds_weaker_than_tension", "--set", "output.history_interval=2.7256e-8")
     assert run.code == 0, run.stderr
     assert np.max(quotients(run.row)) <= 3637.6
     assert run.row["tip_x"][-1] == pytest.approx(6.35e-3, rel=0.06)
-    assert run.row["fracture_energy"][-1] == pytest.approx(3.0e-5 + 0.00472936 * 0.2e-3, rel=0.06)
+    assert run.row["fracture_energy"][-1] == pytest.approx(0.00472936 * (run.row["tip_x"][-1] + 0.2e-3), rel=0.06)
 
 
 def test_bonds_that_are_far_too_weak_are_told_of(case):
@@ -115,14 +115,15 @@ def test_bonds_that_are_far_too_weak_are_told_of(case):
     assert "tip 1 is in cells that are too coarse for its toughness" in run.stderr
 
 
-def test_symmetric_tips_grow_alike(case, text_of):
-    """Points through which no particle lies on the crack."""
-    text = text_of("symmetric_tips_unlike").replace("-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3", "-6.13e-3, -3.71e-3, 6.13e-3, 3.71e-3")
+@pytest.mark.parametrize("points", ["-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3", "-6.13e-3, -3.71e-3, 6.13e-3, 3.71e-3"])
+def test_symmetric_tips_grow_alike(case, text_of, points):
+    """A particle lies on the first crack. What rounding makes of moments at which a tip sets off stays below a thousandth of its way."""
+    text = text_of("symmetric_tips_unlike").replace("-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3", points)
     run = case("symmetric_tips_unlike", "--set", "run.end_time=10.5e-6", text=text)
     assert run.code == 0, run.stderr
     assert run.row["tip_x"][-1] > 6.5e-3
-    assert run.row["tip_x_tip2"] == pytest.approx(-run.row["tip_x"], abs=1e-9)
-    assert run.row["G_tip2"] == pytest.approx(run.row["G"], rel=1e-6, abs=1e-6)
+    assert run.row["tip_x_tip2"] == pytest.approx(-run.row["tip_x"], abs=1e-6)
+    assert run.row["G_tip2"] == pytest.approx(run.row["G"], rel=1e-3, abs=1e-3)
 
 
 def test_a_crack_that_has_all_but_parted_its_plate_says_so(case):
