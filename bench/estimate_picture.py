@@ -5,13 +5,15 @@
 """
 
 import argparse
+import sys
 from pathlib import Path
 
-import matplotlib
+from estimate_coverage import column_of, errors, read, summary
+from tables import ROOT
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-from estimate_coverage import column_of, errors, read, summary  # noqa: E402
+sys.path.insert(0, str(ROOT / "postprocess"))
+
+from pictures import STYLE, plt  # noqa: E402
 
 LEAST, MOST = 1e-3, 1e2    # [%]
 COLOURS = {"J": "tab:blue", "G": "tab:orange", "K": "tab:green", "G_domain": "tab:grey", "G_nodal_force": "tab:red",
@@ -43,13 +45,14 @@ def main():
     parser.add_argument("tables", nargs="+", type=Path)
     parser.add_argument("--output", type=Path, required=True)
     arguments = parser.parse_args()
-    figure, panels = plt.subplots(1, len(arguments.tables), figsize=(9, 4.6), sharey=True, squeeze=False)
-    for axes, path in zip(panels[0], arguments.tables):
-        panel(axes, path)
-    panels[0][0].set_ylabel("estimated error [%]")
-    panels[0][-1].legend(fontsize=8, loc="lower right")
-    figure.tight_layout()
-    figure.savefig(arguments.output, dpi=110)
+    with plt.rc_context(STYLE):
+        figure, panels = plt.subplots(1, len(arguments.tables), figsize=(9, 4.6), sharey=True, squeeze=False)
+        for axes, path in zip(panels[0], arguments.tables):
+            panel(axes, path)
+        panels[0][0].set_ylabel("estimated error [%]")
+        panels[0][-1].legend(fontsize=8, loc="lower right")
+        figure.tight_layout()
+        figure.savefig(arguments.output, dpi=110)
 
 
 if __name__ == "__main__":
