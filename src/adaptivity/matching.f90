@@ -237,6 +237,7 @@ contains
          if (.not. marked(i)) cycle
          k = k + 1
          if (.not. is_on_crack(m, i) .or. m%has_domains()) cycle
+         if (m%particles%level(i) < level_in(m, m%grid%element_leaf(m%particles%cell(i)))) cycle ! its children may stand beside it
          x = m%particles%reference(i, :)
          x = m%grid%cut_cells%follow(x)
          call m%grid%cut_cells%find_nearest(x, nearest, normal(:, k))
