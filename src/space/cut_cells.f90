@@ -87,9 +87,11 @@ module hampm_cut_cells
 contains
 
    !> Find the leaves of a forest that lines cut, and their pieces.
-   pure subroutine find_cut_cells(forest, lines, cut)
+   pure subroutine find_cut_cells(forest, lines, goes_on, cut)
       type(forest_t), intent(in) :: forest
       type(line_t), intent(in) :: lines(:)
+      logical, intent(in) :: goes_on             !! whether leaves ahead of tips are cut where their faces share a node behind these: linear
+                                                 !! ones, as nodes in the middles of sides part the faces of quadratic ones
       type(cut_cells_t), intent(out) :: cut
       integer, allocatable :: leaf(:)            ! of each entry
       integer :: k
@@ -98,7 +100,7 @@ contains
       do k = 1, size(lines)                      ! as a whole it would leak in gfortran 12
          cut%lines(k) = lines(k)
       end do
-      call find_segments(forest, cut)
+      call find_segments(forest, goes_on, cut)
       if (.not. cut%are_there()) return
       call find_leaves(forest, cut, leaf)
       do k = 1, size(leaf)
@@ -114,8 +116,9 @@ contains
    end function are_there
 
    !> The segments of all lines; ends at tips are moved.
-   pure subroutine find_segments(forest, cut)
+   pure subroutine find_segments(forest, goes_on, cut)
       type(forest_t), intent(in) :: forest
+      logical, intent(in) :: goes_on             !! as in `find_cut_cells`
       type(cut_cells_t), intent(inout) :: cut
       real(dp), allocatable :: points(:, :), open(:, :)
       type(end_leaf_t) :: end
@@ -132,10 +135,10 @@ contains
             end = end_leaf_t(line, k)
             if (k == 2) then
                call move_end(forest, cut%lines(line)%face, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
-               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, size(points, 2)), end)
+               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, size(points, 2)), end)
             else
                call move_end(forest, cut%lines(line)%face, points(:, 2), points(:, 1), end)
-               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
+               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
                open = cut%lines(line)%open_part()

@@ -118,13 +118,13 @@ contains
       grid%forest = forest
       allocate (grid%cuts(0))
       if (present(cuts)) grid%cuts = cuts
-      if (present(lines)) call find_cut_cells(forest, lines, grid%cut_cells)
       if (present(solids)) then
          if (allocated(solids)) then
             allocate (grid%solids, source=solids)
             grid%n_functions = points_of_quadratic
          end if
       end if
+      if (present(lines)) call find_cut_cells(forest, lines, .not. grid%is_quadratic(), grid%cut_cells)
       if (present(bodies)) then
          if (allocated(bodies)) then
             allocate (grid%bodies, source=bodies)
