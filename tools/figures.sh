@@ -109,7 +109,8 @@ draw_fig10() {
 draw_dcb_static() {
     for plane in stress strain; do
         run tests/regression/dcb_static/case.nml uniform_$plane run.plane=$plane
-        run tests/regression/dcb_static/case.nml refined_$plane run.plane=$plane refine.indicator=tip
+        run tests/regression/dcb_static/case.nml refined_$plane run.plane=$plane refine.indicator=tip \
+            refine.rings=8 refine.max_level=2
     done
     plot $out/uniform_stress.h5 $out/refined_stress.h5 --estimator nodal_force_I --estimator domain_I --converged 1.28737 \
         --output $out/dcb_static_stress.png --title 'Plane stress, critically damped'
@@ -129,7 +130,8 @@ draw_dcb_dynamic() {
     for rate in 0 1e4; do
         name=$([ $rate = 0 ] && echo undamped || echo alpha10000)
         run tests/regression/dcb_dynamic/case.nml dcb_$name damping.rate=$rate
-        run tests/regression/dcb_dynamic/case.nml dcb_${name}_refined damping.rate=$rate refine.indicator=tip method.courant=0.8
+        run tests/regression/dcb_dynamic/case.nml dcb_${name}_refined damping.rate=$rate refine.indicator=tip \
+            refine.rings=8 refine.max_level=2 method.courant=0.8
         plot $out/dcb_$name.h5 $out/dcb_${name}_refined.h5 --estimator domain_I --lowpass 5e4 \
             --reference tests/reference/dcb_dynamic_$name.csv --reference-name 'finite elements' --output $out/dcb_dynamic_$name.png
     done

@@ -30,7 +30,8 @@ def test_what_a_killed_run_has_left_is_no_defect(runner, tmp_path):
     (0.4999, "shear", "lumped", "stable"), (0.4999, "dilatational", "lumped", "stable"), (0.48, "shear", "full", "stable"),
     (0.49, "shear", "fmpm 4", "stable")])
 def test_nearly_incompressible_material(runner, poisson, wave, mass, outcome):
-    text, exact = scenes.settled_block(poisson, "strain", mass, {"wave_speed": f"'{wave}'", "frame": "'total'"})
+    part = {"courant": 0.3} if wave == "dilatational" else {}  # a step that is not given does not ask for the wave
+    text, exact = scenes.settled_block(poisson, "strain", mass, {"wave_speed": f"'{wave}'", "frame": "'total'"} | part)
     cell = runner.judge("", text, "", 1e-4, lambda h: scenes.static_error(exact, h))
     assert cell.outcome == outcome, cell
 
