@@ -48,10 +48,13 @@ contains
       character(*), intent(in) :: criterion
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
       real(dp), parameter :: nothing = 1e-6_dp   ! what is left of K_II where the series has a direction without it
+      ! Hoop stress of a pressed tip is never less than 0, that of its faces. It is 4 (K_II/K_I)**3 of K_I where K_II is little: a K_II of
+      ! 6 % of K_I, which may be its error, would turn such a crack right round
+      real(dp), parameter :: little = 1e-3_dp
       real(dp) :: of_kink(modes)
       select case (criterion)
        case ('hoop_stress')
-         is_opened = hoop_intensity(k) > 0
+         is_opened = hoop_intensity(k) > little*norm2(k)
        case ('local_symmetry', 'max_energy')
          of_kink = after_kink(symmetric_angle(k), k)
          is_opened = of_kink(1) > 0 .and. abs(of_kink(2)) <= nothing*norm2(k)
