@@ -82,7 +82,7 @@ contains
       motion%materials = materials_of(scene)
       motion%springs%thickness = scene%run%thickness
       motion%springs%are_bounded = scene%method%time == 'explicit'
-      if (motion%springs%are_bounded .and. size(scene%paths) > 0) &
+      if (motion%springs%are_bounded .and. (size(scene%paths) > 0 .or. size(scene%growth) > 0)) &
          motion%springs%most = eigenvalue_left(scene%method%courant/(default_part*courant_limit(scene)))
       motion%springs%are_moving = scene%method%time /= 'static'
       call place_particles(scene, motion, failure)
