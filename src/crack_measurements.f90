@@ -348,11 +348,18 @@ contains
                           abs(field%rate_of(k - [error(1), -error(2)]) - field%rate_of(k)))
    end function error_of_rate
 
-   !> The largest change of what each mode has of G, k_m**2/sum(k**2), by errors of K, to the second order [-].
+   !> The largest change of what each mode has of G, k_m**2/sum(k**2), by errors of K, to the second order [-]. It is 1 where these errors are as
+   !> large as K, and never more.
    pure real(dp) function error_of_shares(k, error) result(change)
       real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
+      real(dp) :: size_of_k, part(modes), off(modes)
+      size_of_k = norm2(k)
       change = 0
-      if (sum(k**2) > 0) change = (2*abs(product(k))*(abs(k(1))*error(2) + abs(k(2))*error(1))/sum(k**2) + sum(error**2))/sum(k**2)
+      if (norm2(error) > 0) change = 1
+      if (.not. norm2(error) < size_of_k) return
+      part = abs(k)/size_of_k
+      off = error/size_of_k
+      change = min(1.0_dp, 2*product(part)*(part(1)*off(2) + part(2)*off(1)) + sum(off**2))
    end function error_of_shares
 
    !> Record what was measured. On a symmetry plane there is only mode I.
