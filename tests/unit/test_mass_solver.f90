@@ -291,7 +291,7 @@ contains
       call solve_mass(m%solver, m%grid, m%fields%mass_matrix, m%fields%momentum, x, failure)
       call check(failure%code == exit_computation, solver//': equations that are not solved are a failure')
       call check(index(failure%message, 'mass matrix: ') == 1, solver//': its message says where')
-      call check(index(failure%message, '&method courant') > 0, solver//': and which key to change')
+      call check(index(failure%message, 'mass = ''lumped''') > 0, solver//': and which key to change')
       call m%solver%direct%release()
    end subroutine check_message
 
