@@ -23,6 +23,7 @@ contains
       character(*), intent(in) :: path           !! of the result
       type(failure_t), intent(inout) :: failure
       type(string_t) :: names(6)
+      character(:), allocatable :: reason
       integer :: k
       names(1)%text = path
       names(2)%text = partial_name(path)
@@ -31,7 +32,11 @@ contains
       names(5)%text = partial_name(checkpoint_name(path))
       names(6)%text = lock_name(path)
       do k = 1, size(names)
-         if (is_of_a_run(names(k)%text)) cycle
+         if (is_of_a_run(names(k)%text, reason)) cycle
+         if (reason /= '') then
+            call failure%report(exit_file, names(k)%text//': cannot be read: '//reason)
+            return
+         end if
          call failure%report(exit_file, names(k)%text//': there is another file than hampm writes, which is not replaced, '// &
                              'by --force neither. Use another &output file or --output')
          return
@@ -39,15 +44,21 @@ contains
    end subroutine refuse_files_of_others
 
    !> Whether there is no file of this name, or one that a run may have left. Of folders others tell.
-   logical function is_of_a_run(name)
+   logical function is_of_a_run(name, reason)
       character(*), intent(in) :: name
+      character(:), allocatable, intent(out) :: reason   !! why this cannot be known; '' where it is
       character(len(hdf5_mark)) :: begin
+      character(500) :: message
       integer :: unit, status, bytes
+      reason = ''
       is_of_a_run = .true.
       if (.not. file_exists(name) .or. is_folder(name)) return
       is_of_a_run = .false.
-      open (newunit=unit, file=name, access='stream', form='unformatted', action='read', status='old', iostat=status)
-      if (status /= 0) return
+      open (newunit=unit, file=name, access='stream', form='unformatted', action='read', status='old', iostat=status, iomsg=message)
+      if (status /= 0) then
+         reason = trim(message)
+         return
+      end if
       inquire (unit=unit, size=bytes)
       is_of_a_run = bytes <= 0
       if (bytes >= len(begin)) then

@@ -107,10 +107,10 @@ def largest_courant(program, folder, text):
     limit = 999
     while True:
         (folder / "limit.nml").write_text(text.replace("courant = 0 ", f"courant = {limit} "))
-        said = subprocess.run([program, "--check", folder / "limit.nml"], capture_output=True, text=True).stderr
-        if not said:
+        checked = subprocess.run([program, "--check", folder / "limit.nml"], capture_output=True, text=True)
+        if checked.returncode == 0:     # with warnings or without
             return limit
-        limit = float(re.search(r"must be at most ([0-9.e+-]+), not", said)[1])
+        limit = float(re.search(r"&method courant = .*: must be at most ([0-9.e+-]+), not", checked.stderr)[1])
 
 
 if __name__ == "__main__":
