@@ -6,7 +6,7 @@ module hampm_key_reference
    use hampm_text, only: to_text
    implicit none
    private
-   public :: reference_text
+   public :: reference_text, line
 
    character, parameter :: line_feed = new_line('a')
 

@@ -1,5 +1,6 @@
 !> The table of rules as text, which `--rules` prints: docs/key_rules.md is this text, and `--json` the same for programs.
 module hampm_rule_reference
+   use hampm_key_reference, only: line
    use hampm_keys, only: groups
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
@@ -159,11 +160,4 @@ contains
       end do
       json = json//'"'
    end function quoted
-
-   !> A text as a line.
-   pure function line(text)
-      character(*), intent(in) :: text
-      character(:), allocatable :: line
-      line = text//line_feed
-   end function line
 end module hampm_rule_reference
