@@ -420,24 +420,27 @@ contains
       integer, parameter :: turns = 4
       integer, allocatable :: first(:), user(:)
       real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), full(springs%n), bound, edge
+      logical :: is_end(grid%n_nodes)            ! at which the cut ends on a symmetry plane
       integer :: turn, k, l, i, j, u
       bound = max(most_of_cells, springs%most)
       full = springs%stiffness(:springs%n)
       call list_users(springs, grid%n_nodes, first, user)
       mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
+      is_end = .false.
       do k = 1, springs%n
          if (.not. is_half(springs, k)) cycle
          do j = 1, count(springs%node(:, k) > 0)
             associate (node => springs%node(j, k))
-               if (.not. any(grid%cut_cells%freed_at(grid%node_position(:, node)))) mass(node) = mass_at(grid, p, blocks, node)/2
+               is_end(node) = .not. any(grid%cut_cells%freed_at(grid%node_position(:, node)))
             end associate
          end do
       end do
+      where (is_end) mass = mass/2
       do k = 1, springs%n
-         edge = 0                                ! of the largest cell around any of its nodes
+         edge = springs%cell(k)                  ! of the largest cell with material around any of its nodes
          do j = 1, count(springs%node(:, k) > 0)
             associate (e => grid%dofs%elements_at(springs%node(j, k)))
-               edge = max(edge, maxval([(grid%leaf_size(e(i)), i=1, size(e))]))
+               edge = max(edge, maxval([(merge(grid%leaf_size(e(i)), 0.0_dp, blocks%count_in(e(i)) > 0), i=1, size(e))]))
             end associate
          end do
          most(k) = bound*(fastest(materials)/edge)**2
