@@ -132,15 +132,41 @@ def test_a_strip(hampm, tmp_path):
     assert np.std(row["J"][there]) < 0.02 * 26.922
 
 
+def mirrored(text):
+    """The plate of Kalthoff in y < 0."""
+    for above, below in (("lower = 0.0, 0.0\n   cell", "lower = 0.0, -0.102\n   cell"), ("0.0, 0.025, 0.05, 0.025", "0.0, -0.025, 0.05, -0.025"),
+                         ("lower = 0.0, 0.0\n   upper = 0.1, 0.1", "lower = 0.0, -0.1\n   upper = 0.1, 0.0"),
+                         ("lower = 0.0, 0.0\n   upper = 0.0, 0.025", "lower = 0.0, -0.025\n   upper = 0.0, 0.0")):
+        assert text.count(above) == 1
+        text = text.replace(above, below)
+    return text
+
+
 def test_the_plate_of_kalthoff(hampm, tmp_path):
-    """K before growth to 3.5 % of the peak with cells of 1 mm, and the first kink."""
-    row, _ = run(hampm, tmp_path, bench.example("kalthoff", end_time=22e-6))
+    """K before growth to 3.5 % of the peak with cells of 1 mm, the start at 15.85 us of the reference, and the first kink.
+
+    Bonds begin to let go at the start, and the tip moves when they have taken the toughness of one to two cells (docs/growth.md): so it moves in
+    time only in smaller cells. In the mirror image the same.
+    """
+    scene = bench.example("kalthoff", end_time=20e-6)
+    row, _ = run(hampm, tmp_path, scene)
     errors = bench.kalthoff_errors(row)
-    moves = np.flatnonzero(row["crack_length"] > 0.0500001)
-    print(errors, 1e6 * row["time"][moves[0]], row["tip_angle"][moves[0]])
+    begins = np.flatnonzero(row["fracture_energy"] > 0)[0]
+    moves = np.flatnonzero(row["crack_length"] > 0.0500001)[0]
+    print(errors, 1e6 * row["time"][begins], 1e6 * row["time"][moves], row["tip_angle"][moves])
     assert np.all(errors < 0.035)
-    assert 15.5e-6 < row["time"][moves[0]] < 17.5e-6
-    assert row["tip_angle"][moves[0]] == pytest.approx(77.6, abs=2)
+    assert 15.5e-6 < row["time"][begins] < 16.5e-6
+    assert 1 < row["fracture_energy"][moves] / (22146 * 1e-3) < 2
+    assert row["tip_angle"][moves] == pytest.approx(77.6, abs=2)
+    image, _ = run(hampm, tmp_path, mirrored(scene))
+    for name, sign in (("K_I", 1), ("K_II", -1), ("crack_length", 1), ("tip_angle", -1), ("fracture_energy", 1)):
+        assert sign * image[name] == pytest.approx(row[name], abs=1e-9 * np.max(np.abs(row[name]))), name
+    fine = bench.example("kalthoff", end_time=17.5e-6).replace("radii = 4.0e-3, 6.0e-3, 8.0e-3", "radii = 2.0e-3, 3.0e-3, 4.0e-3")
+    row, _ = run(hampm, tmp_path, fine + "&refine indicator = 'tip'  max_level = 1  rings = 10 /\n")
+    moves = np.flatnonzero(row["crack_length"] > 0.0500001)[0]
+    print(1e6 * row["time"][moves], row["tip_angle"][moves])
+    assert 15.5e-6 < row["time"][moves] < 17.5e-6
+    assert row["tip_angle"][moves] == pytest.approx(77.6, abs=2)
 
 
 PLATE = """\
@@ -214,7 +240,7 @@ def test_a_given_path(hampm, tmp_path):
 
 @pytest.mark.parametrize(("mass", "end", "crack", "more"), [
     ("blend", 4e-6, "-1.83537e-3, -1.83864e-3, 2.58063e-3, 1.82701e-3", "tips = 'all'  points = 5.02e-3, 0.698e-3  toughness = 0.259"),
-    ("full", 3e-6, "-1.49376e-3, -2.0496e-3, 2.39232e-3, 1.83648e-3",
+    ("full", 4e-6, "-1.49376e-3, -2.0496e-3, 2.39232e-3, 1.83648e-3",
      "tips = 'last'  points = 2.41e-3, -5.75e-3, 4.02e-3, 5.59e-3  toughness = 0.134")])
 def test_usl_and_pieces_of_cells_that_few_particles_hold(hampm, tmp_path, mass, end, crack, more):
     """Cracks that turn sharply in cells, at the default time step: both were unstable at 0.9 of what is stable for cracks at rest."""
