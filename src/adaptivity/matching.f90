@@ -23,7 +23,7 @@ module hampm_matching
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
    use hampm_outline, only: outline_t
    use hampm_quadratic_children, only: values_of_children, give_to_children
-   use hampm_splitting, only: start_families, split, recombine, middle_of_parent
+   use hampm_splitting, only: start_families, split, recombine, middle_of_parent, times_split
    implicit none
    private
    public :: match_particles, are_matched, adopt_forest, adopt_lines
@@ -125,7 +125,7 @@ contains
       do i = 1, m%particles%n
          leaf = forest%leaf_at(m%particles%place_in_grid(i))
          if (leaf == outside) cycle
-         coarser(i) = m%particles%level(i) < forest%level_of(leaf)
+         coarser(i) = times_split(m%particles, i) < forest%level_of(leaf)
          if (m%has_domains() .and. .not. coarser(i)) coarser(i) = longest_edge(m%particles, i) > longest*forest%size_of(leaf)
       end do
    end function coarser_than
@@ -139,7 +139,7 @@ contains
       if (.not. (has_fuller_cells(m) .or. m%grid%cut_cells%are_there())) return
       do i = 1, m%particles%n
          associate (level => level_in(m, m%grid%element_leaf(m%particles%cell(i))))
-            if (m%particles%level(i) < level) coarser(i) = .true.
+            if (times_split(m%particles, i) < level) coarser(i) = .true.
             if (m%particles%level(i) < level + most_on_crack .and. .not. coarser(i)) coarser(i) = is_on_crack(m, i)
          end associate
       end do
@@ -190,7 +190,7 @@ contains
       allocate (finer(m%particles%n))
       associate (grid => m%grid, p => m%particles)
          do i = 1, p%n
-            finer(i) = p%level(i) > level_in(m, grid%element_leaf(p%cell(i)))
+            finer(i) = times_split(p, i) > level_in(m, grid%element_leaf(p%cell(i)))
             if (finer(i) .and. m%has_domains()) finer(i) = 2*longest_edge(p, i) < shortest*grid%leaf_size(p%cell(i))
             if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
             x = p%reference(i, :)

@@ -43,6 +43,8 @@ module hampm_particles
       integer, allocatable :: level(:)                  !! how often it was split, (n)
       integer(long), allocatable :: path(:)             !! which child it is of each split: a digit of base 2**ndim for each,
                                                         !! the last split last; (n)
+      real(dp), allocatable :: half(:, :)               !! unit vector into the half of its parent that a particle beside a crack is, normal to
+                                                        !! that; 0 of a whole one; (n, ndim)
       real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
       ! Where bodies are no mere rectangles. Not allocated elsewhere
       type(outline_t), allocatable :: outlines(:)       !! in the reference configuration, (bodies)
@@ -142,6 +144,7 @@ contains
          visitor%name = 'path'
          call visitor%longs(self%n, self%path)
       end if
+      if (allocated(self%half)) call real_field('half', ndim, self%half)
    contains
       !> Visit a field of real numbers.
       subroutine real_field(name, width, values)
@@ -200,7 +203,7 @@ contains
       if (allocated(p%outlines)) fresh%outlines = p%outlines
       fresh%lattice = p%lattice
       fresh%thickness = p%thickness
-      if (has_families) allocate (fresh%level(n), fresh%path(n))
+      if (has_families) allocate (fresh%level(n), fresh%path(n), fresh%half(n, ndim))
       if (columns > 0) call add_history(fresh, columns)
       if (allocated(p%corner_velocity)) &
          allocate (fresh%corner_displacement(n, ndim, corners), fresh%corner_velocity(n, ndim, corners), source=0.0_dp)
@@ -253,6 +256,7 @@ contains
       call move_alloc(from%cell, to%cell)
       call move_alloc(from%level, to%level)
       call move_alloc(from%path, to%path)
+      call move_alloc(from%half, to%half)
       call move_alloc(from%spacing, to%spacing)
       call move_alloc(from%outlines, to%outlines)
       to%lattice = from%lattice

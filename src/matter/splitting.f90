@@ -17,6 +17,8 @@
 !> quarters of that box have of it, at their centroids; a quarter without material makes no child.
 !>
 !> A particle through whose middle a crack runs is split into the two parts of its rectangle beside the crack, at their centroids. These do not recombine.
+!> Where cells get finer, such a half is split into the quarters of its parent that are on its side, and the halves there of those on the crack: so
+!> particles are the same whether the crack or the finer cells come first.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_domain_splitting, only: domain_t, domain_of, divide_domain, joined_domain, take_domain
@@ -28,14 +30,16 @@ module hampm_splitting
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: start_families, split, recombine, middle_of_parent
+   public :: start_families, split, recombine, middle_of_parent, times_split
 
    real(dp), parameter :: reach = 2              !! siblings further from their mean, in edges of the parent, stay apart
 
    !> The children of a particle.
    type :: litter_t
       integer :: n = 0                           !! how many there are
-      integer :: child(corners) = 0              !! which quarter each is
+      integer(long) :: path(corners) = 0         !! of each
+      integer :: level(corners) = 1              !! by how much more often than its parent each is split
+      real(dp) :: half(ndim, corners) = 0        !! of each, as that of particles
       real(dp) :: offset(ndim, corners) = 0      !! where it stands from its parent: dX [m]
       real(dp) :: part(corners) = 0              !! its volume, over that of its parent
    end type litter_t
@@ -48,38 +52,104 @@ contains
       if (allocated(p%level)) return
       allocate (p%level(p%n), source=0)
       allocate (p%path(p%n), source=0_long)
+      allocate (p%half(p%n, ndim), source=0.0_dp)
    end subroutine start_families
 
-   !> The children that a particle would have: their numbers, where they stand from it in the reference configuration, and their parts of its
-   !> volume.
+   !> How often the cells of a particle may be refined before it is to be split: a half of a particle is as coarse as a whole one.
+   pure integer function times_split(p, i) result(times)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      times = p%level(i) - merge(1, 0, is_half(p, i))
+   end function times_split
+
+   !> Whether a particle is the half of another one.
+   pure logical function is_half(p, i)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      is_half = any(abs(p%half(i, :)) > 0)
+   end function is_half
+
+   !> The children that a particle would have: where they stand from it in the reference configuration, and their parts of its volume.
    pure type(litter_t) function children_of(p, i, normal) result(litter)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp), intent(in) :: normal(ndim)       !! of the crack through its middle; 0 where there is none
-      real(dp) :: edges(ndim), middle(ndim), m(0:ndim), part(corners), at(ndim, corners)
-      integer :: c
-      edges = spacing_of(p, i)/2
-      if (any(abs(normal) > 0)) then
+      real(dp) :: x(ndim)
+      if (is_half(p, i)) then
+         litter = children_of_half(p, i)
+      else if (any(abs(normal) > 0)) then
          litter%n = 2
-         litter%child(:2) = [1, 2]
+         litter%path(:2) = p%path(i)*corners + [0, 1]
          litter%part(:2) = 0.5_dp
-         litter%offset(:, 1) = middle_of_half(edges, normal)
+         litter%half(:, 1) = normal/norm2(normal)
+         litter%half(:, 2) = -litter%half(:, 1)
+         litter%offset(:, 1) = middle_of_half(spacing_of(p, i)/2, litter%half(:, 1))
          litter%offset(:, 2) = -litter%offset(:, 1)
-         return
+      else
+         x = p%reference(i, :)
+         litter = quarters_of(p, p%body(i), x, spacing_of(p, i)/2, p%path(i))
       end if
-      if (.not. p%has_outline(p%body(i))) then
+   end function children_of
+
+   !> The children of half a particle: the quarters of the whole one on its side, and the halves on its side of those through which the crack runs.
+   pure type(litter_t) function children_of_half(p, i) result(litter)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      type(litter_t) :: whole
+      real(dp), parameter :: on_crack = 1e-6_dp  ! part of the edges within which the middle of a quarter is on the crack
+      real(dp) :: edges(ndim), toward(ndim), from_middle(ndim), height
+      integer :: c
+      edges = spacing_of(p, i)                   ! of a quarter
+      toward = p%half(i, :)
+      from_middle = middle_of_half(edges, toward)
+      whole = quarters_of(p, p%body(i), p%reference(i, :) - from_middle, edges, p%path(i)/corners)
+      do c = 1, whole%n
+         height = dot_product(toward, whole%offset(:, c))
+         if (height < -on_crack*norm2(edges)) cycle
+         litter%n = litter%n + 1
+         associate (n => litter%n)
+            litter%path(n) = whole%path(c)
+            litter%level(n) = 0
+            litter%part(n) = whole%part(c)
+            litter%offset(:, n) = whole%offset(:, c) - from_middle
+            if (height > on_crack*norm2(edges)) cycle
+            litter%path(n) = whole%path(c)*corners + mod(p%path(i), int(corners, long))
+            litter%level(n) = 1
+            litter%part(n) = whole%part(c)/2
+            litter%offset(:, n) = litter%offset(:, n) + middle_of_half(edges/2, toward)
+            litter%half(:, n) = toward
+         end associate
+      end do
+      if (litter%n == 0) then                    ! what the body has of it stays as it is
+         litter%n = 1
+         litter%path(1) = p%path(i)*corners
+         litter%part(1) = 1
+      end if
+      litter%part(:litter%n) = litter%part(:litter%n)/sum(litter%part(:litter%n))
+   end function children_of_half
+
+   !> The quarters of a whole particle at a place.
+   pure type(litter_t) function quarters_of(p, body, x, edges, path) result(litter)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: body
+      real(dp), intent(in) :: x(ndim)            !! where it stands in the reference configuration [m]
+      real(dp), intent(in) :: edges(ndim)        !! of a quarter [m]
+      integer(long), intent(in) :: path          !! of the whole one
+      real(dp) :: middle(ndim), m(0:ndim), part(corners), at(ndim, corners)
+      integer :: c
+      if (.not. p%has_outline(body)) then
          litter%n = corners
-         litter%child = [(c, c=1, corners)]
+         litter%path = path*corners + [(c - 1, c=1, corners)]
          litter%part = 1/real(corners, dp)
          do c = 1, corners
             litter%offset(:, c) = (2*corner_offset(c) - 1)*edges/2
          end do
          return
       end if
-      middle = middle_of_box(p, i, 0)
+      middle = middle_of_box(p, x, 2*edges)
       do c = 1, corners
          associate (lower => middle + (corner_offset(c) - 1)*edges)
-            m = p%outlines(p%body(i))%moments(lower, lower + edges)
+            m = p%outlines(body)%moments(lower, lower + edges)
             part(c) = m(0)
             at(:, c) = lower
             if (m(0) > 0) at(:, c) = lower + m(1:)/m(0)
@@ -88,7 +158,7 @@ contains
       do c = 1, corners
          if (part(c) <= least_part*product(edges)) cycle
          litter%n = litter%n + 1
-         litter%child(litter%n) = c
+         litter%path(litter%n) = path*corners + (c - 1)
          litter%part(litter%n) = part(c)
          litter%offset(:, litter%n) = at(:, c)
       end do
@@ -97,7 +167,7 @@ contains
          middle = matmul(litter%offset(:, :n), litter%part(:n))
          litter%offset(:, :n) = litter%offset(:, :n) - spread(middle, 2, n)
       end associate
-   end function children_of
+   end function quarters_of
 
    !> Centroid of the half of a rectangle, with its middle at 0, into which the normal of a line through that points [m].
    pure function middle_of_half(half, normal) result(x)
@@ -113,24 +183,28 @@ contains
       x = x*half
    end function middle_of_half
 
-   !> Middle of the box of the lattice of which a particle is what the body has of it, or of the box of its parent, `generations` = 1 [m].
-   pure function middle_of_box(p, i, generations) result(x)
+   !> Middle of the box of the lattice in which a place is [m].
+   pure function middle_of_box(p, place, edges) result(x)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: i, generations
-      real(dp) :: x(ndim), edges(ndim)
-      edges = scale(spacing_of(p, i), generations)
-      x = p%lattice + (floor((p%reference(i, :) - p%lattice)/edges) + 0.5_dp)*edges
+      real(dp), intent(in) :: place(ndim)        !! [m]
+      real(dp), intent(in) :: edges(ndim)        !! of the box [m]
+      real(dp) :: x(ndim)
+      x = p%lattice + (floor((place - p%lattice)/edges) + 0.5_dp)*edges
    end function middle_of_box
 
    !> Reference position of the particle of which a particle is a child, or of the middle of its box [m].
    pure function middle_of_parent(p, i) result(x)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i                   !! a child
-      real(dp) :: x(ndim)
-      if (p%has_outline(p%body(i))) then
-         x = middle_of_box(p, i, 1)
+      real(dp) :: x(ndim), toward(ndim)
+      x = p%reference(i, :)
+      if (is_half(p, i)) then
+         toward = p%half(i, :)
+         x = x - middle_of_half(spacing_of(p, i), toward)
+      else if (p%has_outline(p%body(i))) then
+         x = middle_of_box(p, x, 2*spacing_of(p, i))
       else
-         x = p%reference(i, :) - (2*corner_offset(int(mod(p%path(i), int(corners, long))) + 1) - 1)*spacing_of(p, i)/2
+         x = x - (2*corner_offset(int(mod(p%path(i), int(corners, long))) + 1) - 1)*spacing_of(p, i)/2
       end if
    end function middle_of_parent
 
@@ -187,23 +261,26 @@ contains
       type(litter_t), intent(in) :: litter
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
       real(dp), intent(in) :: twist(ndim)        !! [1/m]
-      real(dp) :: apart(ndim, corners), f(ndim, ndim), change(ndim, ndim), mean
+      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
       change(:, 1) = twist*apart(2, c)
       change(:, 2) = twist*apart(1, c)
+      ! The quarters beside a slanted crack need not have the centroid of their half: what that is off is taken off the velocities
+      middle = matmul(apart, litter%part)
       ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
       mean = sum(litter%part*apart(1, :)*apart(2, :))
       p%reference(k, :) = p%reference(k, :) + litter%offset(:, c)
       p%displacement(k, :) = p%displacement(k, :) + matmul(p%gradient(k, :, :), litter%offset(:, c)) &
                              + twist*(product(apart(:, c)) - mean)
       p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))
-      p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart(:, c))
+      p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart(:, c) - middle)
       p%mass(k) = p%mass(k)*litter%part(c)
       p%volume(k) = p%volume(k)*litter%part(c)
-      p%level(k) = p%level(k) + 1
-      p%path(k) = p%path(k)*corners + (litter%child(c) - 1)
+      p%level(k) = p%level(k) + litter%level(c)
+      p%path(k) = litter%path(c)
+      p%half(k, :) = litter%half(:, c)
    end subroutine become_child
 
    !> Recombine the families of siblings of which all are marked, and near each other, where that makes a particle as fine as the
@@ -244,26 +321,23 @@ contains
       integer, allocatable, intent(out) :: member(:, :)  !! 0 behind the last, (corners, families and more)
       integer, intent(out) :: families
       type(place_table_t) :: table
-      integer, allocatable :: found(:)
       integer :: siblings(corners), n
       integer :: i, f, status
       integer(long) :: key(ndim)
       allocate (member(corners, count(marked)), source=0)
-      allocate (found(count(marked)), source=0)
       families = 0
-      if (size(found) == 0) return
-      call table%reserve(size(found), status)
+      if (size(member, 2) == 0) return
+      call table%reserve(size(member, 2), status)
       key = 0
       do i = 1, p%n
-         if (.not. marked(i) .or. p%level(i) == 0) cycle
+         if (.not. marked(i) .or. p%level(i) == 0 .or. is_half(p, i)) cycle
          key(1) = p%id(i)*(deepest + 1_long) + p%level(i) ! a number for each pair of both
          key(2) = p%path(i)/corners
          call table%enter(key, f)
-         found(f) = found(f) + 1
          member(int(mod(p%path(i), int(corners, long))) + 1, f) = i
       end do
       do f = 1, table%n
-         n = found(f)
+         n = count(member(:, f) > 0)
          siblings(:n) = pack(member(:, f), member(:, f) > 0)
          if (n < number_of_siblings(p, siblings(1))) cycle
          if (.not. is_together(p, siblings(:n))) cycle
@@ -278,14 +352,15 @@ contains
    pure integer function number_of_siblings(p, i) result(n)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i                   !! a child
-      real(dp) :: m(0:ndim), edges(ndim)
+      real(dp) :: m(0:ndim), edges(ndim), x(ndim)
       integer :: c
       n = corners
       if (.not. p%has_outline(p%body(i))) return
       n = 0
       edges = spacing_of(p, i)
+      x = p%reference(i, :)
       do c = 1, corners
-         associate (lower => middle_of_box(p, i, 1) + (corner_offset(c) - 1)*edges)
+         associate (lower => middle_of_box(p, x, 2*edges) + (corner_offset(c) - 1)*edges)
             m = p%outlines(p%body(i))%moments(lower, lower + edges)
          end associate
          if (m(0) > least_part*product(edges)) n = n + 1

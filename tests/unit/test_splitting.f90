@@ -9,7 +9,7 @@ program test_splitting
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_samples, only: rectangle_t, place_bodies
-   use hampm_splitting, only: start_families, split, recombine
+   use hampm_splitting, only: start_families, split, recombine, times_split
    use hampm_tensors, only: identity
    implicit none
 
@@ -37,6 +37,7 @@ program test_splitting
    call incomplete_families_stay()
    call torn_families_stay()
    call many_cycles()
+   call halves_become_quarters()
    call finish()
 
 contains
@@ -72,6 +73,52 @@ contains
                  spread([0.0_dp, 0.0_dp], 2, count(marked)), first, failure)
       if (present(first_child)) call move_alloc(first, first_child)
    end subroutine split_marked
+
+   !> Beside a crack along the diagonals of particles it does not matter whether these are halved first or split into quarters: mass, places and
+   !> fields are the same. Beside one in any direction through the middle the halves become the quarters on their side, and linear momentum stays.
+   subroutine halves_become_quarters()
+      type(particles_t) :: p, q
+      real(dp), parameter :: spacing(ndim) = [0.1_dp, 0.06_dp]
+      real(dp), parameter :: diagonal(ndim) = [-spacing(2), spacing(1)], slanted(ndim) = [-0.3_dp, 0.8_dp]
+      real(dp) :: nearest
+      integer :: i, j
+      call place(points, 0.0_dp, p)
+      q = p
+      call split_beside(p, spread(.true., 1, p%n), diagonal)
+      call check(all([(times_split(p, i) == 0, i=1, p%n)]), 'halves are as coarse as whole particles')
+      call split_beside(p, spread(.true., 1, p%n), diagonal)
+      call split_beside(q, spread(.true., 1, q%n), [0.0_dp, 0.0_dp])
+      call split_beside(q, q%path == 0 .or. q%path == 3, diagonal)
+      call check(p%n == 6*product(points) .and. q%n == p%n, 'diagonal: two whole quarters and two halves of two')
+      nearest = 0
+      do i = 1, p%n
+         j = minloc(sum((q%reference - spread(p%reference(i, :), 1, q%n))**2, dim=2), dim=1)
+         nearest = max(nearest, maxval(abs(q%reference(j, :) - p%reference(i, :))), abs(q%mass(j) - p%mass(i)), &
+                       maxval(abs(q%displacement(j, :) - p%displacement(i, :))), maxval(abs(q%velocity(j, :) - p%velocity(i, :))), &
+                       real(abs(q%level(j) - p%level(i)), dp), real(abs(q%path(j)/corners - p%path(i)/corners), dp))
+      end do
+      call check_close(nearest, 0.0_dp, rounding, 'halves that are split, and quarters that are halved')
+      call place(points, 0.2_dp, p)
+      q = p
+      call split_beside(q, spread(.true., 1, q%n), slanted)
+      call split_beside(q, spread(.true., 1, q%n), slanted)
+      call check(q%n == 4*p%n .and. all(q%level == 1), 'slanted: the quarters on each side')
+      call check_close(norm2(linear_momentum(q) - linear_momentum(p)), 0.0_dp, rounding*norm2(linear_momentum(p)), &
+                       'slanted: linear momentum')
+      call check(maxval(abs(q%mass - p%mass(1)/4)) <= rounding*p%mass(1), 'slanted: a quarter of the mass each')
+   end subroutine halves_become_quarters
+
+   !> Split the marked particles with the velocity gradient `rate`, beside cracks of a normal through their middles; 0 for none.
+   subroutine split_beside(p, marked, normal)
+      type(particles_t), intent(inout) :: p
+      logical, intent(in) :: marked(:)
+      real(dp), intent(in) :: normal(ndim)
+      integer, allocatable :: first(:)
+      type(failure_t) :: failure
+      integer :: n
+      n = count(marked)
+      call split(p, marked, spread(rate, 3, n), spread([0.0_dp, 0.0_dp], 2, n), spread(normal, 2, n), first, failure)
+   end subroutine split_beside
 
    !> Split all particles some times.
    subroutine split_all(p, times)
