@@ -28,7 +28,7 @@ contains
       integer :: elements(faces)
       real(dp), parameter :: beside = 1e-4_dp    ! root cells
       integer :: face
-      elements = [(grid%element_at(x + (3 - 2*face)*beside*grid%forest%cell*normal), face=1, faces)]
+      elements = [(grid%element_of_face(x + (3 - 2*face)*beside*grid%forest%cell*normal), face=1, faces)]
       if (only /= both_faces) then
          elements(3 - only) = 0
          if (elements(only) == 0) return

@@ -77,6 +77,7 @@ module hampm_grid
       procedure :: has_element_toward
       procedure :: element_at
       procedure :: element_on_side
+      procedure :: element_of_face
       procedure :: local_coordinate
       procedure :: is_transition
       procedure :: quarters_of
@@ -796,20 +797,31 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: origin(ndim)       !! in the reference configuration, beside the crack [m]
       integer, intent(in) :: body
+      e = self%element_at(out_of_sliver(self, x, self%cut_cells%follow(origin)), origin, body)
+   end function element_on_side
+
+   !> The element that a face of a crack belongs to, from a place beside it: as `element_on_side`.
+   pure integer function element_of_face(self, x) result(e)
+      class(grid_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      e = self%element_at(out_of_sliver(self, x, x))
+   end function element_of_face
+
+   !> A place or, where what is there is in a sliver of its leaf, one farther away from the crack, beyond the sliver [m].
+   pure function out_of_sliver(self, x, beside) result(place)
+      type(grid_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: beside(ndim)       !! where it would be if it had kept its distance from the crack [m]
       real(dp), parameter :: beyond_slivers = 0.125_dp ! of a leaf: two samples
-      real(dp) :: beside(ndim), point(ndim), normal(ndim), place(ndim)
+      real(dp) :: place(ndim), point(ndim), normal(ndim)
       integer :: leaf
       place = x
       leaf = self%forest%leaf_at(x)
-      if (leaf > 0) then
-         beside = self%cut_cells%follow(origin)
-         if (self%cut_cells%is_in_sliver(self%forest, leaf, beside)) then
-            call self%cut_cells%find_nearest(beside, point, normal)
-            place = x + sign(beyond_slivers*self%forest%size_of(leaf), dot_product(beside - point, normal))*normal
-         end if
-      end if
-      e = self%element_at(place, origin, body)
-   end function element_on_side
+      if (leaf == outside) return
+      if (.not. self%cut_cells%is_in_sliver(self%forest, leaf, beside)) return
+      call self%cut_cells%find_nearest(beside, point, normal)
+      place = x + sign(beyond_slivers*self%forest%size_of(leaf), dot_product(beside - point, normal))*normal
+   end function out_of_sliver
 
    !> Local coordinate of the place `x` in element `e`, in [0, 1] inside it.
    pure function local_coordinate(self, e, x) result(xi)
