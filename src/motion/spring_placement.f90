@@ -5,8 +5,8 @@
 !> with M the lumped masses the largest eigenvalue of M**-1 K of all springs by themselves is at most a part of that of the cells. With quadratic
 !> cells, whose masses where they are cut are not lumped, they are as at rest (docs/quadratic.md).
 module hampm_spring_placement
-   use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions
+   use hampm_kinds, only: dp, ndim
+   use hampm_bond_balance, only: balance_bonds
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
@@ -16,6 +16,7 @@ module hampm_spring_placement
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
+   use hampm_nodes_of_springs, only: masses_of
    use hampm_particles, only: particles_t
    use hampm_small_pieces, only: tie_small_pieces
    implicit none
@@ -89,6 +90,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       type(face_springs_t), intent(in) :: old    !! the bonds of tips that move, as they were
+      logical, allocatable :: begins(:)
       integer :: k, s
       do k = 1, size(grid%cut_cells%ends)
          associate (end => grid%cut_cells%ends(k))
@@ -97,17 +99,19 @@ contains
                   call add_bonds_of_way(springs, grid, p, blocks, materials, k, old)
                else if (end%leaf > 0) then
                   call add_along(springs, grid, p, blocks, materials, reshape([end%tip, end%front], [ndim, 2]), &
-                                 layer_t(bond, face=line%face))
+                                 layer_t(bond, tip=merge(0, k, p%total_frame), face=line%face))
                end if
             end associate
          end associate
       end do
+      allocate (begins(springs%n), source=.false.)
       do s = 1, springs%n
          if (springs%tip(s) == 0) cycle
          associate (end => grid%cut_cells%ends(springs%tip(s)))
-            call begin_bond(springs, s, old, grid%cut_cells%lines(end%line)%grown(end%end), grid, p, blocks, materials)
+            call begin_bond(springs, s, old, grid%cut_cells%lines(end%line)%grown(end%end), grid, p, blocks, materials, begins(s))
          end associate
       end do
+      if (.not. p%total_frame .and. any(begins)) call balance_bonds(springs, begins, grid, p, blocks, materials)
       do k = 1, size(grid%cut_cells%lines)
          if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
       end do
@@ -178,8 +182,9 @@ contains
       end associate
    end subroutine add_bonds_of_way
 
-   !> Begin with a bond of a tip that moves: as it was on the grid before, or with the traction of the material there.
-   pure subroutine begin_bond(springs, s, old, grown, grid, p, blocks, materials)
+   !> Begin with a bond of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
+   !> traction of the material there.
+   pure subroutine begin_bond(springs, s, old, grown, grid, p, blocks, materials, begins)
       type(face_springs_t), intent(inout) :: springs
       integer, intent(in) :: s
       type(face_springs_t), intent(in) :: old
@@ -188,8 +193,10 @@ contains
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
+      logical, intent(out) :: begins             !! whether there was none before, and the crack has not come to it
       integer :: k, nearest
       real(dp) :: distance, least
+      begins = .false.
       nearest = 0
       least = huge(least)
       do k = 1, old%n
@@ -206,6 +213,9 @@ contains
       if (nearest > 0) then
          springs%held(:, s) = springs%length(s)/old%length(nearest)*merge(old%held(:, nearest), force_of(old, nearest), &
                                                                       old%lets_go(nearest))
+         if (.not. p%total_frame) springs%held(:, s) = dot_product(springs%held(:, s), old%normal(:, nearest)) &
+                                                       *springs%normal(:, s) & ! it turns with the material
+                                                       + dot_product(springs%held(:, s), along(old, nearest))*along(springs, s)
          springs%stored(s) = springs%length(s)/old%length(nearest)*merge(old%stored(nearest), energy_of(old, nearest), &
                                                                         old%lets_go(nearest))
          springs%lets_go(s) = old%lets_go(nearest)
@@ -217,6 +227,7 @@ contains
          springs%lets_go(s) = .true.
          springs%kept(s) = 0
       else
+         begins = .true.
          springs%held(:, s) = springs%thickness*springs%length(s)*traction_at(grid, p, blocks, materials, springs%place(:, s), &
                                                                                springs%normal(:, s), face_of(springs, s))
       end if
@@ -499,46 +510,5 @@ contains
       end do
       first = first + 1
    end subroutine list_users
-
-   !> Masses of some nodes, with what hanging nodes give them; 0 of the others [kg].
-   pure function masses_of(grid, p, blocks, is_wanted) result(mass)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      logical, intent(in) :: is_wanted(:)        !! (nodes)
-      real(dp) :: mass(grid%n_nodes)
-      real(dp) :: weight(1, most_nodes_of_leaf)
-      integer :: node, n, master(most_nodes_of_leaf)
-      mass = 0
-      do node = 1, grid%n_nodes
-         if (is_wanted(node)) mass(node) = mass_at(grid, p, blocks, node)
-      end do
-      do node = grid%n_nodes + 1, grid%n_nodes + grid%dofs%n_hanging
-         call grid%dofs%masters_of([node], n, master, weight)
-         if (any(is_wanted(master(:n)))) mass(master(:n)) = mass(master(:n)) + weight(1, :n)*mass_at(grid, p, blocks, node)
-      end do
-   end function masses_of
-
-   !> Lumped mass of a node by the particles of the elements around it, without what hanging nodes would give it [kg].
-   pure real(dp) function mass_at(grid, p, blocks, node) result(mass)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: node
-      real(dp) :: shape(corners), x(ndim)
-      integer :: k, i
-      mass = tiny(mass)
-      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         do k = 1, size(elements)
-            associate (e => elements(k))
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  x = p%place_in_grid(i)
-                  shape = shape_functions(grid%local_coordinate(e, x))
-                  mass = mass + p%mass(i)*shape(corner(k))
-               end do
-            end associate
-         end do
-      end associate
-   end function mass_at
 
 end module hampm_spring_placement
