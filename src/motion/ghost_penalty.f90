@@ -28,10 +28,11 @@ module hampm_ghost_penalty
    real(dp), parameter :: enough = 0.9_dp        !! part of a cell from which on a piece holds itself
    real(dp), parameter :: at_cracks = 0.01_dp    !! gamma of pieces that cracks leave, which hold a particle at least: ten times less lets nodes move
                                                  !! by 1.4 times as much, ten times more makes cracks shorter by a tenth of a cell
-   real(dp), parameter :: at_edges = 0.1_dp      !! of those at edges of bodies, which may be as thin as one likes under all of a load: with ten times
-                                                 !! less the energy of rings with three levels was up to 5 % too large (docs/cracks.md)
-   real(dp), parameter :: at_thick_edges = 0.02_dp !! the least of them: times the square of what a piece lacks, as pieces that are nearly full hold
-                                                 !! themselves, and 0.1 at all makes beams across the grid stiffer by 0.2 %
+   real(dp), parameter :: at_edges = 0.1_dp      !! of those at edges of bodies, which may be as thin as one likes under all of a load, less what they fill: a
+                                                 !! piece has that part of the stiffness of a cell by itself. With ten times less the energy of
+                                                 !! rings with three levels was up to 5 % too large (docs/cracks.md)
+   real(dp), parameter :: at_thick_edges = 0.02_dp !! the least of them: few particles leave motions of the nodes free. 0.1 at all makes beams across the
+                                                 !! grid stiffer by 0.2 % and the stress at small holes lower by 2 %
    real(dp), parameter :: gauss(ndim) = 0.5_dp + [-0.5_dp, 0.5_dp]/sqrt(3.0_dp) !! points of a side, from 0 to 1
 
 contains
@@ -98,7 +99,7 @@ contains
             if (grid%is_cut(leaf)) gamma_of = at_cracks
             if (allocated(grid%is_full)) then
                if (grid%is_met(leaf) .and. .not. grid%is_full(leaf)) gamma_of = &
-                  max(at_thick_edges, at_edges*(1 - fill(grid%first_of_piece(element)))**2)
+                  max(at_thick_edges, at_edges - fill(grid%first_of_piece(element)))
             end if
          end associate
       end function gamma_of
