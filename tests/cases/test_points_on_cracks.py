@@ -45,5 +45,17 @@ def test_a_crack_in_another_direction(case, text_of, points):
     hold(*pair(case, text.replace("-20e-3", "-10e-3").replace("20e-3", "10e-3").replace("cells = 40, 40", "cells = 20, 20")))
 
 
+def test_finer_cells_around_a_diagonal(case, text_of):
+    """Halves of particles are split again where cells are refined: both tips alike, J is that of K, and a crack a fiftieth of a cell beside has the same."""
+    text = text_of("points_on_crack_forward").replace("-20e-3", "-10e-3").replace("20e-3", "10e-3").replace("cells = 40, 40", "cells = 20, 20")
+    text += "&refine indicator = 'tip'  max_level = 2  rings = 6 /\n"
+    on, beside = (case("points_on_crack_forward", text=text.replace("-6e-3, 0.25e-3, 6e-3, 0.25e-3", points)).row
+                  for points in ("-4.1e-3, -4.1e-3, 4.1e-3, 4.1e-3", "-4.09e-3, -4.11e-3, 4.11e-3, 4.09e-3"))
+    for column in ("K_I", "K_II", "J"):
+        assert on[column + "_tip2"][-1] == pytest.approx(on[column][-1], rel=ROUNDING), column
+        assert beside[column][-1] == pytest.approx(on[column][-1], rel=0.01), column
+    assert on["J"][-1] == pytest.approx(on["G"][-1], rel=0.01)
+
+
 def test_a_motion(case, text_of):
     hold(*pair(case, text_of("points_on_crack_order")))
