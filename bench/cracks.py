@@ -75,7 +75,7 @@ class Program:
         self.path, self.folder = arguments.program.resolve(), arguments.output.resolve()
 
     def __call__(self, text):
-        """K_I, K_II and G times E' of each tip, in their order."""
+        """K_I, K_II and G times E' of each tip, in their order; `j` is J times E' of each."""
         (self.folder / "cracks.nml").write_text(text)
         command = [self.path, "cracks.nml", "--force", "--quiet", "--threads", "1"]  # equilibrium gains little by more
         result = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
@@ -84,6 +84,7 @@ class Program:
         with h5py.File(self.folder / "cracks.h5") as file:
             history = {name: column[-1] for name, column in file["history"].items()}
         ends = [""] + [name[3:] for name in history if name.startswith("K_I_tip")]
+        self.j = np.array([history["J" + end] * MODULUS for end in ends])
         return np.array([[history["K_I" + end], history["K_II" + end], history["G" + end] * MODULUS] for end in ends])
 
 
@@ -295,8 +296,8 @@ def shift(program, arguments):
 
 
 def friction(program, arguments):
-    """K_I, which is 0, and the error of K_II, over K_II without friction in an infinite plate."""
-    out = [("case", "K_II %", "K_I %")]
+    """K_I, which is 0, the error of K_II, over K_II without friction in an infinite plate, and that of J over J there."""
+    out = [("case", "K_II %", "K_I %", "J %")]
     a = 8e-3
     root = SIGMA * math.sqrt(math.pi * a)
     cases = [("infinite", float(row["beta[deg]"]), float(row["mu"]), root * float(row["K_II/(sigma*sqrt(pi*a))"]))
@@ -315,7 +316,8 @@ def friction(program, arguments):
         found = program(text.rstrip().removesuffix("/") + contact + " /\n")
         free = root * sine * cosine
         worst = max((tip[1] - asked for tip in found), key=abs)
-        out.append((f"{where} {beta:g}, mu {mu:g}", f"{100 * worst / free:+.2f}", f"{100 * np.max(np.abs(found[:, 0])) / free:.2f}"))
+        out.append((f"{where} {beta:g}, mu {mu:g}", f"{100 * worst / free:+.2f}", f"{100 * np.max(np.abs(found[:, 0])) / free:.2f}",
+                    f"{100 * max(program.j - asked**2, key=abs) / free**2:+.2f}"))
         print("  ".join(out[-1]), flush=True)
     write(out, "friction", arguments.output)
 
