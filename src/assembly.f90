@@ -32,7 +32,7 @@ module hampm_assembly
    use hampm_pressed_faces, only: press_faces
    use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
-   use hampm_scene, only: scene_t, load_spec_t
+   use hampm_scene, only: scene_t, load_spec_t, mass_used
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
@@ -106,7 +106,7 @@ contains
       motion%body_contact%distance = scene%contact%distance
       motion%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
-         call start_motion(motion, scheme_of(scene), failure, new_mass_choice(method%mass_used(), method%solver, method%order, &
+         call start_motion(motion, scheme_of(scene), failure, new_mass_choice(mass_used(scene), method%solver, method%order, &
                                                                               method%blend, method%full_lower, &
                                                                               method%full_upper, &
                                                                               method%full_region == 'refined'))

@@ -323,7 +323,7 @@ contains
          call follow(errors%j, j, scale, spread_of_j)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))
-         if (tip%nodes%tip > 0 .and. field%material%isotropic) then
+         if (tip%nodes%tip > 0 .and. .not. field%modes_couple()) then
             call follow(errors%domain, v%domain, scale, spread_of_j*part)
             call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
          else                                    ! one mode turns into the other, too
@@ -332,7 +332,8 @@ contains
          end if
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
-         errors%domain%now = max(errors%domain%now, part*errors%j%now + error_of_shares(v%intensity, of_k)*sum(abs(v%domain)))
+         errors%domain%now = max(errors%domain%now, part*errors%j%now &
+                                  + error_of_shares(field, v%intensity, of_k)*sum(abs(v%domain)))
          least = max(abs(abs(v%nodal_force) - abs(v%domain)), part*errors%j%now)
          if (tip%has_layers) least = abs(sum(v%nodal_force) - j)
          call follow(errors%nodal_force, v%nodal_force, scale, least)
@@ -348,18 +349,17 @@ contains
                           abs(field%rate_of(k - [error(1), -error(2)]) - field%rate_of(k)))
    end function error_of_rate
 
-   !> The largest change of what each mode has of G, k_m**2/sum(k**2), by errors of K, to the second order [-]. It is 1 where these errors are as
-   !> large as K, and never more.
-   pure real(dp) function error_of_shares(k, error) result(change)
+   !> The largest change of what each mode has of G by errors of K of any sign [-]: 1 where these are as large as K.
+   pure real(dp) function error_of_shares(field, k, error) result(change)
+      type(tip_field_t), intent(in) :: field
       real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
-      real(dp) :: size_of_k, part(modes), off(modes)
-      size_of_k = norm2(k)
+      real(dp) :: off(modes, 4)
+      integer :: i
       change = 0
       if (norm2(error) > 0) change = 1
-      if (.not. norm2(error) < size_of_k) return
-      part = abs(k)/size_of_k
-      off = error/size_of_k
-      change = min(1.0_dp, 2*product(part)*(part(1)*off(2) + part(2)*off(1)) + sum(off**2))
+      if (.not. norm2(error) < norm2(k)) return
+      off = reshape([error, -error, error(1), -error(2), -error(1), error(2)], [modes, 4])
+      change = maxval([(abs(field%shares(k + off(:, i)) - field%shares(k)), i = 1, 4)])
    end function error_of_shares
 
    !> Record what was measured. On a symmetry plane there is only mode I.

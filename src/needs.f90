@@ -7,7 +7,7 @@ module hampm_needs
    use hampm_memory, only: memory_there_is, room_for_algebra, stack_there_is, least_stack
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
-   use hampm_scene, only: scene_t
+   use hampm_scene, only: scene_t, mass_used
    use hampm_scene_materials, only: materials_of
    use hampm_text, only: to_text
    use hampm_time_step, only: stable_time_step
@@ -143,7 +143,7 @@ contains
       if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
           .or. scene%method%time /= 'explicit') &
          bytes = bytes + of_stiffness*fill
-      if (scene%method%mass_used() == 'lumped') return
+      if (mass_used(scene) == 'lumped') return
       bytes = bytes + merge(of_quadratic_mass, of_mass, scene%grid%order == 2)*cells
       if (scene%method%mass == 'fmpm') return
       select case (scene%method%solver)

@@ -13,6 +13,7 @@ module hampm_tip_field
    public :: tip_field_t, new_tip_field
 
    real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: same_rate = 1e-6_dp !! well above what nearly equal roots of the field leave of rounding, 1e-10
 
    !> A tip in a material.
    type :: tip_field_t
@@ -23,6 +24,7 @@ module hampm_tip_field
       procedure :: stress
       procedure :: opening
       procedure :: rate_of
+      procedure :: modes_couple
       procedure :: intensities_of
       procedure :: of_rate
       procedure :: shares
@@ -88,6 +90,16 @@ contains
          rate_of = dot_product(k, matmul(self%anisotropic%rate, k))
       end if
    end function rate_of
+
+   !> Whether G has a part of both modes together, as it does where a crack lies across the axes of a material.
+   pure logical function modes_couple(self)
+      class(tip_field_t), intent(in) :: self
+      modes_couple = .false.
+      if (self%material%isotropic) return
+      associate (y => self%anisotropic%rate)
+         modes_couple = abs(y(1, 2)) > same_rate*(y(1, 1) + y(2, 2))
+      end associate
+   end function modes_couple
 
    !> Stress intensity factors from the interactions 2 sum_n Y_mn K_n with the fields of a unit K of each mode, over any number [Pa sqrt(m)].
    pure function intensities_of(self, interaction, over) result(k)

@@ -2,7 +2,7 @@
 module hampm_features
    use hampm_kinds, only: dp
    use hampm_load_placement, only: pressed_path, is_on_faces
-   use hampm_scene, only: scene_t, cuts_cells
+   use hampm_scene, only: scene_t, cuts_cells, mass_acts
    use hampm_settings, only: settings_t
    use hampm_values, only: parse_real
    implicit none
@@ -13,7 +13,7 @@ module hampm_features
    character(*), parameter :: names(*) = [character(48) :: &
       'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
       'a linear elastic material', 'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
-      'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it']
+      'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', 'a mass matrix that acts']
 
 contains
 
@@ -35,6 +35,8 @@ contains
       select case (name)
        case ('cells that are cut')               ! by cracks of kind 'path', polygons, circles and holes
          has = cuts_cells(scene)
+       case ('a mass matrix that acts')
+         has = mass_acts(scene)
        case ('several cracks')
          has = settings%count_of('crack') > 1
        case ('several bodies')

@@ -72,7 +72,6 @@ module hampm_method_group
       character(name_len) :: solver = 'auto'     !! 'auto', 'cg', 'umfpack' or 'banded'
    contains
       procedure :: has_domains
-      procedure :: mass_used
    end type method_t
 
 contains
@@ -82,14 +81,6 @@ contains
       class(method_t), intent(in) :: self
       has_domains = self%functions == 'cpdi'
    end function has_domains
-
-   !> The mass matrix that a run has: equilibrium asks for no more than masses of nodes.
-   pure function mass_used(self) result(mass)
-      class(method_t), intent(in) :: self
-      character(:), allocatable :: mass
-      mass = trim(self%mass)
-      if (self%time == 'static') mass = 'lumped'
-   end function mass_used
 
    !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
    pure subroutine fill_method(settings, method)

@@ -285,21 +285,22 @@ module hampm_rules
              ""), &
       rule_t("&method scheme", no_effect_with, "&method time = 'static' | 'implicit'", mechanics, &
              "it orders the parts of an explicit step", ""), &
-      rule_t("&method mass", no_effect_with, "&method time = 'static'", mechanics, "what rests needs no mass", ""), &
+      rule_t("&method mass", no_effect_without, "a mass matrix that acts", mechanics, &
+             "what rests needs no mass, but to extrapolate stress", ""), &
       rule_t("&method wave_speed", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
              ""), &
       rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
              "&method courant or &method frame = 'updated'", by_meaning, "the step is a part of the largest that is stable", ""), &
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
-      rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and &method time = 'explicit' | 'implicit'", by_meaning, &
+      rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and a mass matrix that acts", by_meaning, &
              "", ""), &
-      rule_t("&method blend", no_effect_without, "&method mass = 'blend' and &method time = 'explicit' | 'implicit'", by_meaning, &
+      rule_t("&method blend", no_effect_without, "&method mass = 'blend' and a mass matrix that acts", by_meaning, &
              "", ""), &
-      rule_t("&method full_region", no_effect_without, "&method mass = 'partial' and &method time = 'explicit' | 'implicit'", &
+      rule_t("&method full_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
              by_meaning, "", ""), &
-      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial' and &method time = 'explicit' | 'implicit'", &
+      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
              by_meaning, "", ""), &
-      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial' and &method time = 'explicit' | 'implicit'", &
+      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
              by_meaning, "", ""), &
       rule_t("&method full_lower", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
              "the region is that of the cells that are refined", ""), &

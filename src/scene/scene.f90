@@ -18,7 +18,8 @@ module hampm_scene
    use hampm_settings, only: settings_t
    implicit none
    private
-   public :: scene_t, fill_scene, cuts_cells, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
+   public :: scene_t, fill_scene, cuts_cells, mass_acts, mass_used, run_t, &
+             grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, body_contact_spec_t, method_t, refine_t, crack_spec_t, path_spec_t, growth_t, energy_release_t, output_t
 
    !> All groups.
@@ -45,6 +46,20 @@ module hampm_scene
    end type scene_t
 
 contains
+
+   !> Whether the mass matrix acts: in motion, and where stress is extrapolated by it.
+   pure logical function mass_acts(scene)
+      type(scene_t), intent(in) :: scene
+      mass_acts = scene%method%time /= 'static' .or. scene%energy_release%stress_closure
+   end function mass_acts
+
+   !> The mass matrix that a run has: nodes have no more than masses where it does not act.
+   pure function mass_used(scene) result(mass)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: mass
+      mass = 'lumped'
+      if (mass_acts(scene)) mass = trim(scene%method%mass)
+   end function mass_used
 
    !> Fill a scene from what was written and validated.
    pure subroutine fill_scene(settings, scene)

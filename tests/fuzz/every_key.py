@@ -120,7 +120,7 @@ SCENES = {
     "moved": plate() + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'xy' displacement = 1e-5, 2e-5 velocity = 0.0, 1e-5 "
     "history = 'ramp' rise_time = 0.7 start = 0.1 /\n" + STATIC.format("load_steps = 3"),
     "moved in motion": plate(end="8e-6") + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'y' velocity = 0.0, 1.0 "
-    "history = 'sine' frequency = 2e5 /\n" + EVERY.format("1e-6"),
+    "history = 'sine' frequency = 1.5e5 /\n" + EVERY.format("1e-6"),
     "pulled by a table": plate(end="8e-6") + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'y' velocity = 0.0, 1.0 "
     "history = 'table' times = 0.0, 4e-6 factors = 0.0, 1.0 /\n" + EVERY.format("1e-6"),
     "bodies that meet": TWO.format("spin = 0.3 part = 'y'", "part = 'x'") + "&method frame = 'updated' functions = 'cpdi' /\n&contact bodies = 'friction' friction = 0.3 distance = 0.02 /\n",

@@ -423,10 +423,11 @@ def another_scene(path, dcb):
 @pytest.mark.parametrize(("spoil", "phrase"), [
     (lambda path, dcb: path.unlink(), "dcb.h5: cannot be read: "),
     (lambda path, dcb: path.write_text("text"), "dcb.h5: there is another file than hampm writes, which is not replaced"),
+    (lambda path, dcb: path.write_bytes(b"\x89HDF\r\n\x1a\ntext"), "dcb.h5: cannot be read: it is no HDF5 file"),
     (another_scene, "dcb.h5: is the result of another scene than the checkpoint is of"),
     (lambda path, dcb: dcb(*SHORT, "--force", "--steps", 20, "--output", "shorter") and shutil.copy("shorter/dcb.h5", path),
      "fewer entries of /history/time than there were"),
-], ids=["none", "text", "another scene", "shorter"])
+], ids=["none", "text", "no HDF5", "another scene", "shorter"])
 def test_a_checkpoint_without_its_result(stopped, hampm, dcb, monkeypatch, spoil, phrase):
     monkeypatch.chdir(stopped)
     checkpoint = (stopped / CHECKPOINT).read_bytes()

@@ -21,8 +21,9 @@ def runner(tmp_path):
 
 def test_what_a_killed_run_has_left_is_no_defect(runner, tmp_path):
     text = scenes.bar(4, scenes.method_of(courant=0.25), 100.0)
-    for name in ("case.h5", "case.h5.checkpoint", "case.h5.part", "case.h5.lock"):
-        (tmp_path / name).write_text("half of it")
+    for name in ("case.h5", "case.h5.checkpoint", "case.h5.part"):
+        (tmp_path / name).write_bytes(b"\x89HDF\r\n\x1a\nhalf of it")
+    (tmp_path / "case.h5.lock").touch()
     assert runner.judge("", text, "", 0.1, scenes.growth).outcome == "stable"
 
 

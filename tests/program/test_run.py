@@ -11,6 +11,7 @@ from history import History
 from paths import DCB, CHECKED_PROGRAM
 from results import differing
 
+OLD_RESULT = b"\x89HDF\r\n\x1a\nsomething else"
 PROGRESS = r" *\d+\.\d% \d+\.\d{4} us (\d+:\d\d:\d\d|-) left G/Gref -?\d\.\d{4} step \d+ cells 60 particles 160 level 0 energy "
 
 
@@ -20,23 +21,23 @@ def test_output_makes_folders(dcb, tmp_path):
 
 
 def test_an_old_result_is_replaced_only_by_force(dcb, tmp_path):
-    (tmp_path / "dcb.h5").write_text("something else")
+    (tmp_path / "dcb.h5").write_bytes(OLD_RESULT)
     result = dcb()
     assert (result.returncode, result.stdout) == (4, "")
     assert result.stderr == "hampm: ./dcb.h5: there is a result. To replace it: --force. Or use another &output file or --output\n"
     assert [path.name for path in tmp_path.iterdir()] == ["dcb.h5"]
-    assert (tmp_path / "dcb.h5").read_text() == "something else"
+    assert (tmp_path / "dcb.h5").read_bytes() == OLD_RESULT
     assert dcb("--force").returncode == 0
     assert History(tmp_path / "dcb.h5").times.size == 301
     assert [path.name for path in tmp_path.iterdir()] == ["dcb.h5"]
 
 
 def test_a_forced_run_that_fails_at_its_start_leaves_the_old_result(dcb, tmp_path):
-    (tmp_path / "dcb.h5").write_text("something else")
+    (tmp_path / "dcb.h5").write_bytes(OLD_RESULT)
     assert dcb("--force", "--set", "load.lower=0.5,0.5").returncode == 2
     (tmp_path / "dcb.h5.part").mkdir()
     assert dcb("--force").returncode == 4
-    assert (tmp_path / "dcb.h5").read_text() == "something else"
+    assert (tmp_path / "dcb.h5").read_bytes() == OLD_RESULT
 
 
 def test_quiet_prints_nothing(dcb):
