@@ -116,3 +116,14 @@ def test_a_body_that_its_supports_turn(case):
 """)
     assert run.code == 0
     assert abs(run.row["reaction_a_x"][-1]) < 1e-6 and run.row["strain_energy"][-1] < 1e-12    # stretched by as much: 1e5 N, 1 J
+
+
+def test_particles_on_the_edge_of_a_cell_give_its_other_nodes_no_mass(case):
+    """A piece of a cell whose particles all stand on one of its edges: the springs on it were divided by the mass of a node that has none, and overflowed."""
+    assert case("particles_on_an_edge", "--steps", "3", text="""\
+&run end_time = 1e-3 /
+&grid cell = 0.25  cells = 14, 14 /
+&material name = 'm'  young = 3e9  density = 2400.0 /
+&body material = 'm'  points_per_cell = 3  lower = 0.125, 0.241498608975518  upper = 2.875, 3.241498608975518 /
+&crack kind = 'path'  points = -0.125, 1.4118402022689478, 2.1465005896748224, 1.8705237411690787  contact = 'friction'  friction = 0.7 /
+""").code == 5
