@@ -1,9 +1,8 @@
 !> What of a body is in each piece of a leaf, as integrals of polynomials over it: the area and the moments by which particles of quadratic
 !> cells are weighed (`hampm_moment_fitting`).
 !>
-!> The square of the leaf is divided into quarters, and these again, until one straight line at most runs through each, of a crack or an edge:
-!> that cuts it into two convex polygons, over which polynomials are integrated exactly. Where a line turns or lines cross, the smallest
-!> squares are cut by one of them only. A circle is a polygon of its area.
+!> The square of the leaf is divided into quarters, and these again, until few straight lines run through each, of cracks or edges: these
+!> cut it into convex polygons, over which polynomials are integrated exactly. A circle is a polygon of its area.
 module hampm_piece_moments
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, quadratic_gradients
@@ -21,6 +20,7 @@ module hampm_piece_moments
    integer, parameter :: degree(ndim, n_polynomials) = reshape([0, 0, 1, 0, 0, 1, 1, 1, 2, 0, 0, 2, 2, 1, 1, 2, &
                                                                2, 2, 3, 0, 0, 3, 3, 1, 1, 3], [ndim, n_polynomials])
    integer, parameter :: most_divisions = 7      !! of a leaf
+   integer, parameter :: most_lines = 3          !! through a square that is not divided
    integer, parameter :: sides_of_circle = 32    !! for each edge of a leaf along it
 
    ! A rule of six points for a triangle, exact to the fourth degree (Dunavant 1985)
@@ -128,28 +128,39 @@ contains
       real(dp), intent(inout) :: moments(:, :)
       type(outline_t), intent(in), optional :: body
       real(dp) :: corner(ndim, 4)
-      real(dp), allocatable :: part(:, :)
-      integer :: k, side
-      logical :: ends
+      integer :: k
       integer, allocatable :: met(:)
       met = pack([(k, k=1, size(segment, 3))], [(meets(segment(:, :, k), lower, edge), k=1, size(segment, 3))])
-      corner = spread(lower, 2, 4) + edge*reshape([0, 0, 1, 0, 1, 1, 0, 1], [ndim, 4])
-      if (size(met) == 0) then
-         call add_polygon(cut, forest, leaf, corner, moments, body)
-         return
-      end if
-      ends = size(met) > 1 .or. any([(all(segment(:, k, met(1)) > lower .and. segment(:, k, met(1)) < lower + edge), k=1, 2)])
-      if (ends .and. divisions > 0) then
+      if (size(met) > most_lines .and. divisions > 0) then
          do k = 1, 4
             call add_square(cut, forest, leaf, segment, lower + edge/2*corner_offset(k), edge/2, divisions - 1, moments, body)
          end do
          return
       end if
-      do side = -1, 1, 2
-         part = one_side(corner, segment(:, 1, met(1)), side*(segment(:, 2, met(1)) - segment(:, 1, met(1))))
-         if (size(part, 2) > 2) call add_polygon(cut, forest, leaf, part, moments, body)
-      end do
+      corner = spread(lower, 2, 4) + edge*reshape([0, 0, 1, 0, 1, 1, 0, 1], [ndim, 4])
+      call add_parts(cut, forest, leaf, corner, segment(:, :, met), moments, body)
    end subroutine add_square
+
+   !> Add the parts into which lines divide a convex polygon. A line that ends in it divides as a longer one: each part is in one piece.
+   pure recursive subroutine add_parts(cut, forest, leaf, points, line, moments, body)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: points(:, :)       !! in local coordinates, anticlockwise, (ndim, 3 or more)
+      real(dp), intent(in) :: line(:, :, :)      !! in local coordinates, (ndim, 2, lines)
+      real(dp), intent(inout) :: moments(:, :)
+      type(outline_t), intent(in), optional :: body
+      real(dp), allocatable :: part(:, :)
+      integer :: side
+      if (size(line, 3) == 0) then
+         call add_polygon(cut, forest, leaf, points, moments, body)
+         return
+      end if
+      do side = -1, 1, 2
+         part = one_side(points, line(:, 1, 1), side*(line(:, 2, 1) - line(:, 1, 1)))
+         if (size(part, 2) > 2) call add_parts(cut, forest, leaf, part, line(:, :, 2:), moments, body)
+      end do
+   end subroutine add_parts
 
    !> Whether a segment runs through the inside of a square.
    pure logical function meets(segment, lower, edge)
@@ -159,7 +170,7 @@ contains
       integer :: d
       from = 0
       to = 1
-      meets = .true.
+      meets = any(abs(segment(:, 2) - segment(:, 1)) > hair*edge)
       do d = 1, ndim
          associate (a => segment(d, 1) - lower(d), way => segment(d, 2) - segment(d, 1))
             if (abs(way) > hair*edge) then
