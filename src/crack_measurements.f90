@@ -344,9 +344,10 @@ contains
    pure real(dp) function error_of_rate(field, k, error)
       type(tip_field_t), intent(in) :: field
       real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
-      error_of_rate = max(abs(field%rate_of(k + error) - field%rate_of(k)), &
-                          abs(field%rate_of(k + [error(1), -error(2)]) - field%rate_of(k)), &
-                          abs(field%rate_of(k - [error(1), -error(2)]) - field%rate_of(k)))
+      real(dp) :: off(modes, 4)
+      integer :: i
+      off = of_any_sign(error)
+      error_of_rate = maxval([(abs(field%rate_of(k + off(:, i)) - field%rate_of(k)), i = 1, 4)])
    end function error_of_rate
 
    !> The largest change of what each mode has of G by errors of K of any sign [-]: 1 where these are as large as K.
@@ -358,9 +359,16 @@ contains
       change = 0
       if (norm2(error) > 0) change = 1
       if (.not. norm2(error) < norm2(k)) return
-      off = reshape([error, -error, error(1), -error(2), -error(1), error(2)], [modes, 4])
+      off = of_any_sign(error)
       change = maxval([(abs(field%shares(k + off(:, i)) - field%shares(k)), i = 1, 4)])
    end function error_of_shares
+
+   !> Errors of K with each sign.
+   pure function of_any_sign(error) result(off)
+      real(dp), intent(in) :: error(modes)       !! [Pa sqrt(m)]
+      real(dp) :: off(modes, 4)
+      off = reshape([error, -error, error(1), -error(2), -error(1), error(2)], [modes, 4])
+   end function of_any_sign
 
    !> Record what was measured. On a symmetry plane there is only mode I.
    subroutine record_crack(scene, material, tip, values, history)

@@ -145,3 +145,21 @@ def test_quadratic_cells_with_a_hole_in_a_mirror(case):
 &method time = 'static'  load_steps = 1 /
 """).row["strain_energy"][-1])
     assert energy[0] == pytest.approx(energy[1], rel=1e-10)
+
+
+def test_the_error_of_g_by_k_in_a_mirror(case):
+    """K_II changes its sign there: of the four corners of the errors of K one was not looked at, and G_error of the mirror image was 40 % larger."""
+    rows = [case(f"corner_{turn}", text=f"""\
+&run end_time = 4e-6 /
+&grid lower = -0.01, -0.01  cell = 1e-3  cells = 20, 20 /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  lower = -0.01, -0.01  upper = 0.01, 0.01 /
+&constraint lower = -0.01, -0.01  upper = 0.01, -0.01  fix = 'xy' /
+&load kind = 'traction'  lower = -0.01, 0.01  upper = 0.01, 0.01  force = {turn * 300.0}, 700.0 /
+&crack kind = 'path'  points = {turn * -0.0031}, -0.0012, {turn * 0.0043}, 0.0024 /
+&growth law = 'prescribed'  direction = 'local_symmetry'  tips = 'last'  speed = 500.0 /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = 1e-6 /
+""").row for turn in (1, -1)]
+    for name in ("G_error", "G_error_tip2"):
+        assert rows[0][name] == pytest.approx(rows[1][name], rel=1e-7)
