@@ -28,7 +28,7 @@ release_interleaved_kernels := $(one_for_each)
 counted_interleaved_kernels := $(one_for_each)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
-checked := -O2 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
+checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # To be run under valgrind, which knows what was never set
 memcheck := -O1 -g
 # Threads that count at once lose counts, never the first one
