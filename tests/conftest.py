@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+from collections import Counter
 
 import pytest
 
+from long_tests import CASES
 from paths import COARSE_DCB, PROGRAM, SCRIPTS
 
 sys.path.insert(0, str(SCRIPTS))
@@ -19,6 +21,18 @@ ACCIDENTS = "backtrace", "Fortran runtime", "Sanitizer", "SIGSEGV"
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "verify: takes long; `make test` leaves it out, `make verify` runs it")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark the cases of tests that take long, but for the first ones."""
+    seen = Counter()
+    for item in items:
+        test = item.path.stem, getattr(item, "originalname", item.name)
+        if test[1] in CASES.get(test[0], ()) and not item.get_closest_marker("verify"):
+            seen[test] += 1
+            if seen[test] > CASES[test[0]][test[1]]:
+                item.add_marker("verify")
 
 
 @pytest.fixture(scope="session")

@@ -283,8 +283,8 @@ def try_key(program, folder, text, plain, setting):
 NAMES = ("material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law")
 
 
-def try_each_once(program, random, extra):
-    """A line for each key that acts in no scene (those that give it are tried first), and for each of some more settings, taken at random, that is
+def try_each_once(program, random, extra, keys=None):
+    """A line for each key, or of so many, that acts in no scene (those that give it are tried first), and for each of some more settings, taken at random, that is
     silent."""
     table, findings, plain = key_table(program), [], {}
     with tempfile.TemporaryDirectory() as folder:
@@ -297,7 +297,7 @@ def try_each_once(program, random, extra):
             place = f"{group}({number + 1}).{short}" if len(present) > 1 else key
             return place, outcome(program, folder, SCENES[name], plain[name], place, other_values(key, table[key], present[number]))
 
-        for key in table:
+        for key in random.sample(list(table), keys or len(table)):
             scenes = sorted(SCENES, key=lambda name: not any(instances(SCENES[name], key)))
             wanted = {"acts", "refused"} if key in NAMES else {"acts"}
             if not any(what(name, key)[1] in wanted for name in scenes):
