@@ -82,7 +82,7 @@ def test_cracks_that_grow_at_random(program, cases):
     assert sum(grown) >= cases // 4 and ends[0] >= cases // 2
 
 
-@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 5), pytest.param(CHECKED_PROGRAM, 20, marks=pytest.mark.verify)],
+@pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 8), pytest.param(CHECKED_PROGRAM, 20, marks=pytest.mark.verify)],
                          ids=["release", "checked"])
 @pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes, interleaved_scenes], ids=["shapes", "meeting", "rest", "interleaved"])
 def test_bodies_at_random(program, cases, scenes):
