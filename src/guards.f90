@@ -326,7 +326,7 @@ contains
       character(:), allocatable, intent(inout) :: warning
       associate (springs => motion%springs)
          if (springs%n == 0 .or. springs%weakest > nearly_full) return
-         call warn('the motion has come to rest with bonds in the cells of crack tips that have down to '// &
+         call warn('the motion comes to rest with bonds in the cells of crack tips that have down to '// &
                    three_digits(100*springs%weakest)//' % of their stiffness, so that steps are stable: '//weakened// &
                    '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(springs))// &
                    ', which leaves them all of it, or use time = ''static''', weakened, warning)

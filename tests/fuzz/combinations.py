@@ -246,7 +246,11 @@ class Case:
         largest = {}
         for name, value in scale.items():
             largest[maps.family(name)] = max(largest.get(maps.family(name), 0.0), value)
-        return {name: largest[maps.family(name)] for name in scale}
+
+        class ByFamily(dict):
+            def __missing__(self, name):
+                return largest[maps.family(name)]
+        return ByFamily()
 
     def unless_chaotic(self, message, worst):
         """A fault, but where rounding alone makes as much."""
@@ -288,8 +292,9 @@ def renumbered(row, order):
 # Oracles that look at the result of the scene itself
 
 def finite(case):
-    """Every number is one."""
-    bad = [name for name, values in case.base.row.items() if not np.all(np.isfinite(values))]
+    """Every number is one, but for the error of a nodal force by which cells divide in motion: without J nothing is known of it."""
+    unknown = "G_nodal_force" if case.indicator in ("gradient", "zz") and case.time != "static" and "J" not in case.base.row else None
+    bad = [name for name, values in case.base.row.items() if not np.all(np.isfinite(values)) and not (unknown and name.startswith((unknown, "G_error")) and "_error" in name)]
     if bad:
         raise Fault(f"{bad[0]} is not finite")
 
@@ -507,6 +512,8 @@ def superposed(case):
     runs = [case.again(part) for part in parts]
     names = [name for name in case.base.row if case.base.units[name] in ("Pa m^0.5", "N", "kg m/s") and not maps.family(name).endswith("_error")
              or maps.family(name) in ("crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding")]
+    if "orthotropic" in case.laws and any(keys["kind"] != "path" for keys in groups(case.scene, "crack")):
+        names = [name for name in names if not name.startswith("K_")]  # such K has the size of J, a square, which is as near as J and K are
     case.need(names)
     run = Run(0, "", {name: sum(one.row[name] for one in runs) for name in names}, case.base.units)
     scale = {name: max(case.scale[name], *(scales(case.scene, one)[name] for one in runs)) for name in names}
@@ -534,7 +541,9 @@ def reciprocal(case):
     (one, way), (other, way_of_other) = ways
     work = [sum(run.row[f"reaction_{name}_{axis}"][-1] * d[k] for k, axis in enumerate("xy"))
             for run, name, d in ((runs[0], other, way_of_other), (runs[1], one, way))]
-    size = max(abs(work[0]), abs(work[1]), *(run.row["strain_energy"][-1] for run in runs))
+    material = group(case.scene, "material")
+    size = max(abs(work[0]), abs(work[1]), *(run.row["strain_energy"][-1] for run in runs),
+               material.get("young", material.get("young_1", 0.0)) * group(case.scene, "run").get("thickness", 1.0) * (1e-4 * cell)**2)  # where nothing is strained
     if not abs(work[0] - work[1]) <= ROUNDING * size:
         raise Fault(f"not reciprocal: {work[0]:.9g} and {work[1]:.9g} J")
 
