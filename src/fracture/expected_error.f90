@@ -136,7 +136,8 @@ contains
       if (crack%known) call find_far_error(m, tips, closing, to_g, crack)
    end subroutine find_crack_at_rest
 
-   !> Solve for rest under all loads, scaled to small gradients; `done` is false where they all act on what is held. Faces in contact that would go through each other are tied, and stay so.
+   !> Solve for rest under all loads, scaled to small gradients; `done` is false where they all act on what is held. Faces in contact
+   !> that would go through each other are tied, and stay so.
    subroutine come_to_rest(m, rest, u, scale, done)
       type(motion_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest

@@ -62,6 +62,8 @@ contains
          call grid%dofs%masters_of([node], n, master, weight)
          if (any(is_wanted(master(:n)))) mass(master(:n)) = mass(master(:n)) + weight(1, :n)*mass_at(grid, p, blocks, node)
       end do
+      ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by
+      where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
    end function masses_of
 
    !> Force of the particles of the elements around a node on it [N].
@@ -95,7 +97,7 @@ contains
       integer, intent(in) :: node
       real(dp) :: shape(corners), x(ndim)
       integer :: k, i
-      mass = tiny(mass)
+      mass = 0
       associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
          do k = 1, size(elements)
             associate (e => elements(k))

@@ -437,7 +437,6 @@ contains
       full = springs%stiffness(:springs%n)
       call list_users(springs, grid%n_nodes, first, user)
       mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
-      mass = max(mass, epsilon(mass)*maxval(mass)) ! particles on an edge of a cell give nothing to the nodes at the other one
       is_end = .false.
       do k = 1, springs%n
          if (.not. is_half(springs, k)) cycle
