@@ -56,11 +56,12 @@ module hampm_expected_error
 
 contains
 
-   !> What G is thought to be, by mode [J/m2].
+   !> What G is thought to be, by mode [J/m2]. Where the corrections would leave next to nothing of it, they are errors of its size.
    pure function best(self)
       class(crack_at_rest_t), intent(in) :: self
       real(dp) :: best(modes)
-      best = max(self%g + self%by_tip + self%by_cells, tiny(1.0_dp))
+      real(dp), parameter :: least = 0.1_dp      ! of what was found
+      best = max(self%g + self%by_tip + self%by_cells, least*self%g, tiny(1.0_dp))
    end function best
 
    !> By how much that is corrected, over it, by mode; of a mode that is hardly there as of both together [-].
@@ -111,6 +112,7 @@ contains
       type(stiffness_t) :: rest
       type(closing_t) :: closing
       type(crack_tip_t), allocatable :: chosen(:)
+      real(dp), parameter :: no_work = 1e-12_dp  ! that closing it takes, over the strain energy
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
@@ -132,7 +134,8 @@ contains
       if (pairs < 2) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
       call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
-      crack%known = sum(abs(crack%g)) > 0        ! else closing it takes no work, which modes could not share
+      ! Else its modes share rounding, or G changes so much from cell to cell that no parabola tells it
+      crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*strain_energy(m, crack%u)
       if (crack%known) call find_far_error(m, tips, closing, to_g, crack)
    end subroutine find_crack_at_rest
 
@@ -307,6 +310,21 @@ contains
       end associate
       crack%by_cells = crack%by_cells*work/sum(work)
    end subroutine find_far_error
+
+   !> Energy that the particles store with a displacement of the points [J].
+   pure real(dp) function strain_energy(m, u) result(energy)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      integer :: i
+      energy = 0
+      associate (p => m%particles)
+         do i = 1, p%n
+            associate (material => m%materials(p%material(i)))
+               energy = energy + p%volume(i)*material%stress_energy_density(small_stress(material, gradient_of(m, u, i)))
+            end associate
+         end do
+      end associate
+   end function strain_energy
 
    !> Energy that the cells away from some places store too little under given forces [J]: half of the squared error e in the energy
    !> norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what the

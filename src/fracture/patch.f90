@@ -222,10 +222,13 @@ contains
       end associate
    end function fitted_displacement
 
-   !> First unknown of a small positive semi-definite system by conjugate gradients, preconditioned by the row sums.
+   !> First unknown of a small positive semi-definite system by conjugate gradients, preconditioned by the row sums. They end well above
+   !> rounding: what that leaves of directions that the matrix does not see, a small residual over no curvature, would be a long way.
    pure real(dp) function first_unknown(matrix, row_sum, rhs) result(first)
       real(dp), intent(in) :: matrix(:, :), row_sum(:), rhs(:)
       real(dp), dimension(size(rhs)) :: x, r, z, direction, image
+      real(dp), parameter :: solved = 1e-13_dp   ! residual, over the right side
+      real(dp), parameter :: unseen = 1e-10_dp   ! curvature along such a direction, over that of the row sums
       real(dp) :: rz, rz_new, curvature, target
       integer :: k
       first = 0
@@ -235,12 +238,12 @@ contains
       z = r/row_sum
       direction = z
       rz = dot_product(r, z)
-      target = epsilon(rz)**2*sum(rhs**2/row_sum)
+      target = solved**2*sum(rhs**2/row_sum)
       do k = 1, 4*size(rhs)
          if (rz <= target) exit
          image = matmul(matrix, direction)
          curvature = dot_product(direction, image)
-         if (curvature <= 0) exit
+         if (curvature <= unseen*sum(row_sum*direction**2)) exit
          x = x + rz/curvature*direction
          r = r - rz/curvature*image
          z = r/row_sum

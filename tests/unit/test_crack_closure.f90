@@ -31,6 +31,7 @@ program test_crack_closure
       call nodal_values(points)
       call uniform_stress(points)
    end do
+   call few_particles()
    call closure_of_uniform_fields(1.0_dp)
    call closure_of_uniform_fields(-1.0_dp)
    call closure_of_both_modes([1.0_dp, 0.0_dp])
@@ -102,6 +103,35 @@ contains
          end do
       end associate
    end subroutine nodal_values
+
+   !> The fit is linear also where particles are fewer than nodes: what rounding leaves along directions that no particle feels is not followed.
+   subroutine few_particles()
+      integer, parameter :: fields = 20000
+      type(motion_t) :: m
+      type(patch_t) :: patch
+      real(dp), allocatable :: by_particle(:), x(:)
+      real(dp) :: u(ndim), error
+      integer :: i, k
+      call place(1, 1.0_dp, m)
+      associate (p => m%particles)
+         call patch_around(m%grid, p, m%blocks, m%grid%node_at([0.0_dp, cell]), patch)
+         allocate (by_particle(p%n), x(p%n))
+         do i = 1, p%n
+            p%displacement = 0
+            p%displacement(i, :) = 1
+            u = fitted_displacement(patch, p)
+            by_particle(i) = u(1)
+         end do
+         error = 0
+         do k = 1, fields
+            call random_number(x)
+            p%displacement = spread(x, 2, ndim)
+            u = fitted_displacement(patch, p)
+            error = max(error, maxval(abs(u - dot_product(by_particle, x))))
+         end do
+         call check_close(error, 0.0_dp, 1.0e-10_dp, 'the fit of few particles is linear')
+      end associate
+   end subroutine few_particles
 
    !> A uniform stress puts no force on inner nodes and its traction on those at the edge.
    subroutine uniform_stress(points)
