@@ -130,7 +130,7 @@ contains
       if (scene%method%time == 'static') then
          static%equilibrium%newton%solver = scene%method%solver
          static%is_static = .true.
-         static%equilibrium%forgets_mesh = size(scene%growth) == 0
+         static%equilibrium%forgets_mesh = size(scene%growth) == 0 .or. any(scene%growth%is_at_rest())
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)
       else if (scene%method%time == 'implicit') then

@@ -75,6 +75,7 @@ contains
       real(dp), intent(in) :: factor
       type(failure_t), intent(inout) :: failure
       call self%equilibrium%find(m, m%time, failure, factor)
+      self%equilibrium%forgets_mesh = .false.    ! tips advance from here on
       self%distance_from_rest = self%equilibrium%distance(m)
       call book_loss(self, m)
    end subroutine rescale

@@ -35,6 +35,8 @@ module hampm_equilibrium
    integer, parameter :: most_divisions = 14     !! of a load step, each into two
    real(dp), parameter :: pulls = 3.1e-9_dp      !! force between faces, over the largest of a cell, from which on they part
    real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
+   real(dp), parameter :: off_energy = 1e-3_dp   !! part of the energy that work in a part of a step may be off as faces or supports open or close
+   integer, parameter :: most_for_work = 6       !! divisions of a load step for that
    real(dp), parameter :: off_tangent = 0.5_dp   !! part of the way of a load step by which it may leave the tangent at its start
 
    !> How equilibrium is found, and whether it has been.
@@ -44,7 +46,7 @@ module hampm_equilibrium
       real(dp), allocatable :: displacement(:, :) !! of the nodes there, from material without loads [m], (ndim, n_points)
       real(dp), allocatable, private :: moved(:, :) !! on the way to the last one [m], (ndim, n_points)
       real(dp), private :: work_at_once = 0      !! that the forces of its loads would have done all the way there [J]
-      logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing grows
+      logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing has grown
    contains
       procedure :: find
       procedure :: find_again
@@ -83,6 +85,7 @@ contains
       type(drive_t) :: first, last
       real(dp) :: part, done
       integer :: divisions
+      logical :: too_long
       call find_drive(m, m%time, first)
       if (.not. self%begun) first%force = 0
       if (.not. self%begun) first%way = 0
@@ -99,10 +102,12 @@ contains
          call remember(m, start)
          call go_to(self, m, between(first, last, done), between(first, last, done + part), part*(time - m%time), none)
          if (any(m%materials%is_finite()) .and. .not. none%failed()) call look_at_path(self, m, start, none)
-         if (none%failed()) then
+         too_long = divisions < most_for_work .and. may_turn(m) .and. .not. none%failed()
+         if (too_long) too_long = is_work_off(m, start)
+         if (none%failed() .or. too_long) then
             divisions = divisions + 1
             part = part/2
-            if (all(m%materials%linear) .or. divisions > most_divisions) exit
+            if (none%failed() .and. all(m%materials%linear) .or. divisions > most_divisions) exit
             call go_back(m, start)
          else
             call settle_slip(m%springs)
@@ -174,6 +179,7 @@ contains
       class(archive_t), intent(inout) :: archive
       integer :: n
       call archive%keep('have_begun', self%begun)
+      call archive%keep('forgets_mesh', self%forgets_mesh)
       if (.not. self%begun) return
       n = 0
       if (allocated(self%displacement)) n = size(self%displacement, 2)
@@ -200,7 +206,7 @@ contains
    subroutine remember(m, start)
       type(motion_t), intent(in) :: m
       type(start_t), intent(out) :: start
-      if (all(m%materials%linear)) return        ! there is no second try
+      if (all(m%materials%linear) .and. .not. may_turn(m)) return ! there is no second try
       start%external_work = m%external_work
       start%stored = stored_energy(m) + dissipated_energy(m)
       if (m%springs%n > 0) start%springs = m%springs
@@ -382,6 +388,24 @@ contains
          end associate
       end do
    end subroutine look_at_faces
+
+   !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material remembers.
+   pure logical function may_turn(m)
+      type(motion_t), intent(in) :: m
+      may_turn = (m%contact%n > 0 .or. m%springs%n_contact > 0 .or. m%constraints%only_push()) .and. all(m%materials%linear) &
+                 .and. .not. any(m%materials%has_eigenstrain .or. m%materials%has_history())
+      if (m%springs%n_contact > 0) may_turn = may_turn .and. .not. any(m%springs%friction(:m%springs%n) > 0)
+   end function may_turn
+
+   !> Whether the work of the loads, as if they went straight to where they are, is not what has been stored and taken: as faces or supports open
+   !> or close on the way it is bent.
+   logical function is_work_off(m, start)
+      type(motion_t), intent(in) :: m
+      type(start_t), intent(in) :: start
+      real(dp) :: now
+      now = stored_energy(m) + dissipated_energy(m)
+      is_work_off = abs(m%external_work - start%external_work - now + start%stored) > off_energy*max(abs(now), abs(start%stored))
+   end function is_work_off
 
    !> Fail where the equilibrium that was found is not stable, or not on a path of states at rest from the start.
    subroutine look_at_path(self, m, start, failure)
