@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from long_tests import CASES
+from long_tests import CASES, PARTS
 from paths import COARSE_DCB, PROGRAM, SCRIPTS
 
 sys.path.insert(0, str(SCRIPTS))
@@ -33,6 +33,8 @@ def pytest_collection_modifyitems(items):
             seen[test] += 1
             if seen[test] > CASES[test[0]][test[1]]:
                 item.add_marker("verify")
+        if item.name.partition("[")[2].startswith(PARTS.get(test[0], ())):
+            item.add_marker("verify")
 
 
 @pytest.fixture(scope="session")
