@@ -63,7 +63,7 @@ contains
       now = when(motion%steps, motion%time)
       stored = measurements%kinetic_energy + measurements%strain_energy
       gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + motion%damping_loss &
-             - motion%external_work - measurements%initial_energy
+             - motion%external_work - measurements%initial_energy - abs(motion%driven%work) ! of which half waits for the next step's forces
       if (allocated(motion%nodal_velocity)) gain = min(gain, 0.0_dp)  ! implicit steps overshoot, but are stable (docs/implicit.md)
       largest = merge(largest_gain_of_shapes, largest_gain, allocated(motion%grid%bodies))
       crushed = most_crushed_particle(motion%particles, motion%materials)

@@ -223,3 +223,18 @@ def test_growth_at_rest_does_not_know_how_large_the_loads_were_given(case):
     for name in ("external_work", "strain_energy", "numerical_loss", "fracture_energy"):
         assert np.allclose(half[name], whole[name], rtol=0, atol=1e-9 * whole["strain_energy"].max()), name
     assert np.allclose(half["load_factor"], 2 * whole["load_factor"], rtol=1e-9)
+
+
+def test_a_load_on_nodes_that_are_moved_is_no_gain_of_energy(case):
+    """Half of the work of a step's constraints waits for the forces of the next one. A load on the nodes that they move, 1e3 times what moves the body, made a gain of that, and
+    the run ended with 3."""
+    run = case("load_on_moved", text="""\
+&run end_time = 3e-3 /
+&grid lower = 0.003, 0.0  cell = 0.001  cells = 12, 9 /
+&material name = 'm'  young = 1e4  density = 2000.0 /
+&body material = 'm'  lower = 0.003, 0.0  upper = 0.015, 0.009 /
+&constraint lower = 0.003, 0.009  upper = 0.015, 0.009  fix = 'y'  displacement = 0.0, 2.3e-9  history = 'ramp'  rise_time = 0.0145 /
+&load kind = 'traction'  force = 0.0, -0.012  lower = 0.003, 0.009  upper = 0.015, 0.009  history = 'sine'  frequency = 41.3 /
+&output history_interval = 7e-4 /
+""")
+    assert run.code == 0, run.stderr

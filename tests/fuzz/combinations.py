@@ -47,7 +47,7 @@ ROUNDING_ON_EDGES = 1e-5
 # Part of the largest energy or force that may be missing in a balance; of the energy where cells are cut, as what holds motions that strain no particle, with 1e-10 of
 # the stiffness, is no part of it, where bodies meet, which is booked by steps, and at rest where faces or supports open and close within a load step
 BALANCED, BALANCED_CUT, BALANCED_MET, BALANCED_TURNED = 1e-8, 1e-6, 1e-4, 4e-3
-NEARLY_NONE = 1e-12    # of a load that stays, so that domains of J are as large as with it
+NEARLY_NONE = 1e-3     # of a load that stays, so that domains of J are as large as with it
 SLOW = 0.02            # between what a motion has settled at and the answer at rest
 
 
@@ -143,7 +143,8 @@ def natural_scales(scene, run):
     density = material["density"]
     energy = max(np.max(np.abs(values), initial=0.0) for name, values in run.row.items() if run.units[name] == "J")
     area = (10 * cell)**2
-    stress = np.sqrt(energy * young / (thickness * area))
+    free = max((abs(strain) for keys in groups(scene, "body") for strain in keys.get("eigenstrain", ())), default=0.0)
+    stress = max(np.sqrt(energy * young / (thickness * area)), young * free)
     return {"J": energy, "J/m2": stress**2 / young * 10 * cell, "Pa m^0.5": stress * np.sqrt(10 * cell), "N": stress * thickness * 10 * cell,
             "kg m/s": np.sqrt(2 * energy * density * area * thickness), "kg m2/s": np.sqrt(2 * energy * density * area * thickness) * 10 * cell,
             "m": stress / young * 10 * cell, "m/s": stress / np.sqrt(young * density)}
@@ -510,7 +511,7 @@ def superposed(case):
     if "orthotropic" in case.laws and any(keys["kind"] != "path" for keys in groups(case.scene, "crack")):
         names = [name for name in names if not name.startswith("K_")]  # such K has the size of J, a square, which is as near as J and K are
     case.need(names)
-    run = Run(0, "", {name: sum(one.row[name] for one in runs) for name in names}, case.base.units)
+    run = Run(0, "", {name: sum(one.row[name] for one in runs) / (1 + NEARLY_NONE) for name in names}, case.base.units)
     scale = {name: max(case.scale[name], *(scales(case.scene, one)[name] for one in runs)) for name in names}
     case.same({name: case.base.row[name] for name in names}, run, scale)
 
