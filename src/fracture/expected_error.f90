@@ -116,7 +116,7 @@ contains
       type(stiffness_t) :: rest
       type(closing_t) :: closing
       type(crack_tip_t), allocatable :: chosen(:)
-      real(dp), parameter :: no_work = 1e-12_dp  ! that closing it takes, over the strain energy
+      real(dp), parameter :: no_work = 1e-8_dp   ! that closing it takes, over the strain energy
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
@@ -158,6 +158,7 @@ contains
       tied = .false.
       scale = 1
       call full_loads(m, force)
+      if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
       call add_eigenstrains(m, force)
       done = maxval(m%constraints%free*abs(force)) > nothing*maxval(abs(force))
       do turn = 1, most_turns

@@ -238,3 +238,22 @@ def test_a_load_on_nodes_that_are_moved_is_no_gain_of_energy(case):
 &output history_interval = 7e-4 /
 """)
     assert run.code == 0, run.stderr
+
+
+def test_estimated_errors_of_a_spinning_body_with_eigenstrains_know_no_unit(case):
+    """Without loads, rest was that under the eigenstrains and the momentum, taken as a force for a second: other units of time, other estimated errors (by 0.39 of them)."""
+    def row_of(name, second):
+        return case(name, text=f"""\
+&run end_time = {0.02 * second} /
+&grid lower = 0.0, -7.5  cell = 1.0  cells = 16, 12 /
+&material name = 'm'  young = {3e9 / second**2}  density = 1200.0 /
+&body material = 'm'  lower = 0.0, -7.5  upper = 12.0, 4.5 /
+&body material = 'm'  lower = 12.0, -7.5  upper = 16.0, 4.5  spin = {0.0075 / second}  eigenstrain = 1e-5, -1e-6, 5e-5 /
+&crack kind = 'line'  tip = 8.0, 0.5  direction = 0.0, 1.0 /
+&constraint lower = 0.0, -7.5  upper = 16.0, -7.5  fix = 'y' /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = {0.01 * second} /
+""").row
+    seconds, microseconds = row_of("in_seconds", 1.0), row_of("in_microseconds", 2.0**20)
+    for name in ("K_I_error", "K_II_error"):
+        assert np.allclose(microseconds[name] * 2.0**40, seconds[name], rtol=1e-9), name
