@@ -71,6 +71,7 @@ module hampm_material_group
       procedure :: is_linear
       procedure :: is_complete
       procedure :: least_young
+      procedure :: is_the_same_as
    end type material_spec_t
 
 contains
@@ -151,4 +152,22 @@ contains
       least_young = self%young
       if (self%law == 'orthotropic') least_young = minval(self%orthotropic%young(:2))
    end function least_young
+
+   !> Whether another one has the same law and constants, whatever its name.
+   pure logical function is_the_same_as(self, other) result(is)
+      class(material_spec_t), intent(in) :: self
+      type(material_spec_t), intent(in) :: other
+      is = self%law == other%law .and. self%dilatation == other%dilatation
+      if (is) is = are_equal([self%young, self%poisson, self%density, self%yield_stress, self%hardening], &
+                             [other%young, other%poisson, other%density, other%yield_stress, other%hardening])
+      if (is) is = are_equal(self%moduli, other%moduli) .and. are_equal(self%relaxation_times, other%relaxation_times)
+      if (is) is = are_equal(self%orthotropic%constants(), other%orthotropic%constants())
+   end function is_the_same_as
+
+   !> Whether two lists have the same numbers.
+   pure logical function are_equal(a, b)
+      real(dp), intent(in) :: a(:), b(:)
+      are_equal = size(a) == size(b)
+      if (are_equal) are_equal = .not. any(abs(a - b) > 0)
+   end function are_equal
 end module hampm_material_group

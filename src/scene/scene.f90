@@ -85,7 +85,8 @@ contains
       call find_growing_paths(scene)
    end subroutine fill_scene
 
-   !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out.
+   !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that
+   !> differ by their names only all bodies are of the first one.
    pure subroutine find_materials(scene)
       type(scene_t), intent(inout) :: scene
       type(material_spec_t), allocatable :: used(:)
@@ -103,6 +104,13 @@ contains
          scene%bodies(i)%material_index = count(is_used(:scene%bodies(i)%material_index))
       end do
       call move_alloc(used, scene%materials)
+      do i = 1, size(scene%bodies)
+         associate (index => scene%bodies(i)%material_index)
+            do k = index - 1, 1, -1
+               if (scene%materials(k)%is_the_same_as(scene%materials(index))) index = k
+            end do
+         end associate
+      end do
    end subroutine find_materials
 
    !> Find the crack of each growth by its name, or the only one; 0 where there is none.

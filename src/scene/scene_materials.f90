@@ -26,13 +26,17 @@ contains
       end do
    end function materials_of
 
-   !> Where the material of a body is among all.
+   !> Where the material of a body is among all: that of the first body that is alike, as stress is smooth from one into the other.
    pure integer function material_of_body(scene, body) result(material)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: body
-      integer :: k
-      material = scene%bodies(body)%material_index
-      if (has_eigenstrain(scene, body)) material = size(scene%materials) + count([(has_eigenstrain(scene, k), k=1, body)])
+      integer :: first, k
+      first = 1
+      do while (.not. are_alike(scene, first, body))
+         first = first + 1
+      end do
+      material = scene%bodies(first)%material_index
+      if (has_eigenstrain(scene, first)) material = size(scene%materials) + count([(has_eigenstrain(scene, k), k=1, first)])
    end function material_of_body
 
    !> Whether a body has an eigenstrain.
@@ -46,7 +50,7 @@ contains
    pure logical function are_alike(scene, a, b)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: a, b
-      are_alike = scene%bodies(a)%material == scene%bodies(b)%material .and. &
+      are_alike = scene%bodies(a)%material_index == scene%bodies(b)%material_index .and. &
                   .not. any(abs(scene%bodies(a)%eigenstrain - scene%bodies(b)%eigenstrain) > 0)
    end function are_alike
 

@@ -118,6 +118,27 @@ def test_a_body_that_its_supports_turn(case):
     assert abs(run.row["reaction_a_x"][-1]) < 1e-6 and run.row["strain_energy"][-1] < 1e-12    # stretched by as much: 1e5 N, 1 J
 
 
+@pytest.mark.parametrize("halves", [("'m'", "'n'"), 2*("'m'  eigenstrain = -4e-5, -6e-5, 7e-5",)], ids=["names", "eigenstrain"])
+def test_errors_of_a_body_that_is_drawn_as_two(case, halves):
+    """Bodies with an eigenstrain were a material of their own each, and so were two materials of the same constants: stress was recovered as if it jumped between
+    them, and the error estimate was off by 5 %, the error of J by 0.3 %."""
+    whole, split = (case(name, text="""\
+&run end_time = 1.0  plane = 'stress' /
+&grid cell = 1.0  cells = 14, 10 /
+&material name = 'm'  young = 3e9  poisson = 0.3  density = 2400.0 /
+&material name = 'n'  young = 3e9  poisson = 0.3  density = 2400.0 /
+&crack kind = 'line'  tip = 4.0, 5.0 /
+&constraint lower = 0.0, 0.0  upper = 14.0, 0.0  fix = 'xy' /
+&load kind = 'body'  force = 2e4, 8e4  lower = 0.0, 9.0  upper = 14.0, 10.0 /
+&method time = 'static' /
+&refine indicator = 'zz'  max_level = 1  tolerance = 0.3 /
+&energy_release estimators = 'domain_integral' /
+""" + "".join(f"&body material = {material}  lower = {left}, 0.0  upper = {right}, 10.0 /\n" for material, left, right in bodies)).row for name, bodies in (
+        ("whole", [(halves[0], 0.0, 14.0)]), ("split", [(halves[0], 0.0, 9.0), (halves[1], 9.0, 14.0)])))
+    for name in ("error_estimate", "J_error", "cells"):
+        assert split[name] == pytest.approx(whole[name], rel=1e-9), name
+
+
 def test_particles_on_the_edge_of_a_cell_give_its_other_nodes_no_mass(case):
     """A piece of a cell whose particles all stand on one of its edges: the springs on it were divided by the mass of a node that has none, and overflowed."""
     assert case("particles_on_an_edge", "--steps", "3", text="""\

@@ -465,22 +465,22 @@ def reverse(case):
 
 def split(case):
     """A body in two that are bonded."""
-    whole, base = case.scene, case.base
     if case.time != "static" and not {"courant", "time_step"} & set(case.method):
         # By default the step, and the bonds of tips that it allows, are those of the narrowest body
-        whole = copy_of(whole)
+        whole = copy_of(case.scene)
         if not groups(whole, "method"):
             whole.append(["method", {}])
         group(whole, "method")["courant"] = 0.02
         base = case.bench.run(whole)
         case.need(base.code == case.base.code)
-    scene = maps.split_bodies(whole)
+        case = Case(case.bench, whole, base, case.chance)      # scales, and what hangs on rounding, are those of this run
+    scene = maps.split_bodies(case.scene)
     case.need(scene is not None)
     run = case.bench.run(scene)
     case.need(run.code != 2)                   # an edge of which a half only would be loaded, a crack with no body of its own
     if run.code != case.base.code:
         case.unless_chaotic(f"ends with {run.code}: {' '.join(run.said.split())[:300]}", 1.0)
-    case.same(base.row, run)
+    case.same(case.base.row, run)
 
 
 def motion(case):
