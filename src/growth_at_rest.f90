@@ -44,26 +44,35 @@ contains
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: said
       real(dp) :: rates(size(values))
-      integer :: k
+      integer :: k, have_stopped
       growing%advance = 0
       rates = [(best_rate(values(k), cracks%tips(k)), k=1, size(values))]
-      do k = 1, size(values)
-         if (.not. growing%is_growing(k)) cycle
-         associate (law => scene%growth(law_of(scene, cracks%tips(k))), tip => cracks%tips(k))
-            if (law%only_largest) then
-               if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) cycle
-            end if
-            if (law%direction == 'straight') then
-               if (.not. rates(k) > 0) cycle     ! there is no load yet
-            else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
-               call growing%note_waiting(k, said)
-               cycle
-            end if
-            call try_to_advance(k)
-         end associate
+      do
+         have_stopped = count(growing%has_stopped)
+         do k = 1, size(values)
+            if (growing%is_growing(k) .and. .not. growing%advance(k) > 0) call advance_where_due(k)
+         end do
+         if (count(growing%has_stopped) == have_stopped) exit ! else another tip of its crack may be the one with the largest rate
       end do
       have_moved = any(growing%advance > 0)
    contains
+      !> Advance a tip if it is its turn and something opens it.
+      subroutine advance_where_due(k)
+         integer, intent(in) :: k
+         associate (law => scene%growth(law_of(scene, cracks%tips(k))), tip => cracks%tips(k))
+            if (law%only_largest) then
+               if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) return
+            end if
+            if (law%direction == 'straight') then
+               if (.not. rates(k) > 0) return    ! there is no load yet
+            else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
+               call growing%note_waiting(k, said)
+               return
+            end if
+            call try_to_advance(k)
+         end associate
+      end subroutine advance_where_due
+
       !> Advance a tip, unless it would come too near to something or be too long.
       subroutine try_to_advance(k)
          integer, intent(in) :: k

@@ -12,7 +12,7 @@ module hampm_spring_placement
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
    use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, add_spring, force_of, energy_of, is_half
-   use hampm_forest, only: outside
+   use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
@@ -336,8 +336,10 @@ contains
             from = 0
             do while (from < length)
                leaf = forest%leaf_at(points(:, i - 1) + from*direction + aside)
-               step = forest%cell/4
-               if (leaf /= outside) then
+               if (leaf == outside) then
+                  step = max(way_into(forest, points(:, i - 1) + from*direction + merge(0.0_dp, aside, abs(direction) > parallel), &
+                                      direction), least_part*forest%cell)
+               else
                   step = 2*forest%size_of(leaf)
                   associate (lower => forest%position(forest%place_of(leaf)), x => points(:, i - 1) + from*direction)
                      do d = 1, ndim
@@ -365,6 +367,25 @@ contains
          end do
       end associate
    end subroutine add_along
+
+   !> How far it is along a line from a place outside a lattice to the edge at which it comes in [m]; huge where it does not.
+   pure real(dp) function way_into(forest, x, direction) result(way)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      integer :: d
+      way = 0
+      do d = 1, ndim
+         associate (lower => forest%lower(d), upper => forest%lower(d) + forest%cells(d)*forest%cell)
+            if (x(d) >= upper .and. .not. direction(d) < 0 .or. x(d) < lower .and. .not. direction(d) > 0) then
+               way = huge(way)
+               return
+            end if
+            if (x(d) < lower) way = max(way, (lower - x(d))/direction(d))
+            if (x(d) >= upper) way = max(way, (upper - x(d))/direction(d))
+         end associate
+      end do
+   end function way_into
 
    !> Add the springs of a layer, where there is material on both of its sides.
    pure subroutine add_layer(springs, grid, p, blocks, materials, layer)
