@@ -3,6 +3,7 @@
 import random
 import subprocess
 import sys
+from collections import defaultdict
 
 import checkpoint_files
 import combinations
@@ -13,6 +14,7 @@ import interleaved_scenes
 import local_scenes
 import meeting_scenes
 import mutations
+import numpy as np
 import pytest
 import rest_scenes
 import shape_scenes
@@ -91,6 +93,16 @@ def test_bodies_at_random(program, cases, scenes):
     ends, findings = try_scenes(program, cases, 1, scenes.scene, scenes.look)
     assert not findings
     assert ends[0] >= cases // 4
+
+
+def test_tips_in_another_order_are_told_by_what_they_say():
+    """Of six tips the last two changed places, of which one has a domain of J more."""
+    row = {f"J{tip}": np.array([1.0, float(k)]) for k, tip in enumerate(["", *(f"_tip{n}" for n in range(2, 7))])} | {"J_2": np.array([0.5, 5.0]), "cells": np.array([4.0, 4.0])}
+    other = row | {"J_tip5": row["J_tip6"], "J_tip6": row["J_tip5"]} | {"J": row["J_tip2"], "J_tip2": row["J"], "J_2_tip2": row["J_2"]}
+    del other["J_2"]
+    scale = defaultdict(lambda: 1.0)
+    assert combinations.differences_in_any_order(row, other, scale)[0] == 0.0
+    assert combinations.differences_in_any_order(row, other | {"J_tip6": row["J_tip6"]}, scale)[0] == 1.0
 
 
 def test_combinations_at_random():
