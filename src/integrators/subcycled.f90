@@ -24,8 +24,7 @@ module hampm_subcycled
    use hampm_loads, only: place_loads, add_load, book_work
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_motion, only: motion_t, update_particles, map_to_grid
-   use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble
-   use hampm_nodal_kernels, only: assemble_sums, add_crowded
+   use hampm_nodal_fields, only: nodal_fields_t, v_next, v_mapped, assemble, assemble_at
    use hampm_node_list, only: node_list_t, lists_by_interval, clear_hanging
    use hampm_particle_pass, only: pass_report_t, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
    use hampm_particles, only: particles_t
@@ -192,9 +191,7 @@ contains
       real(dp) :: factor(0:turn)                 ! of a load, by the interval for which it acts
       integer :: chunk, first, k, r
       associate (f => m%fields, groups => m%blocks%groups, due => c%due(turn), n => c%due(turn)%n_nodes)
-         call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .false., .true., &
-                            f%mass_matrix%lumped, f%momentum, f%force)
-         call add_crowded(m%blocks%crowded, f%contribution(1, 1, of_force, 0), ndim, f%force)
+         call assemble_at(due%nodes(:due%n_points), m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
          call m%grid%dofs%condense(due, ndim, f%force)
          do k = 1, size(m%loads)
             factor = [(mean_around(m%loads(k)%history, m%time + s*dt, 2**r*dt), r=0, turn)]
@@ -273,9 +270,7 @@ contains
       integer, intent(in) :: turn
       integer :: chunk, first
       associate (f => m%fields, due => c%due(turn), n => c%due(turn)%n_nodes)
-         call assemble_sums(due%n_points, due%nodes, m%blocks%slot, f%contribution, .false., .true., .false., &
-                            f%mass_matrix%lumped, f%momentum, f%force)
-         call add_crowded(m%blocks%crowded, f%contribution(1, 1, of_momentum, 0), ndim, f%momentum)
+         call assemble_at(due%nodes(:due%n_points), m%blocks, m%fields, mass=.false., momentum=.true., force=.false.)
          call m%grid%dofs%condense(due, ndim, f%momentum)
          !$omp parallel do schedule(static) private(first)
          do chunk = 1, (n - 1)/nodes_per_chunk + 1

@@ -9,11 +9,11 @@ module hampm_nodal_fields
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, clear_empty_cells, invert_lumped, assemble_rows => assemble, &
                                 nodes_per_chunk
-   use hampm_nodal_kernels, only: assemble_sums, add_crowded
+   use hampm_nodal_kernels, only: assemble_sums, exchange_crowded
    use hampm_node_list, only: list_marked
    implicit none
    private
-   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, finish_sums, &
+   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, assemble_at, finish_sums, &
              v_n, v_next, v_mapped, keep_fields
 
    ! The velocities of a node during a step
@@ -140,17 +140,30 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: mass, momentum, force
-      associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
-         call assemble_sums(all%n_points, all%nodes, blocks%slot, f%contribution, mass, momentum, force, matrix%lumped, &
-                            f%momentum, f%force)
-         if (size(blocks%crowded) > 0) then
-            if (mass) call add_crowded(blocks%crowded, f%contribution(1, 1, of_mass, 0), 1, matrix%lumped)
-            if (momentum) call add_crowded(blocks%crowded, f%contribution(1, 1, of_momentum, 0), ndim, f%momentum)
-            if (force) call add_crowded(blocks%crowded, f%contribution(1, 1, of_force, 0), ndim, f%force)
-         end if
-      end associate
+      call assemble_at(f%mass_matrix%all%nodes(:f%mass_matrix%all%n_points), blocks, f, mass, momentum, force)
       call finish_sums(grid, f, mass, momentum)
    end subroutine assemble
+
+   !> Sum the contributions of the cells around some points. Crowded nodes have all of theirs in their slots meanwhile, so that sums have the order, and the last
+   !> bits, that they have in `hampm_tiled_step`.
+   subroutine assemble_at(points, blocks, f, mass, momentum, force)
+      integer, intent(in) :: points(:)
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: mass, momentum, force
+      real(dp) :: before(n_sums, size(blocks%crowded, 2)) ! what crowded nodes have in their last slot
+      call exchange(back=.false.)
+      call assemble_sums(size(points), points, blocks%slot, f%contribution, mass, momentum, force, f%mass_matrix%lumped, &
+                         f%momentum, f%force)
+      call exchange(back=.true.)
+   contains
+      !> Let crowded nodes have all of their contributions in their slots or, `back`, as these were.
+      subroutine exchange(back)
+         logical, intent(in) :: back
+         if (allocated(blocks%is_crowded)) call exchange_crowded(blocks%crowded, blocks%slot, blocks%is_crowded, points, back, &
+                                                                 f%contribution(1, 1, of_mass, 0), before)
+      end subroutine exchange
+   end subroutine assemble_at
 
    !> Give what is summed at hanging nodes to their masters, and find what follows from the masses.
    subroutine finish_sums(grid, f, mass, momentum)

@@ -10,7 +10,7 @@ module hampm_nodal_kernels
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force
    implicit none
    private
-   public :: assemble_sums, add_crowded, exchange_crowded, find_masses, find_velocities, find_accelerations, divide_by_mass, &
+   public :: assemble_sums, exchange_crowded, find_masses, find_velocities, find_accelerations, divide_by_mass, &
              advance_velocities, damping_product, over_mass, damped
 
    integer, parameter :: stride = lanes*corners  !! among contributions from one sum to the next
@@ -68,22 +68,6 @@ contains
          end if
       end do
    end subroutine assemble_sums
-
-   !> Add to nodal sums the contributions of the cells for which `slot` has no room.
-   pure subroutine add_crowded(crowded, contribution, width, sums)
-      integer, intent(in) :: crowded(:, :)       !! see `cell_blocks_t`
-      real(dp), intent(in) :: contribution(*)    !! from the first component on
-      integer, intent(in) :: width               !! components
-      real(dp), intent(inout) :: sums(width, *)  !! by node
-      integer :: k, d
-      do k = 1, size(crowded, 2)
-         do d = 1, width
-            associate (total => sums(d, crowded(1, k)))
-               total = total + contribution(crowded(2, k) + stride*(d - 1))
-            end associate
-         end do
-      end do
-   end subroutine add_crowded
 
    !> For the nodes among some with more cells than `slot` has room for: add to the contributions in the last slot those of the other
    !> cells or, where `back` says so, put what was there before in its place again.

@@ -312,3 +312,22 @@ def test_faces_in_contact_that_begin_outside_of_the_grid(case):
 """).row for k, points in enumerate(("-0.5, 4.15, 6.52, 6.27", "6.52, 6.27, -0.5, 4.15"))]
     for name in ("mouth_opening", "crack_opening", "strain_energy"):
         np.testing.assert_allclose(rows[1][name], rows[0][name], rtol=0, atol=1e-9 * np.max(np.abs(rows[0][name])), err_msg=name)
+
+
+def test_masses_around_the_tip_of_a_path_after_resuming(case, hampm):
+    """The nodes there have more than four cells: mapped at once and tile by tile their masses were summed in another order, by which a resumed run had other last bits."""
+    text = """\
+&run end_time = 9.3e-6 /
+&grid lower = -1.55408e-3, 0.0  cell = 1e-3  cells = 9, 10 /
+&material name = 'm'  law = 'j2_plastic'  young = 3e9  density = 1200.0  yield_stress = 1.46e4 /
+&body material = 'm'  lower = -1.55408e-3, 0.0  upper = 7.44592e-3, 0.01 /
+&crack kind = 'path'  points = 2.7825240e-3, 3.9923907e-3, 2.7825240e-3, 6.9016214e-3 /
+&constraint lower = -1.55408e-3, 0.0  upper = 7.44592e-3, 0.0  fix = 'xy' /
+&load kind = 'traction'  force = -595.0, 58.0  lower = -1.55408e-3, 0.01  upper = 7.44592e-3, 0.01  history = 'ramp'  rise_time = 3.7e-6 /
+"""
+    whole = case("with_a_path", text=text)
+    stopped = case("with_a_path_stopped", "--steps", "5", text=text)
+    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
+    resumed = history(stopped.path)
+    for name, values in whole.row.items():
+        assert values.tobytes() == resumed[name].tobytes(), name
