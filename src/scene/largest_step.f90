@@ -137,7 +137,7 @@ contains
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
          if (body%outline%is_there() .and. .not. crosses_cells(scene, body) .and. scene%grid%order == 1) then
-            limit = cut_limit(body%points_per_cell, moduli, mass, strains_last, damping)/speed
+            limit = cut_limit(body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/speed
             return
          end if
          if (scene%grid%order > 1 .and. cuts_cells(scene)) then ! whole cells are looked at
@@ -232,9 +232,10 @@ contains
 
    !> The same where edges cut cells anywhere, as far as cells that are less full than `least_fill` move with others: the least of those with
    !> cells at the edges that are filled by parts between that and all, and of corners. Times the wave speed over the size of a cell [-].
-   pure real(dp) function cut_limit(points_per_cell, moduli, mass, strains_last, damping) result(limit)
+   pure real(dp) function cut_limit(points_per_cell, moduli, isotropic, mass, strains_last, damping) result(limit)
       integer, intent(in) :: points_per_cell
       real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
+      logical, intent(in) :: isotropic           !! whether they are those of every direction
       type(mass_choice_t), intent(in) :: mass
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
@@ -244,7 +245,7 @@ contains
       integer :: i, j
       limit = huge(limit)
       do j = 0, parts
-         do i = 0, j
+         do i = 0, merge(j, parts, isotropic)    ! the others are the same but for the names of the directions
             fill = least_fill + [i, j]*(1 - least_fill)/parts
             if (product(fill) < least_fill) cycle
             rows(1) = row_of_cut_cells(fill(1), points_per_cell)

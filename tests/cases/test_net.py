@@ -331,3 +331,18 @@ def test_masses_around_the_tip_of_a_path_after_resuming(case, hampm):
     resumed = history(stopped.path)
     for name, values in whole.row.items():
         assert values.tobytes() == resumed[name].tobytes(), name
+
+
+def test_the_step_of_a_cut_orthotropic_body_in_a_quarter_turn(case):
+    """The largest step was sought for cells that edges cut more in x than in y only: it was 30 % longer in the turned scene than in this one."""
+    steps = [case(f"cut_orthotropic_{angle}", text=f"""\
+&run end_time = 1e-2  plane = 'strain' /
+&grid cell = 1.0  cells = {cells.replace(".0", "")} /
+&material name = 'm'  law = 'orthotropic'  angle = {angle}  young_1 = 7e10  young_2 = 2.8e10  young_3 = 2.1e10  shear_12 = 1.4e10  poisson_12 = 0.3
+          poisson_13 = 0.2  poisson_23 = 0.25  density = 2700.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = {cells} /
+&body hole = .true.  shape = 'circle'  center = {center}  radius = 1.886 /
+&method scheme = 'usl' /
+&output history_interval = 1e-2 /
+""").row["step"][-1] for angle, cells, center in ((0.0, "9.0, 11.0", "4.798, 5.233"), (90.0, "11.0, 9.0", "5.767, 4.798"))]
+    assert steps[0] == steps[1]
