@@ -16,20 +16,20 @@ module hampm_kinks
 
 contains
 
-   !> The angle at which a crack goes on by a criterion: 'straight', 'hoop_stress', 'local_symmetry' or 'max_energy' [rad].
+   !> The angle at which a crack goes on by a criterion: 'straight', 'hoop_stress', 'local_symmetry' or 'max_energy' [rad]. It is straight
+   !> on where nothing is strained.
    pure real(dp) function kink_angle(criterion, k) result(angle)
       character(*), intent(in) :: criterion
-      real(dp), intent(in) :: k(modes)           !! stress intensity factors before [Pa sqrt(m)], one of which is not 0
+      real(dp), intent(in) :: k(modes)           !! stress intensity factors before [Pa sqrt(m)]
+      angle = 0
+      if (.not. maxval(abs(k)) > 0) return
       select case (criterion)
        case ('hoop_stress')
-         angle = 0
          if (abs(k(2)) > 0) angle = 2*atan((k(1) - sqrt(k(1)**2 + 8*k(2)**2))/(4*k(2)))
        case ('local_symmetry')
          angle = symmetric_angle(k)
        case ('max_energy')
          angle = angle_of_most_energy(k)
-       case default
-         angle = 0
       end select
    end function kink_angle
 

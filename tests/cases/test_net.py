@@ -346,3 +346,19 @@ def test_the_step_of_a_cut_orthotropic_body_in_a_quarter_turn(case):
 &output history_interval = 1e-2 /
 """).row["step"][-1] for angle, cells, center in ((0.0, "9.0, 11.0", "4.798, 5.233"), (90.0, "11.0, 9.0", "5.767, 4.798"))]
     assert steps[0] == steps[1]
+
+
+def test_a_crack_that_nothing_strains_grows_straight_on(case):
+    """By the largest energy it turned by 0.3 rad, as far as was looked for it, in a mirror to the same side."""
+    row = case("nothing_strained", text="""\
+&run end_time = 6.4 /
+&grid cell = 1.0  cells = 12, 11 /
+&material name = 'm'  young = 1e4  density = 2000.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 12.0, 11.0 /
+&crack kind = 'path'  points = 4.0, 5.0, 7.2, 6.6 /
+&growth law = 'prescribed'  direction = 'max_energy'  speed = 0.16 /
+&energy_release estimators = 'domain_integral' /
+""").row
+    assert row["crack_length"][-1] > row["crack_length"][0] + 1
+    for tip in ("", "_tip2"):
+        assert row[f"tip_y{tip}"][-1] - 5.0 == pytest.approx(0.5 * (row[f"tip_x{tip}"][-1] - 4.0), abs=1e-9)
