@@ -220,7 +220,7 @@ contains
       call split(m%particles, marked, gradients, twist, normal, first_child, failure)
       if (failure%failed()) return
       if (are_whole) call give_to_children(values, marked, first_child, m)
-      call follow_split(m%loads, m%particles, marked, first_child)
+      call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
 

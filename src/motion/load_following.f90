@@ -13,8 +13,9 @@ module hampm_load_following
 contains
 
    !> After a split.
-   subroutine follow_split(loads, p, marked, first_child)
+   subroutine follow_split(loads, tolerance, p, marked, first_child)
       type(load_t), intent(inout) :: loads(:)
+      real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
       type(particles_t), intent(in) :: p         !! as it is now
       logical, intent(in) :: marked(:)           !! which particles were split, by their old numbers
       integer, intent(in) :: first_child(:)      !! new place of each particle or its first child, and behind the last
@@ -22,8 +23,7 @@ contains
       integer :: l, k, n, c, first, last
       do l = 1, size(loads)
          old = loads(l)
-         n = sum(merge(pieces(old, first_child), 1, marked(old%host)))
-         call resize(loads(l), n)
+         call resize(loads(l), sum(merge(pieces(old, first_child), 1, marked(old%host))))
          n = 0
          do k = 1, size(old%host)
             associate (host => old%host(k))
@@ -37,49 +37,48 @@ contains
                   end do
                else if (any(abs(old%half(:, k)) > 0)) then
                   do c = -1, 1, 2
-                     call put_on_child(loads(l), n, old%fraction(k)/2, first, last, old%offset(:, k) + c*old%half(:, k)/2, &
-                                       old%half(:, k)/2, p)
+                     call put_on_children(loads(l), n, old%fraction(k)/2, first, last, old%offset(:, k) + c*old%half(:, k)/2, &
+                                          old%half(:, k)/2, tolerance, p)
                   end do
                else
-                  call put_on_child(loads(l), n, old%fraction(k), first, last, old%offset(:, k), old%half(:, k), p)
+                  call put_on_children(loads(l), n, old%fraction(k), first, last, old%offset(:, k), old%half(:, k), tolerance, p)
                end if
             end associate
          end do
+         call cut_off(loads(l), n)
       end do
    end subroutine follow_split
 
-   !> How many points each point of a load becomes when its host splits.
+   !> How many points each point of a load becomes at most when its host splits.
    pure function pieces(load, first_child)
       type(load_t), intent(in) :: load
       integer, intent(in) :: first_child(:)
       integer :: pieces(size(load%host))
       integer :: k
-      if (load%by_mass) then
-         pieces = first_child(load%host + 1) - first_child(load%host)
-      else
-         pieces = [(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%host))]
-      end if
+      pieces = first_child(load%host + 1) - first_child(load%host)
+      if (.not. load%by_mass) pieces = pieces*[(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%host))]
    end function pieces
 
-   !> Put a point on the nearest child of a particle.
-   subroutine put_on_child(load, n, fraction, first, last, offset, half, p)
+   !> Put a point on the nearest child of a particle, or in equal parts on several that are as near.
+   subroutine put_on_children(load, n, fraction, first, last, offset, half, tolerance, p)
       type(load_t), intent(inout) :: load
       integer, intent(inout) :: n                !! number of points so far
       real(dp), intent(in) :: fraction
       integer, intent(in) :: first, last         !! child
       real(dp), intent(in) :: offset(ndim)       !! from the parent [m]
       real(dp), intent(in) :: half(ndim)
+      real(dp), intent(in) :: tolerance          !! [m]
       type(particles_t), intent(in) :: p
-      real(dp) :: parent(ndim), x(ndim)
-      integer :: c, best
-      parent = matmul(p%mass(first:last)/sum(p%mass(first:last)), p%reference(first:last, :))
-      x = parent + offset
-      best = first
-      do c = first + 1, last
-         if (norm2(x - p%reference(c, :)) < norm2(x - p%reference(best, :))) best = c
+      real(dp) :: x(ndim), distance(first:last)
+      logical :: is_nearest(first:last)
+      integer :: c
+      x = matmul(p%mass(first:last)/sum(p%mass(first:last)), p%reference(first:last, :)) + offset
+      distance = [(norm2(x - p%reference(c, :)), c=first, last)]
+      is_nearest = distance <= minval(distance) + tolerance
+      do c = first, last
+         if (is_nearest(c)) call put(load, n, fraction/count(is_nearest), c, x - p%reference(c, :), half)
       end do
-      call put(load, n, fraction, best, x - p%reference(best, :), half)
-   end subroutine put_on_child
+   end subroutine put_on_children
 
    !> Append a point.
    subroutine put(load, n, fraction, host, offset, half)
@@ -102,6 +101,16 @@ contains
       deallocate (load%fraction, load%host, load%offset, load%half)
       allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
    end subroutine resize
+
+   !> Leave the first `n` points.
+   subroutine cut_off(load, n)
+      type(load_t), intent(inout) :: load
+      integer, intent(in) :: n
+      load%fraction = load%fraction(:n)
+      load%host = load%host(:n)
+      load%offset = load%offset(:, :n)
+      load%half = load%half(:, :n)
+   end subroutine cut_off
 
    !> After a recombination. `reference` holds the reference positions before it.
    subroutine follow_recombination(loads, p, reference, new_number)
@@ -131,12 +140,7 @@ contains
                point_of(host) = n
             end if
          end do
-         old = loads(l)
-         call resize(loads(l), n)
-         loads(l)%fraction = old%fraction(:n)
-         loads(l)%host = old%host(:n)
-         loads(l)%offset = old%offset(:, :n)
-         loads(l)%half = old%half(:, :n)
+         call cut_off(loads(l), n)
       end do
    end subroutine follow_recombination
 
@@ -154,13 +158,15 @@ contains
       end do
    end subroutine find_merged
 
-   !> Join a point to another one of the same host, in their middle.
+   !> Join a point to another one of the same host, in their middle. Its segment is that which both cover: of places that were on several
+   !> hosts it is one and the same.
    subroutine join(load, k, fraction, offset, half)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: k
       real(dp), intent(in) :: fraction, offset(ndim), half(ndim)
+      if (norm2(half) > 0) load%half(:, k) = load%half(:, k)*(1 + (norm2(half) + norm2(offset - load%offset(:, k))) &
+                                                              /norm2(load%half(:, k)))/2
       load%offset(:, k) = (load%fraction(k)*load%offset(:, k) + fraction*offset)/(load%fraction(k) + fraction)
       load%fraction(k) = load%fraction(k) + fraction
-      load%half(:, k) = load%half(:, k) + half
    end subroutine join
 end module hampm_load_following

@@ -3,7 +3,8 @@
 !> A load is carried by points. Each point belongs to a particle, its host, and stands at the material place X_host + dX,
 !> that is at x_host + (I + H) dX. Its force goes to the nodes of the host's cell by their shape functions, extrapolated
 !> where the point stands outside. So the resultant and its moment are exact, a traction acts on the very edge of the
-!> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other.
+!> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other. A place that is
+!> as near to several particles has a point on each of them: the first one would not be that of the mirror image.
 module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
@@ -49,7 +50,7 @@ module hampm_loads
 
 contains
 
-   !> A load shared equally by the material places `points`, each hosted by the nearest particle and the middle of a segment that
+   !> A load shared equally by the material places `points`, each hosted by the nearest particles and the middle of a segment that
    !> reaches by `half` to both sides. On the line of a crack `toward` tells at which face.
    subroutine load_on_points(p, grid, blocks, points, half, load, toward)
       type(particles_t), intent(in) :: p
@@ -59,18 +60,21 @@ contains
       real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
       type(load_t), intent(inout) :: load
       real(dp), intent(in), optional :: toward(ndim)  !! unit vector from the crack into the material; 0 elsewhere
-      real(dp) :: aside(ndim)                    ! to where the host is looked for: nearer to those of a side than to all others [m]
-      integer :: k, n
+      real(dp) :: aside(ndim)                    ! to where hosts are looked for: nearer to those of a side than to all others [m]
+      integer, allocatable :: hosts(:)
+      integer :: k, i, n
       n = size(points, 2)
       aside = 0
       if (present(toward)) aside = 0.5_dp*minval(p%spacing)*toward
-      allocate (load%fraction(n), source=1/real(n, dp))
-      allocate (load%host(n), load%offset(ndim, n))
-      allocate (load%half(ndim, n), source=spread(half, 2, n))
+      allocate (load%fraction(0), load%host(0), load%offset(ndim, 0))
       do k = 1, n
-         load%host(k) = nearest_particle(p, grid, blocks, points(:, k) + aside)
-         load%offset(:, k) = points(:, k) - p%reference(load%host(k), :)
+         hosts = nearest_particles(p, grid, blocks, points(:, k) + aside)
+         load%host = [load%host, hosts]
+         load%fraction = [load%fraction, spread(1/(real(n, dp)*size(hosts)), 1, size(hosts))]
+         load%offset = reshape([load%offset, [(points(:, k) - p%reference(hosts(i), :), i=1, size(hosts))]], &
+                               [ndim, size(load%host)])
       end do
+      allocate (load%half(ndim, size(load%host)), source=spread(half, 2, size(load%host)))
    end subroutine load_on_points
 
    !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
@@ -402,20 +406,32 @@ contains
       end associate
    end function weights
 
-   !> The particle nearest to a place: rings of cells around it are searched until one ring more cannot help.
+   !> The particle nearest to a place; of several that are as near the first one.
    integer function nearest_particle(p, grid, blocks, x) result(nearest)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim)            !! [m]
+      integer, allocatable :: list(:)
+      list = nearest_particles(p, grid, blocks, x)
+      nearest = list(1)
+   end function nearest_particle
+
+   !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help.
+   function nearest_particles(p, grid, blocks, x) result(nearest)
+      type(particles_t), intent(in) :: p
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer, allocatable :: nearest(:)
       real(dp) :: distance, best
       integer :: ring, home(ndim), offset(ndim), k, i, e, first, last
-      associate (forest => grid%forest)
+      associate (forest => grid%forest, tolerance => grid%forest%tolerance())
          home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
-         nearest = 0
+         allocate (nearest(0))
          best = huge(best)
          do ring = 0, maxval(forest%cells)
-            if (nearest > 0 .and. best <= ((ring - 1)*forest%cell)**2) exit
+            if (size(nearest) > 0 .and. best + tolerance <= (ring - 1)*forest%cell) exit
             do k = 0, (2*ring + 1)**ndim - 1
                offset = box_offset(k, ring)
                if (maxval(abs(offset)) /= ring) cycle
@@ -423,17 +439,17 @@ contains
                call forest%leaves_of_root(home + offset, first, last)
                do e = grid%leaf_element(first), grid%leaf_element(last + 1) - 1
                   do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                     distance = sum((p%position(i) - x)**2)
-                     if (distance < best) then
-                        best = distance
-                        nearest = i
-                     end if
+                     distance = norm2(p%position(i) - x)
+                     if (distance > best + tolerance) cycle
+                     if (distance < best - tolerance) nearest = [integer ::]
+                     nearest = [nearest, i]
+                     best = min(best, distance)
                   end do
                end do
             end do
          end do
       end associate
-   end function nearest_particle
+   end function nearest_particles
 
    !> The `k`-th integer offset, from 0, within a box that reaches `ring` cells to each side.
    pure function box_offset(k, ring) result(offset)

@@ -362,3 +362,20 @@ def test_a_crack_that_nothing_strains_grows_straight_on(case):
     assert row["crack_length"][-1] > row["crack_length"][0] + 1
     for tip in ("", "_tip2"):
         assert row[f"tip_y{tip}"][-1] - 5.0 == pytest.approx(0.5 * (row[f"tip_x{tip}"][-1] - 4.0), abs=1e-9)
+
+
+def test_a_point_load_on_the_seam_of_two_bodies_in_a_mirror(case):
+    """It hung on the first of the particles that are as near, so all of it on one of the bodies: the mirror image moved in another way."""
+    rows = [case(f"seam_{turn}", text=f"""\
+&run end_time = 1e-3 /
+&grid lower = -6.0, 0.0  cell = 1.0  cells = 12, 6 /
+&method frame = 'updated' /
+&material name = 'light'  young = 1e9  density = 1000.0 /
+&material name = 'heavy'  young = 1e9  density = 3000.0 /
+&body material = '{'light' if turn == 1 else 'heavy'}'  lower = -4.0, 1.0  upper = 0.0, 4.0 /
+&body material = '{'heavy' if turn == 1 else 'light'}'  lower = 0.0, 1.0  upper = 4.0, 4.0 /
+&contact bodies = 'frictionless' /
+&load kind = 'point'  force = 0.0, -1e5  lower = 0.0, 4.0  upper = 0.0, 4.0 /
+&output history_interval = 5e-4 /
+""").row for turn in (1, -1)]
+    assert rows[0]["kinetic_energy"][-1] == pytest.approx(rows[1]["kinetic_energy"][-1], rel=1e-9)

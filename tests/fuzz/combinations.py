@@ -417,8 +417,8 @@ def isometry(q):
         scene = maps.isometric(case.scene, q)
         run = case.again(scene)
         expected = maps.isometric_columns(case.base.row, q)
-        if case.method.get("scheme", "musl") != "musl" and any(keys["kind"] in ("point", "traction") for keys in groups(case.scene, "load")):
-            # The work of the last step is a guess by the particles nearest to points, which are one of two or four where these are as near
+        if case.method.get("scheme", "musl") != "musl" and any(keys["kind"] == "traction" for keys in groups(case.scene, "load")) and case.is_cut:
+            # The work of the last step is a guess by the particles nearest to points of outlines, which are one of two or four where these are as near
             expected = {name: values for name, values in expected.items() if name not in ("external_work", "numerical_loss")}
         scale = {name: case.scale.get(name, 1.0) for name in expected}
         for name in scale:
