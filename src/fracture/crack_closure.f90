@@ -51,7 +51,8 @@ contains
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       real(dp) :: opening(modes)
-      real(dp), parameter :: beside = 1e-4_dp    ! cells
+      real(dp), parameter :: beside = 1e-2_dp    ! cells; far more than faces are looked for beside the line (`faces_at`), or those of a
+                                                 ! crack at 45 degrees through an edge of cells would be sought on that edge
       real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim)
       integer, parameter :: steps = 8            ! a sixteenth of a cell each: a sliver without a sample (`hampm_cut_cells`) is not cut off
       integer :: elements(faces), side, n, k

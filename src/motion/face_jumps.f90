@@ -99,12 +99,11 @@ contains
       real(dp) :: jump(ndim)
       real(dp) :: origin(ndim)
       integer, allocatable :: left(:), right(:)
-      allocate (left(0), right(0))
-      if (elements(1) > 0) left = carriers_of(grid, blocks, elements(1))
-      if (elements(2) > 0) right = carriers_of(grid, blocks, elements(2))
+      left = particles_of(grid, p, blocks, elements(1))
+      right = particles_of(grid, p, blocks, elements(2))
       origin = x
-      if (.not. p%total_frame) origin = origin_of(p, blocks, [left, right], x)
-      jump = displacement_at(p, blocks, left, origin) - displacement_at(p, blocks, right, origin)
+      if (.not. p%total_frame) origin = origin_of(p, [left, right], x)
+      jump = displacement_at(p, left, origin) - displacement_at(p, right, origin)
    end function jump_between
 
    !> By how much the faces of a line have turned, in the mean of the particles beside them, counter-clockwise [rad].
@@ -115,56 +114,90 @@ contains
       integer, intent(in) :: elements(faces)     !! see `faces_at`
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
       real(dp) :: first(ndim), now(ndim)         ! unit vector along the line, and what has become of it
-      integer :: side, k, i
+      integer, allocatable :: list(:)
+      integer :: i
       first = [normal(2), -normal(1)]
       now = 0
-      do side = 1, faces
-         associate (carriers => carriers_of(grid, blocks, elements(side)))
-            do k = 1, size(carriers)
-               associate (e => carriers(k))
-                  do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                     now = now + first + matmul(p%gradient_of(i), first)
-                  end do
-               end associate
-            end do
-         end associate
+      list = [particles_of(grid, p, blocks, elements(1)), particles_of(grid, p, blocks, elements(2))]
+      do i = 1, size(list)
+         now = now + first + matmul(p%gradient_of(list(i)), first)
       end do
       turn = atan2(first(1)*now(2) - first(2)*now(1), dot_product(first, now))
    end function turn_between
 
-   !> Where what is at a place was in the reference configuration, by the particles of some elements: the mean of what each tells [m].
-   pure function origin_of(p, blocks, elements, x) result(origin)
+   !> The particles that tell how an element moves, of those elements whose particles do; none without an element. Of a quarter of a quadratic
+   !> cell they are those on its edges as well, to whichever quarter rounding counts them.
+   pure function particles_of(grid, p, blocks, e) result(list)
+      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: elements(:)
+      integer, intent(in) :: e                   !! 0 for none
+      integer, allocatable :: list(:)
+      integer, allocatable :: carriers(:)
+      integer :: k
+      list = [integer ::]
+      if (e == 0) return
+      if (grid%is_quadratic()) call add_particles(grid, p, blocks, e, list)
+      if (size(list) > 0) return
+      carriers = carriers_of(grid, blocks, e)
+      do k = 1, size(carriers)
+         call add_particles(grid, p, blocks, carriers(k), list)
+      end do
+   end function particles_of
+
+   !> Add the particles in an element to a list that does not have them, in a quarter of a quadratic cell those on its edges as well.
+   pure subroutine add_particles(grid, p, blocks, element, list)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: element
+      integer, allocatable, intent(inout) :: list(:)
+      real(dp), parameter :: on_edge = 1e-6_dp   ! part of an element
+      integer :: e, i, first, last
+      first = element
+      last = element
+      if (grid%is_quadratic()) then
+         first = grid%first_of_piece(element)
+         last = grid%last_of_piece(element)
+      end if
+      do e = first, last
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+            if (grid%is_quadratic()) then
+               if (any(abs(grid%local_coordinate(element, p%place_in_grid(i)) - 0.5_dp) > 0.5_dp + on_edge)) cycle
+               if (any(list == i)) cycle
+            end if
+            list = [list, i]
+         end do
+      end do
+   end subroutine add_particles
+
+   !> Where what is at a place was in the reference configuration, by some particles: the mean of what each tells [m].
+   pure function origin_of(p, list, x) result(origin)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: list(:)             !! their numbers
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: origin(ndim)
-      integer :: k, i
+      integer :: k
       origin = 0
-      do k = 1, size(elements)
-         associate (e => elements(k))
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               origin = origin + (p%reference(i, :) + matmul(x - p%position(i), inverse_transpose(identity + p%gradient_of(i)))) &
-                        /sum(blocks%count_in(elements))
-            end do
+      do k = 1, size(list)
+         associate (i => list(k))
+            origin = origin + (p%reference(i, :) + matmul(x - p%position(i), inverse_transpose(identity + p%gradient_of(i)))) &
+                     /size(list)
          end associate
       end do
    end function origin_of
 
-   !> Displacement at a place by the particles of some elements: the mean of what each tells [m].
-   pure function displacement_at(p, blocks, elements, x) result(u)
+   !> Displacement at a place by some particles: the mean of what each tells [m].
+   pure function displacement_at(p, list, x) result(u)
       type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: elements(:)
+      integer, intent(in) :: list(:)             !! their numbers
       real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
       real(dp) :: u(ndim)
-      integer :: k, i
+      integer :: k
       u = 0
-      do k = 1, size(elements)
-         associate (e => elements(k))
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/sum(blocks%count_in(elements))
-            end do
+      do k = 1, size(list)
+         associate (i => list(k))
+            u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/size(list)
          end associate
       end do
    end function displacement_at
