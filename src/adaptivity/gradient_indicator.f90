@@ -191,14 +191,16 @@ contains
       real(dp), intent(out) :: value
       logical, intent(out) :: inside
       real(dp), parameter :: beside = 1.0e-3_dp  ! finest cells
-      real(dp) :: probe(ndim)
+      real(dp) :: probe(ndim), in_cell(ndim)
       integer :: k, d, e, n
       value = 0
       n = 0
       associate (elements => m%grid%dofs%elements_at(node))
          do k = 1, size(elements)
             e = elements(k)
-            if (any(abs(m%grid%local_coordinate(e, x) - 0.5_dp) > 0.5_dp + beside)) cycle
+            in_cell = m%grid%local_coordinate(e, x)
+            if (m%grid%is_quadratic()) in_cell = m%grid%in_leaf(e, in_cell)  ! elements are quarters of the cells, which reach farther
+            if (any(abs(in_cell - 0.5_dp) > 0.5_dp + beside)) cycle
             if (.not. is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))) cycle
             value = value + dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
             n = n + 1

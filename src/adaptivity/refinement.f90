@@ -198,13 +198,15 @@ contains
    end subroutine mark_by_gradient
 
    !> As long as the estimated relative error is above `tolerance`, refine the leaves with the largest errors, as few as hold a
-   !> part `marked_part` of its square.
+   !> part `marked_part` of its square, and those whose errors are as large as the least of them but for rounding: of two leaves that are
+   !> mirror images of each other rounding would choose one.
    subroutine mark_by_error(r, m, change)
       type(refinement_t), intent(inout) :: r
       type(motion_t), intent(inout) :: m
       integer, intent(inout) :: change(:)
       real(dp), allocatable :: squared(:)
       logical, allocatable :: open(:)
+      real(dp), parameter :: alike = sqrt(epsilon(1.0_dp))  ! squares that differ by less, as a part of them, are the same
       real(dp) :: norm, total, part, low, high, middle
       integer :: leaf, k
       call estimate_errors(m, squared, norm)
@@ -229,7 +231,7 @@ contains
          end if
       end do
       do leaf = 1, size(squared)
-         if (open(leaf) .and. squared(leaf) >= low) then
+         if (open(leaf) .and. squared(leaf) >= (1 - alike)*low) then
             if (may_refine(r, m, leaf)) change(leaf) = 1
          end if
       end do

@@ -421,3 +421,36 @@ def test_openings_by_particles_on_the_edges_of_quarters_in_a_mirror(case):
 """).row)
     for name in ("crack_opening", "mouth_opening"):
         assert opening[0][name][-1] == pytest.approx(opening[1][name][-1], rel=1e-8)
+
+
+def test_cells_with_the_same_error_refine_together(case):
+    """Of two that are mirror images of each other rounding chose the one with the larger error in its last digit: what stands upright swayed."""
+    row = case("even_error", text="""\
+&run end_time = 1.6e-4  thickness = 0.01 /
+&grid lower = 0.09, 0.0  cell = 0.03  cells = 7, 9 /
+&material name = 'm'  young = 3e9  poisson = 0.3  density = 1200.0 /
+&body material = 'm'  lower = 0.105, 0.0  upper = 0.285, 0.27 /
+&constraint lower = 0.09, 0.0  upper = 0.3, 0.0  fix = 'xy'  name = 'a' /
+&load kind = 'gravity'  acceleration = 0.0, 333.2 /
+&refine indicator = 'zz'  max_level = 1  interval = 5  tolerance = 0.05 /
+&output history_interval = 1.6e-5 /
+""").row
+    assert row["cells"][-1] > row["cells"][0]
+    assert np.max(np.abs(row["reaction_a_x"])) < 1e-9*np.max(np.abs(row["reaction_a_y"]))
+
+
+def test_r_of_quadratic_cells_beside_a_crack_in_a_mirror(case):
+    """What is one cell from a node was looked for in the quarters of cells at the node, did not lie in these, and was taken from whichever side of the crack came
+    first: the largest R was 32 or 3.4, as that of a mirror image."""
+    largest = [case(f"r_quadratic_{turn}", text=f"""\
+&run end_time = 7e-6 /
+&grid lower = -0.006, {-0.005 if turn == 1 else -0.004}  cell = 0.001  cells = 15, 9  order = 2 /
+&material name = 'm'  young = 3e9  poisson = 0.49  density = 1200.0 /
+&body material = 'm'  points_per_cell = 3  lower = -0.006, {-0.005 if turn == 1 else -0.004}  upper = 0.009, {0.004 if turn == 1 else 0.005} /
+&crack kind = 'line'  tip = 0.0, 0.0  direction = 1.0, 0.0 /
+&constraint lower = -0.006, {turn * -0.005}  upper = 0.009, {turn * -0.005}  fix = 'y' /
+&constraint lower = -0.006, {turn * 0.004}  upper = 0.009, {turn * 0.004}  fix = 'y'  displacement = 0.0, {turn * -1e-7}  history = 'table'  times = 0.0, 5.5e-6, 1.4e-5  factors = 0.0, 1.0, -0.5 /
+&refine indicator = 'gradient'  max_level = 1  max_particles = 4000  interval = 20  field = 'energy_density' /
+&output history_interval = 1.4e-6 /
+""").row["largest_R"] for turn in (1, -1)]
+    assert largest[0] == pytest.approx(largest[1], rel=1e-6)
