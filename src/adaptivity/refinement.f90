@@ -218,6 +218,7 @@ contains
       do leaf = 1, size(squared)
          open(leaf) = squared(leaf) > 0 .and. is_in_box(r, m, leaf)
       end do
+      if (.not. any(open)) return                ! no material in the box, or none strained there
       total = sum(squared, mask=open)
       part = part_to_mark(r)
       low = 0

@@ -13,7 +13,8 @@ module hampm_features
    character(*), parameter :: names(*) = [character(48) :: &
       'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
       'a linear elastic material', 'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
-      'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', 'a mass matrix that acts']
+      'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', &
+      'another body of that part', 'a mass matrix that acts']
 
 contains
 
@@ -52,6 +53,8 @@ contains
          end do
        case ('a body of it')                     ! of a material
          has = any(scene%materials%name == settings%text(entry, 'name'))
+       case ('another body of that part')
+         has = count(scene%bodies%part == settings%text(entry, 'part')) > 1
        case ('a shear of the eigenstrain', 'a fourth value of the eigenstrain')
          strain = settings%numbers(entry, 'eigenstrain')
          k = merge(3, 4, name == 'a shear of the eigenstrain')

@@ -116,6 +116,8 @@ module hampm_rules
       rule_t("&body radius", requires, "&body shape = 'circle'", by_meaning, "", ""), &
       rule_t("&body part", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
              "parts are told apart by contact only", ""), &
+      rule_t("&body part", no_effect_without, "another body of that part", mechanics, &
+             "a body without a name is one by itself", ""), &
       rule_t("&body points_per_cell = 1 | 3 | 5 | 7 | 9 | 11 | 13 | 15", not_with, &
              "&refine indicator = 'tip' | 'zz' | 'gradient' and &refine max_level > 0 and &grid order = 1", not_built, &
              "quarters of cells beside finer ones need points of their own", "&body points_per_cell = 2"), &

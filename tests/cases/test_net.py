@@ -454,3 +454,18 @@ def test_r_of_quadratic_cells_beside_a_crack_in_a_mirror(case):
 &output history_interval = 1.4e-6 /
 """).row["largest_R"] for turn in (1, -1)]
     assert largest[0] == pytest.approx(largest[1], rel=1e-6)
+
+
+def test_a_region_to_refine_in_which_nothing_is_strained(case):
+    """The largest error of no leaf is less than any number, and its half overflowed."""
+    run = case("unstrained_region", text="""\
+&run end_time = 0.2 /
+&grid cell = 0.1  cells = 16, 10 /
+&material name = 'm'  young = 1000.0  density = 1000.0 /
+&body material = 'm'  lower = 0.3, 0.3  upper = 0.7, 0.7  spin = 0.3 /
+&body material = 'm'  lower = 0.9, 0.4  upper = 1.2, 0.9 /
+&method frame = 'updated' /
+&contact bodies = 'frictionless' /
+&refine indicator = 'zz'  max_level = 1  tolerance = 0.1  interval = 5  region_lower = 0.8, 0.3 /
+""")
+    assert run.code == 0, run.stderr

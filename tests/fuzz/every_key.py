@@ -124,10 +124,10 @@ SCENES = {
     "pulled steadily": plate(end="4e-6") + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'y' velocity = 0.0, 1.0 /\n" + HELD + EVERY.format("1e-6"),
     "pulled by a table": plate(end="8e-6") + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'y' velocity = 0.0, 1.0 "
     "history = 'table' times = 0.0, 4e-6 factors = 0.0, 1.0 /\n" + EVERY.format("1e-6"),
-    "bodies that meet": TWO.format("spin = 0.3 part = 'y'", "part = 'x'") + "&method frame = 'updated' functions = 'cpdi' /\n&contact bodies = 'friction' friction = 0.3 distance = 0.02 /\n",
+    "bodies that meet": TWO.format("spin = 0.3 part = 'y'", "part = 'x'") + "&method frame = 'updated' functions = 'cpdi' courant = 0.07 /\n&contact bodies = 'friction' friction = 0.3 distance = 0.02 /\n",
     "bodies that meet, joined, full mass": TWO.format("", "") + "&method frame = 'updated' mass = 'full' /\n",
     "bodies that meet, frictionless, zz": TWO.format("", "") + "&method frame = 'updated' mass = 'fmpm' order = 3 /\n&contact bodies = 'frictionless' /\n"
-    "&refine indicator = 'zz' max_level = 1 tolerance = 0.1 interval = 20 /\n",
+    "&refine indicator = 'zz' max_level = 1 tolerance = 0.1 interval = 5 /\n",
     "two tips blend": plate(end="4e-6") + HELD + PULL.format("start = 1e-6") + LINE.format("length = 8e-3 direction = 0.0, 1.0")
     + "&energy_release estimators = 'nodal_force', 'energy_balance' /\n&method mass = 'blend' blend = 0.4 scheme = 'usavg' wave_speed = 'dilatational' courant = 0.3 solver = 'umfpack' /\n"
     + EVERY.format("1e-6"),
@@ -157,8 +157,8 @@ VALUES = {
     "method.time_step": ["1e-7", "0.9*"], "method.hht_alpha": ["-0.2"], "method.load_steps": ["3"], "method.courant": ["0.04", "0.5"], "method.order": ["3", "4"],
     "method.blend": ["0.5"], "method.full_lower": ["0.035,0.0", "-4e-3,-4e-3"], "method.full_upper": ["0.055,0.01", "4e-3,4e-3"], "refine.r_crit": ["0.02", "0.2"],
     "refine.r_coarsen": ["0.01", "0.04"], "refine.tolerance": ["0.2", "0.05"], "refine.rings": ["2", "5"], "refine.max_level": ["1", "2", "0"], "refine.energy_floor": ["0.3"],
-    "refine.region_lower": ["-4e-3,-4e-3", "0.04,0.0"], "refine.region_upper": ["4e-3,4e-3", "0.06,0.01"], "refine.start": ["1e-6", "0.1"], "refine.interval": ["3", "7"],
-    "refine.max_particles": ["600", "480"], "crack.tip": ["0.055,0.0", "4e-3,0.0"], "crack.direction": ["0.0,1.0", "-1.0,0.0"], "crack.length": ["4e-3", "6e-3"],
+    "refine.region_lower": ["-4e-3,-4e-3", "0.04,0.0", "0.7,0.5"], "refine.region_upper": ["4e-3,4e-3", "0.06,0.01"], "refine.start": ["1e-6", "0.1"], "refine.interval": ["3", "7"],
+    "refine.max_particles": ["600", "480", "170"], "crack.tip": ["0.055,0.0", "4e-3,0.0"], "crack.direction": ["0.0,1.0", "-1.0,0.0"], "crack.length": ["4e-3", "6e-3"],
     "crack.friction": ["0.02", "0.04"], "crack.points": ["-4e-3,-1e-3,4e-3,1e-3"], "crack.name": ["q"], "growth.crack": ["p", "q"], "growth.points": ["4e-3,0.0,9e-3,0.0"],
     "growth.toughness": ["0.8*", "1.0"], "growth.limit_speed": ["1000"], "growth.exponent": ["3"], "growth.speed": ["0.9*", "500"], "growth.start": ["2e-6", "5e-6"],
     "growth.end": ["5e-6", "1e-5"], "growth.increment": ["2.5e-3"], "growth.max_length": ["5e-3", "0.055"],
