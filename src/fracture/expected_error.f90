@@ -160,6 +160,7 @@ contains
       call full_loads(m, force)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
       call add_eigenstrains(m, force)
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
       done = maxval(m%constraints%free*abs(force)) > nothing*maxval(abs(force))
       do turn = 1, most_turns
          if (done) call new_stiffness(m, most_unknowns, tied, rest, done)
