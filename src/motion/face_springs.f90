@@ -70,6 +70,7 @@ module hampm_face_springs
       real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
       real(dp), allocatable :: most_held(:)      !! what friction holds at most, over the stiffness; not allocated where that follows
                                                  !! the pressure [m]
+      integer, allocatable :: line(:)            !! number of the crack whose faces may touch there, 0 for bonds
       integer, allocatable :: tip(:)             !! number of the tip that moves over a bond, 0 for none
       real(dp), allocatable :: way(:)            !! of that tip from where it was at first to the bond [m]
       real(dp), allocatable :: cell(:)           !! size of the cell there [m]
@@ -201,12 +202,19 @@ contains
       if (is_there) is_there = state_of(springs, k) /= is_open
       if (.not. is_there) return
       force = force_of(springs, k)
-      before = max(k - 1, 1)
-      if (springs%kind(before) /= contact .or. norm2(springs%normal(:, before) - springs%normal(:, k)) > 1e-6_dp) before = k
-      after = min(k + 1, springs%n)
-      if (springs%kind(after) /= contact .or. norm2(springs%normal(:, after) - springs%normal(:, k)) > 1e-6_dp) after = k
+      before = merge(k - 1, k, is_next(max(k - 1, 1)))
+      after = merge(k + 1, k, is_next(min(k + 1, springs%n)))
       way = dot_product(springs%place(:, after) - springs%place(:, before), direction)
       if (abs(way) > 0) slope = (springs%opening(:, after) - springs%opening(:, before))/way
+
+   contains
+
+      !> Whether another spring is one of the same crack, on the same straight part of it.
+      pure logical function is_next(other)
+         integer, intent(in) :: other
+         is_next = other /= k .and. springs%kind(other) == contact .and. springs%line(other) == springs%line(k) &
+                   .and. norm2(springs%normal(:, other) - springs%normal(:, k)) <= 1e-6_dp
+      end function is_next
    end subroutine look_at_faces
 
    !> Whether a spring is for contact and its faces press on each other.
@@ -440,6 +448,7 @@ contains
          springs%opening(:, s) = 0
          springs%slip(s) = 0
          springs%pressed(s) = 0
+         springs%line(s) = 0
          springs%tip(s) = 0
          springs%way(s) = 0
          springs%held(:, s) = 0
@@ -471,7 +480,8 @@ contains
       allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%n_left(most), more%share(2*most_nodes_of_leaf, most), &
                 more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
                 more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
-      allocate (more%tip(most), more%way(most), more%cell(most), more%held(ndim, most), more%start(ndim, most), more%stored(most))
+      allocate (more%line(most), more%tip(most), more%way(most), &
+                more%cell(most), more%held(ndim, most), more%start(ndim, most), more%stored(most))
       allocate (more%lets_go(most), more%kept(most), more%reached(most), more%mass(most), more%rate(ndim, most))
       associate (n => springs%n)
          if (n > 0) then
@@ -487,6 +497,7 @@ contains
             more%opening(:, :n) = springs%opening(:, :n)
             more%slip(:n) = springs%slip(:n)
             more%pressed(:n) = springs%pressed(:n)
+            more%line(:n) = springs%line(:n)
             more%tip(:n) = springs%tip(:n)
             more%way(:n) = springs%way(:n)
             more%cell(:n) = springs%cell(:n)
@@ -531,6 +542,7 @@ contains
       call archive%keep_reals('opening', ndim*n, springs%opening)
       call archive%keep_reals('slip', n, springs%slip)
       call archive%keep_reals('pressed', n, springs%pressed)
+      call archive%keep_integers('line', n, springs%line)
       call archive%keep_integers('tip', n, springs%tip)
       call archive%keep_reals('way', n, springs%way)
       call archive%keep_reals('cell', n, springs%cell)

@@ -51,6 +51,7 @@ module hampm_spring_placement
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
       logical :: certain = .false.               !! whether springs are only to be where both pieces have particles of their own
+      integer :: line = 0                        !! number of the crack, of `contact`
       integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
       real(dp) :: way = 0                        !! of that tip to `from` [m]
       integer :: face = both_faces               !! which faces have material
@@ -306,7 +307,7 @@ contains
       logical, intent(in) :: certain             !! see `layer_t`
       associate (of => grid%cut_cells%lines(line))
          call add_along(springs, grid, p, blocks, materials, of%open_part(), &
-                        layer_t(contact, friction=of%friction, certain=certain, face=of%face))
+                        layer_t(contact, friction=of%friction, certain=certain, line=line, face=of%face))
       end associate
    end subroutine add_contact
 
@@ -413,6 +414,7 @@ contains
                springs%length(s) = part(i)*norm2(to - from)
                springs%normal(:, s) = normal
                springs%friction(s) = layer%friction
+               springs%line(s) = layer%line
                springs%tip(s) = layer%tip
                springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
                springs%cell(s) = grid%leaf_size(own)
