@@ -491,21 +491,21 @@ def test_a_region_to_refine_in_which_nothing_is_strained(case):
 def test_no_error_is_estimated_where_loads_act_on_nodes_that_are_held(case):
     """The forces on hanging nodes go to their masters, which are held too: what rounding left there was taken for a rest, and G had an error of 175 or of 0.8 J/m2 in mirror images."""
     def row_of(name, turn):
-        y = [5.5 + turn * (value - 5.5) for value in (2.8, 4.29, 0.0, 11.0)]
+        y = [5.5e-3 + turn * (value - 5.5e-3) for value in (0.0028009789593067785, 0.004291239600371269, 0.006038305302259186, 0.0075, 0.008961694697740814, 0.0, 0.011)]
         return case(name, text=f"""\
 &run end_time = 1.0 /
-&grid cell = 1.0  cells = 10, 11 /
-&material name = 'm'  young = 1e4  density = 1000.0 /
-&body material = 'm'  lower = 0.0, 0.0  upper = 10.0, 11.0 /
-&crack kind = 'path'  points = 1.26, {y[0]}, 3.84, {y[1]} /
-&constraint lower = 0.0, {y[2]}  upper = 10.0, {y[2]}  fix = 'xy' /
-&constraint lower = 0.0, {y[3]}  upper = 10.0, {y[3]}  fix = 'xy'  displacement = 1e-3, {turn * 2e-3} /
-&load kind = 'traction'  force = 0.0, -4.0  lower = 0.0, {y[3]}  upper = 10.0, {y[3]} /
+&grid cell = 0.001  cells = 10, 11 /
+&material name = 'm'  young = 70e9  density = 2700.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 0.01, 0.011 /
+&crack kind = 'path'  name = 'c0'  points = 0.0012605971024761348, {y[0]}, 0.003841804249319999, {y[1]}  contact = 'friction'  friction = 0.7 /
+&crack kind = 'path'  name = 'c1'  points = 0.0075, {y[2]}, 0.007904360679491662, {y[3]}, 0.0075, {y[4]}  contact = 'frictionless' /
+&constraint lower = 0.0, {y[5]}  upper = 0.01, {y[5]}  fix = 'xy' /
+&constraint lower = 0.0, {y[6]}  upper = 0.01, {y[6]}  fix = 'xy'  displacement = 2.4e-6, {turn * 4.6e-6} /
+&load kind = 'traction'  force = 0.0, {-4e5 * turn}  lower = 0.0, {y[6]}  upper = 0.01, {y[6]} /
 &method time = 'static' /
-&refine indicator = 'tip'  max_level = 2  rings = 4 /
+&refine indicator = 'tip'  max_level = 2  rings = 2 /
 &energy_release estimators = 'domain_integral' /
 """).row
     one, other = row_of("as_it_is", 1.0), row_of("mirrored", -1.0)
-    for name in ("G_error", "K_I_error", "G_error_tip2", "K_I_error_tip2"):
+    for name in ("G_error", "K_I_error", "G_error_tip3", "K_I_error_tip3"):
         assert np.allclose(one[name], other[name], rtol=1e-6), name
-        assert one[name][-1] < 0.5 * one["G" if name.startswith("G") else "K_I"][-1] + 1e-9, name
