@@ -28,7 +28,7 @@ module hampm_assembly
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius
-   use hampm_placement, only: tolerance
+   use hampm_placement, only: tolerance, points_of
    use hampm_pressed_faces, only: press_faces
    use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
@@ -286,7 +286,7 @@ contains
       integer :: points(ndim, size(scene%bodies)), number(size(scene%bodies)), k, first
       do k = 1, size(scene%bodies)
          associate (b => scene%bodies(k))
-            points(:, k) = points_along(b%lower, b%upper, scene%grid%cell, b%points_per_cell)
+            points(:, k) = points_of(scene, b)
             number(k) = product(points(:, k))
             if (.not. b%outline%is_there()) cycle
             call cut_into_pieces(b%outline, scene%grid%lower, scene%grid%cell, b%points_per_cell, pieces(k))

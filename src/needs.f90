@@ -53,7 +53,7 @@ contains
       type(scene_t), intent(in) :: scene
       real(dp) :: occupied, most_cells
       integer :: k
-      needs%particles = sum([(particle_number(scene%bodies(k), scene%grid%cell), k=1, size(scene%bodies))])
+      needs%particles = sum([(particle_number(scene, scene%bodies(k)), k=1, size(scene%bodies))])
       needs%cells = product(real(scene%grid%cells, dp))
       occupied = sum([(area_in_box(scene%bodies(k), scene%bodies(k)%lower, scene%bodies(k)%upper), k=1, size(scene%bodies))]) &
                  /scene%grid%cell**ndim

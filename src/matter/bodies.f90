@@ -5,7 +5,7 @@ module hampm_bodies
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: points_along, pieces_t, cut_into_pieces, fill_rectangle, fill_outline, add_spin
+   public :: points_along, points_off_lines, pieces_t, cut_into_pieces, fill_rectangle, fill_outline, add_spin
 
    !> What the boxes of a lattice have of a body.
    type :: pieces_t
@@ -25,6 +25,42 @@ contains
       integer :: n(ndim)
       n = max(1, nint((upper - lower)/(cell/points_per_cell)))
    end function points_along
+
+   !> The same for points of which none is to stand on a grid line, where the strain is that of the cell on one of its sides: as many in each
+   !> cell more as that takes, one where the body begins half a cell beside a line and they are odd in number.
+   pure function points_off_lines(lower, upper, cell, points_per_cell, origin) result(n)
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the rectangle [m]
+      real(dp), intent(in) :: cell                      !! size of a cell [m]
+      integer, intent(in) :: points_per_cell
+      real(dp), intent(in) :: origin(ndim)              !! a node [m]
+      integer, parameter :: most = 16                   ! that are added; few are for any body but a slit
+      integer :: n(ndim)
+      integer :: more, d
+      n = points_along(lower, upper, cell, points_per_cell)
+      do d = 1, ndim
+         do more = 1, most
+            if (.not. any_on_line((lower(d) - origin(d))/cell, (upper(d) - lower(d))/cell, n(d))) exit
+            n(d) = max(n(d) + 1, nint((upper(d) - lower(d))/(cell/(points_per_cell + more))))
+         end do
+      end do
+   end function points_off_lines
+
+   !> Whether any of `n` points, evenly along a body, is on a grid line.
+   pure logical function any_on_line(begin, length, n) result(is)
+      real(dp), intent(in) :: begin                     !! of the body, from a node on [cells]
+      real(dp), intent(in) :: length                    !! [cells]
+      integer, intent(in) :: n
+      integer, parameter :: looked_at = 10000           ! of the points of a very long body
+      real(dp), parameter :: grace = 1e-9_dp            ! [cells]
+      real(dp) :: x
+      integer :: k
+      is = .true.
+      do k = 0, min(n, looked_at) - 1
+         x = begin + (k + 0.5_dp)*length/n
+         if (abs(x - anint(x)) <= grace) return
+      end do
+      is = .false.
+   end function any_on_line
 
    !> Place points at the centres of the `n` equal parts of a rectangle. They are numbered on from `first`, at rest
    !> relative to `velocity`, and share the area of the rectangle equally, whether or not it ends on cell edges.

@@ -2,10 +2,11 @@
 !> may think (`warnings_of`), and what the method makes of it (`notes_of`). A line each.
 module hampm_caveats
    use hampm_kinds, only: dp, ndim
+   use hampm_bodies, only: points_along
    use hampm_crack_placement, only: body_at
    use hampm_history_resolution, only: coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
-   use hampm_placement, only: length_text, upper_corner
+   use hampm_placement, only: length_text, upper_corner, points_of
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_text, only: to_text, three_digits
    implicit none
@@ -49,6 +50,7 @@ contains
             call add(text, '&grid: it is '//length_text(extent)//' m large; lengths are in m')
       end associate
       call look_at_bodies(scene, text)
+      call look_at_lines(scene, text)
    end function notes_of
 
    !> Add a line.
@@ -186,4 +188,21 @@ contains
          'cell apart ('//to_text(scene%grid%cell)//' m) on, by the nodes that their cells have in common, and stick as long '// &
          'as they are so near; smaller cells make both less, and &contact lets them meet where they are')
    end subroutine look_at_bodies
+
+   !> Bodies that have more points than they were given, as these would stand on grid lines.
+   pure subroutine look_at_lines(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer :: k, n(ndim)
+      do k = 1, size(scene%bodies)
+         associate (b => scene%bodies(k))
+            if (b%outline%is_there()) cycle
+            n = points_of(scene, b)
+            if (all(n == points_along(b%lower, b%upper, scene%grid%cell, b%points_per_cell))) cycle
+            call add(text, 'body '//to_text(k)//' has '//to_text(n(1))//' by '//to_text(n(2))//' points, more than &body '// &
+                     'points_per_cell = '//to_text(b%points_per_cell)//' gives: of these some would stand on grid lines, '// &
+                     'strained by the cell on one side only')
+         end associate
+      end do
+   end subroutine look_at_lines
 end module hampm_caveats

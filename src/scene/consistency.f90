@@ -239,7 +239,7 @@ contains
          entry = settings%find('body', i)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper') &
                     .and. settings%good(entry, 'points_per_cell'))) return
-         particles = particles + particle_number(scene%bodies(i), scene%grid%cell)
+         particles = particles + particle_number(scene, scene%bodies(i))
          if (particles <= most_particles) cycle
          call settings%complain(mistakes, entry, 'points_per_cell', 'there would be '//to_text(particles)// &
                                 ' material points; their number must be in [1, 2e9]')

@@ -1,7 +1,7 @@
 !> Whether cracks run along the domains of particles of `functions = 'cpdi'`.
 module hampm_function_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_bodies, only: points_along
+   use hampm_placement, only: points_of
    use hampm_mistakes, only: mistakes_t
    use hampm_scene, only: scene_t, body_t
    use hampm_settings, only: settings_t
@@ -73,7 +73,7 @@ contains
       if (body%outline%is_there()) then
          edge_of = scene%grid%cell/body%points_per_cell
       else
-         points = points_along(body%lower, body%upper, scene%grid%cell, body%points_per_cell)
+         points = points_of(scene, body)
          edge_of = (body%upper(direction) - body%lower(direction))/points(direction)
       end if
    end function edge_of

@@ -1,13 +1,12 @@
 !> The largest courant number with which a scene is stable, and the one that is taken where none is given.
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
-   use hampm_bodies, only: points_along
    use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
    use hampm_local_step_choice, only: takes_leapfrog_steps
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
    use hampm_outer_nodes, only: least_fill
-   use hampm_placement, only: tolerance
+   use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: fewest_points
    use hampm_scene, only: scene_t, body_t, cuts_cells
    use hampm_scene_materials, only: materials_of, material_of
@@ -129,7 +128,7 @@ contains
       integer :: n(ndim), d, i, j
       logical :: strains_last
       associate (cell => scene%grid%cell, material => material_of(scene, body%material_index))
-         n = points_along(body%lower, body%upper, cell, body%points_per_cell)
+         n = points_of(scene, body)
          length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(scene, body)
          speed = material%dilatational_wave_speed()
@@ -158,7 +157,7 @@ contains
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
-         length = n*length/points_along(body%lower, body%upper, cell, body%points_per_cell)
+         length = n*length/points_of(scene, body)
          start = ceiling(length - grace) - length          ! the upper end on a node
          do d = 1, ndim
             rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)

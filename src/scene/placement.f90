@@ -1,14 +1,15 @@
 !> Where things of the scene lie: boxes against bodies and against the nodes of the root lattice, whose positions are
 !> lower + i*cell.
 module hampm_placement
+   use hampm_bodies, only: points_along, points_off_lines
    use hampm_kinds, only: dp, ndim
-   use hampm_scene, only: grid_spec_t, body_t
+   use hampm_scene, only: scene_t, grid_spec_t, body_t
    use hampm_text, only: to_text, decimal, without_rounding
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, particle_number, most_particles, &
-             is_part_of, point_text, length_text, nearest_node
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, points_of, particle_number, &
+             most_particles, is_part_of, point_text, length_text, nearest_node
 
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
 
@@ -87,17 +88,30 @@ contains
       node = grid%lower + grid%cell*max(0.0_dp, min(real(grid%cells, dp), anint((point - grid%lower)/grid%cell)))
    end function nearest_node
 
-   !> Number of material points that a body is filled with; a real number, because an integer might not hold it.
-   pure real(dp) function particle_number(body, cell)
+   !> Number of material points in each direction of a rectangle. None stands on a grid line, but with domains, whose edges do.
+   pure function points_of(scene, body) result(n)
+      type(scene_t), intent(in) :: scene
       type(body_t), intent(in) :: body
-      real(dp), intent(in) :: cell                 !! size of a root cell [m]
+      integer :: n(ndim)
+      if (scene%method%has_domains()) then
+         n = points_along(body%lower, body%upper, scene%grid%cell, body%points_per_cell)
+      else
+         n = points_off_lines(body%lower, body%upper, scene%grid%cell, body%points_per_cell, scene%grid%lower)
+      end if
+   end function points_of
+
+   !> Number of material points that a body is filled with; a real number, because an integer might not hold it.
+   pure real(dp) function particle_number(scene, body)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
       real(dp) :: spacing
+      spacing = scene%grid%cell/body%points_per_cell
       if (body%outline%is_there()) then            ! about; those of cells that the edges cut are counted twice
-         spacing = cell/body%points_per_cell
          particle_number = aint(body%outline%area()/spacing**2 + 4*sum((body%upper - body%lower)/spacing)) + 1
          return
       end if
-      particle_number = product(max(anint((body%upper - body%lower)/(cell/body%points_per_cell)), 1.0_dp))
+      particle_number = product(max(anint((body%upper - body%lower)/spacing), 1.0_dp))
+      if (particle_number <= most_particles) particle_number = product(real(points_of(scene, body), dp))
    end function particle_number
 
    !> A position as text, without the roundings of what it was found from.

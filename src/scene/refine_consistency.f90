@@ -65,7 +65,7 @@ contains
       particles = 0
       do i = 1, size(scene%bodies)
          if (.not. settings%good(settings%find('body', i), 'points_per_cell')) return
-         particles = particles + particle_number(scene%bodies(i), scene%grid%cell)
+         particles = particles + particle_number(scene, scene%bodies(i))
       end do
       if (scene%refine%max_particles < particles) call settings%complain(mistakes, entry, 'max_particles', &
          'must be at least the number of material points that the scene begins with, '//to_text(nint(particles)))

@@ -96,7 +96,7 @@ contains
          if (.not. known) return
          associate (body => scene%bodies(i))
             known = body%material_index > 0 .and. all(body%upper > body%lower)
-            if (known) known = particle_number(body, scene%grid%cell) <= most_particles
+            if (known) known = particle_number(scene, body) <= most_particles
          end associate
       end do
    end function is_known
