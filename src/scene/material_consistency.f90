@@ -10,6 +10,8 @@ module hampm_material_consistency
    private
    public :: check_constants
 
+   real(dp), parameter :: most_apart = 1e10_dp   !! the largest of moduli, over the least
+
 contains
 
    !> Check all materials of which there is a body.
@@ -45,6 +47,11 @@ contains
       plane_stress = scene%run%plane == 'stress'
       associate (of => scene%materials(k)%orthotropic)
          if (minval(of%young(:merge(2, 3, plane_stress))) <= 0 .or. of%shear_12 <= 0) return
+         associate (moduli => [of%young(:merge(2, 3, plane_stress)), of%shear_12])
+            if (maxval(moduli) > most_apart*minval(moduli)) call settings%complain(mistakes, entry, 'young_1', 'and the other '// &
+               'moduli must be within a factor of 1e10 of each other: else rounding hides the least of them')
+            if (maxval(moduli) > most_apart*minval(moduli)) return
+         end associate
          why = why_not_definite(of, plane_stress)
          if (why /= '') call settings%complain(mistakes, entry, 'poisson_12', why//': else a strain would release energy')
          if (scene%crack%present .and. scene%crack%kind == 'symmetry' .and. abs(of%angle - 90*anint(of%angle/90)) > 0) &
