@@ -99,7 +99,7 @@ def make(kind, number):
     factors, doubt = (1.0, 1.0), 0.0
     if kind == "cpdi":
         scene.level = 0
-        on_symmetry(dice, scene, shapes=["edge", "centre"], widths=[12, 14, 16])
+        on_symmetry(dice, scene, shapes=["centre"], widths=[12, 14, 16])       # an edge crack bends its plate, which takes far longer to come to rest
     elif kind == "symmetry" or kind in ("incompressible", "zz", "gradient", "neo_hookean", "quadratic", "orthotropic") and number % 3 == 0:
         on_symmetry(dice, scene)
     elif kind == "line" or kind in ("incompressible", "neo_hookean", "quadratic", "orthotropic") and number % 3 == 1:
@@ -140,7 +140,7 @@ def make(kind, number):
         changes["loads"] = scene.loads
         scene.loads = [f"kind='pressure' on='crack' pressure={STRESS}"]
     if kind == "cpdi":
-        in_motion(scene, "frame='updated' functions='cpdi' courant=0.2")
+        in_motion(scene, "frame='updated' functions='cpdi'")
     truths = []
     for extra in (2, 3):
         values = dict(poisson=0.3, plane="stress", law=Scene.law, points=3, order=2, indicator="tip", refine="rings=6", method="time='static'",
