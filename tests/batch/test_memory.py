@@ -23,7 +23,7 @@ def test_what_a_case_asks_for(tmp_path):
     """Uniform, refined, too large for any machine, refused."""
     path = write_sweep(tmp_path, HEAD + "cases:\n- {run.title: a}\n"
                        "- {refine.indicator: gradient, refine.r_crit: 0.1, refine.max_level: 8, refine.field: speed}\n"
-                       "- {grid.cells: [20000, 20000], body.upper: [19000.25, 19000]}\n- {method.mass: ful}\n")
+                       "- {grid.cells: [15000, 15000], body.upper: [14000.25, 14000]}\n- {method.mass: ful}\n")
     sweep = read_sweep(path)
     plain, refined, large, refused = (memory(sweep, name, PROGRAM) for name in sweep.cases)
     assert refused == 100 < plain < refined and large > 100e3
