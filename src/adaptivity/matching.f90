@@ -1,9 +1,7 @@
 !> Particles as fine as the cells in which they are: split where their cell is finer than they are, recombined where all
 !> siblings are in coarser cells. So a body that moves through a fine patch is split on entry and recombined behind it.
 !>
-!> A particle through whose middle a crack runs belongs to both of its sides: it is split into two, one on each. Where a pressure on faces acts on the
-!> edges of particles (`hampm_pressed_faces`) these have to be those of rectangles: there it is split into four, and those of a crack along a diagonal,
-!> which stand on it again with half of the volume, a few times more.
+!> A particle through whose middle a crack runs belongs to both of its sides: it is split into two, one on each.
 !>
 !> Domains of particles (`hampm_domains`) that have become much longer than their cell are split, too.
 !>
@@ -224,8 +222,7 @@ contains
       call sort_anew(m, failure)
    end subroutine split_marked
 
-   !> Normals of the cracks that run through the middles of the marked particles, 0 where there is none or where a pressure acts on faces;
-   !> (ndim, marked).
+   !> Normals of the cracks that run through the middles of the marked particles, 0 where there is none; (ndim, marked).
    pure function normals_of_cracks(m, marked) result(normal)
       type(motion_t), intent(in) :: m
       logical, intent(in) :: marked(:)
@@ -233,7 +230,6 @@ contains
       real(dp) :: x(ndim), nearest(ndim)
       integer :: i, k
       normal = 0
-      if (any(m%loads%line > 0)) return
       k = 0
       do i = 1, m%particles%n
          if (.not. marked(i)) cycle

@@ -30,7 +30,7 @@ module hampm_splitting
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: start_families, split, recombine, middle_of_parent, times_split
+   public :: start_families, split, recombine, is_half, middle_of_parent, times_split
 
    real(dp), parameter :: reach = 2              !! siblings further from their mean, in edges of the parent, stay apart
 
@@ -66,7 +66,8 @@ contains
    pure logical function is_half(p, i)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      is_half = any(abs(p%half(i, :)) > 0)
+      is_half = .false.
+      if (allocated(p%half)) is_half = any(abs(p%half(i, :)) > 0)
    end function is_half
 
    !> The children that a particle would have: where they stand from it in the reference configuration, and their parts of its volume.

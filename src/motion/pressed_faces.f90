@@ -4,7 +4,8 @@
 !> crack. The pressure acts on these edges: with the shape functions of the particles' own cells its nodal forces are then just those with which
 !> the particles, under a uniform stress of the same size, would press on their faces. So faces under a pressure p and a body under a remote
 !> tension p have the same K but for rounding, whatever the place and the direction of the crack; with the pressure along the line itself they would
-!> differ by what the cells cannot say of its place. The resultant of each face is that of its line but for a part of a particle.
+!> differ by what the cells cannot say of its place. The resultant of each face is that of its line but for a part of a particle. A particle through
+!> whose middle the crack runs is two halves of its rectangle, with the crack for an edge between them.
 !>
 !> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by bonds, which are
 !> pressed as much from both sides.
@@ -16,6 +17,7 @@ module hampm_pressed_faces
    use hampm_loads, only: load_t, note_hosts
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t, spacing_of
+   use hampm_splitting, only: is_half, middle_of_parent
    implicit none
    private
    public :: press_faces
@@ -29,6 +31,7 @@ module hampm_pressed_faces
       real(dp), allocatable :: into(:, :)        !! unit vector into it, (ndim, n)
       real(dp), allocatable :: offset(:, :)      !! of the middle of the edge from it [m], (ndim, n)
       real(dp), allocatable :: half(:, :)        !! half of the edge [m], (ndim, n)
+      real(dp), allocatable :: length(:)         !! of the edge across that vector [m], (n)
    end type edges_t
 
 contains
@@ -57,7 +60,7 @@ contains
       integer :: i, n
       chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
       n = size(chosen)
-      length = 2*sum(norm2(edges%half(:, chosen), dim=1))
+      length = sum(edges%length(chosen))
       load%force = load%pressure*m%springs%thickness*length*load%into
       if (allocated(load%host)) then             ! as they are in a checkpoint, or on a mesh that has not changed here
          if (size(load%host) == n) then
@@ -69,8 +72,8 @@ contains
       load%host = edges%host(chosen)
       load%offset = edges%offset(:, chosen)
       load%half = edges%half(:, chosen)
-      load%fraction = norm2(load%half, dim=1)
-      if (length > 0) load%fraction = 2*load%fraction/length
+      load%fraction = edges%length(chosen)
+      if (length > 0) load%fraction = load%fraction/length
       call note_hosts(load, m%particles)
       m%mapped = .false.                         ! which cells have operators depends on the hosts
    end subroutine take_edges
@@ -111,20 +114,20 @@ contains
       integer, allocatable, intent(out) :: near(:)
       real(dp), intent(out) :: width
       logical :: is_near(p%n)
-      real(dp) :: edge, x(ndim)
+      real(dp) :: edges(ndim), edge, x(ndim)
       integer :: i, k
       width = 0
       do i = 1, p%n
          is_near(i) = .false.
-         edge = maxval(spacing_of(p, i))
-         x = p%reference(i, :)
+         call find_rectangle(p, i, x, edges)
+         edge = maxval(edges)
          do k = 2, size(points, 2)
             is_near(i) = distance_to(x, points(:, k - 1), points(:, k)) < 3*edge
             if (is_near(i)) exit
          end do
          if (is_near(i)) width = max(width, edge)
       end do
-      width = (1 + touching)*width
+      width = 1.5_dp*width                       ! centroids of halves are aside of the middle of their rectangles
       near = pack([(i, i=1, p%n)], is_near)
    end subroutine list_near
 
@@ -158,6 +161,18 @@ contains
       first = first + 1
    end subroutine sort_into_bins
 
+   !> The rectangle of a particle, or the one of which it is half.
+   pure subroutine find_rectangle(p, i, middle, edges)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp), intent(out) :: middle(ndim), edges(ndim) !! [m]
+      middle = p%reference(i, :)
+      edges = spacing_of(p, i)
+      if (.not. is_half(p, i)) return
+      middle = middle_of_parent(p, i)
+      edges = 2*edges
+   end subroutine find_rectangle
+
    !> Add the edge by which a particle touches another one, if a line runs between them.
    pure subroutine look_at_pair(p, cut, points, i, j, edges)
       type(particles_t), intent(in) :: p
@@ -165,32 +180,97 @@ contains
       real(dp), intent(in) :: points(:, :)       !! of the line [m]
       integer, intent(in) :: i, j                !! the particle that is pressed, the other
       type(edges_t), intent(inout) :: edges
-      real(dp), dimension(ndim) :: size_i, size_j, x_i, x_j, from, to, apart
+      real(dp), dimension(ndim) :: size_i, size_j, x_i, x_j, apart, middle, half
+      real(dp) :: from, to, side
       integer :: d, o
-      size_i = spacing_of(p, i)
-      size_j = spacing_of(p, j)
-      x_i = p%reference(i, :)
-      x_j = p%reference(j, :)
+      call find_rectangle(p, i, x_i, size_i)
+      call find_rectangle(p, j, x_j, size_j)
       apart = x_j - x_i
       if (any(abs(apart) > (1 + touching)*(size_i + size_j)/2)) return
+      if (all(abs(apart) <= touching*size_i)) then
+         call add_chord(p, i, x_i, size_i, edges)
+         return
+      end if
       do d = 1, ndim
          if (abs(abs(apart(d)) - (size_i(d) + size_j(d))/2) > touching*min(size_i(d), size_j(d))) cycle
          o = 3 - d
-         from = max(-size_i/2, apart - size_j/2)
-         to = min(size_i/2, apart + size_j/2)
-         if (to(o) - from(o) <= touching*min(size_i(o), size_j(o))) cycle
-         if (.not. divides(points, x_i, x_j, cut%slack)) return
-         if (edges%n == size(edges%host)) call make_room(edges, 2*edges%n)
-         edges%n = edges%n + 1
-         edges%host(edges%n) = i
-         edges%into(:, edges%n) = 0
-         edges%into(d, edges%n) = -sign(1.0_dp, apart(d))
-         edges%offset(d, edges%n) = sign(size_i(d)/2, apart(d))
-         edges%offset(o, edges%n) = (from(o) + to(o))/2
-         edges%half(:, edges%n) = 0
-         edges%half(o, edges%n) = (to(o) - from(o))/2
+         from = max(-size_i(o)/2, apart(o) - size_j(o)/2)
+         to = min(size_i(o)/2, apart(o) + size_j(o)/2)
+         side = sign(size_i(d)/2, apart(d))
+         if (is_half(p, i)) call clip(p%half(i, :), d, side, 0.0_dp, from, to)
+         if (is_half(p, j)) call clip(p%half(j, :), d, side - apart(d), apart(o), from, to)
+         if (to - from <= touching*min(size_i(o), size_j(o))) cycle
+         ! Beside the end of a line rounding may tell one way only: faces are pressed in pairs
+         if (.not. divides(points, p%reference(i, :), p%reference(j, :), cut%slack)) return
+         if (.not. divides(points, p%reference(j, :), p%reference(i, :), cut%slack)) return
+         middle(d) = side
+         middle(o) = (from + to)/2
+         half = 0
+         half(o) = (to - from)/2
+         call add_edge(p, i, d, -sign(1.0_dp, apart(d)), x_i + middle, half, to - from, edges)
       end do
    end subroutine look_at_pair
+
+   !> Leave of a part of a side of a rectangle what one half of the rectangle has.
+   pure subroutine clip(normal, d, side, middle, from, to)
+      real(dp), intent(in) :: normal(ndim)       !! into the half
+      integer, intent(in) :: d                   !! direction across the side
+      real(dp), intent(in) :: side               !! where it is from the middle of the rectangle [m]
+      real(dp), intent(in) :: middle             !! of the rectangle along the side, as the ends below [m]
+      real(dp), intent(inout) :: from, to        !! ends of the part [m]
+      real(dp), parameter :: along = 1e-12_dp    ! of a normal across which a side lies wholly on one side
+      real(dp) :: at
+      if (abs(normal(3 - d)) <= along) then
+         if (normal(d)*side < 0) to = from
+         return
+      end if
+      at = middle - normal(d)*side/normal(3 - d)
+      if (normal(3 - d) > 0) then
+         from = max(from, at)
+      else
+         to = min(to, at)
+      end if
+   end subroutine clip
+
+   !> Add the edge between two halves of a rectangle, the crack through its middle: what it has across each axis, at the two points of Gauss's rule,
+   !> as shape functions of bilinear cells are of second order along it.
+   pure subroutine add_chord(p, i, middle, size, edges)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i                   !! a half
+      real(dp), intent(in) :: middle(ndim), size(ndim) !! of the rectangle, and its edges [m]
+      type(edges_t), intent(inout) :: edges
+      real(dp), parameter :: along = 1e-12_dp    ! of a normal without a component
+      real(dp), parameter :: gauss = 1/sqrt(3.0_dp)
+      real(dp) :: normal(ndim), half(ndim)
+      integer :: d, k
+      normal = p%half(i, :)
+      half = [-normal(2), normal(1)]
+      half = half*minval(size/2/max(abs(half), along))
+      do d = 1, ndim
+         if (abs(normal(d)) <= along) cycle
+         do k = -1, 1, 2
+            call add_edge(p, i, d, sign(1.0_dp, normal(d)), middle + k*gauss*half, half/2, abs(half(3 - d)), edges)
+         end do
+      end do
+   end subroutine add_chord
+
+   !> Add an edge.
+   pure subroutine add_edge(p, i, d, into, middle, half, length, edges)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i, d                !! the particle that is pressed, and in which direction
+      real(dp), intent(in) :: into               !! sign of that
+      real(dp), intent(in) :: middle(ndim), half(ndim) !! of the edge [m]
+      real(dp), intent(in) :: length             !! across the direction [m]
+      type(edges_t), intent(inout) :: edges
+      if (edges%n == size(edges%host)) call make_room(edges, 2*edges%n)
+      edges%n = edges%n + 1
+      edges%host(edges%n) = i
+      edges%into(:, edges%n) = 0
+      edges%into(d, edges%n) = into
+      edges%offset(:, edges%n) = middle - p%reference(i, :)
+      edges%half(:, edges%n) = half
+      edges%length(edges%n) = length
+   end subroutine add_edge
 
    !> Room for a number of edges; those that there are stay.
    pure subroutine make_room(edges, most)
@@ -198,12 +278,14 @@ contains
       integer, intent(in) :: most
       type(edges_t) :: more
       more%n = edges%n
-      allocate (more%host(most), more%into(ndim, most), more%offset(ndim, most), more%half(ndim, most))
+      allocate (more%host(most), more%into(ndim, most), more%offset(ndim, most), more%half(ndim, most), &
+                more%length(most))
       if (edges%n > 0) then
          more%host(:edges%n) = edges%host(:edges%n)
          more%into(:, :edges%n) = edges%into(:, :edges%n)
          more%offset(:, :edges%n) = edges%offset(:, :edges%n)
          more%half(:, :edges%n) = edges%half(:, :edges%n)
+         more%length(:edges%n) = edges%length(:edges%n)
       end if
       edges = more
    end subroutine make_room
