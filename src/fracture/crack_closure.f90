@@ -58,6 +58,7 @@ contains
       integer :: elements(faces), side, n, k
       opening = 0
       call grid%cut_cells%find_nearest(x, point, normal)
+      call halve_kink(grid, point, tip%nodes%spacing, normal)
       along = [normal(2), -normal(1)]
       if (dot_product(along, toward) < 0) along = -along
       axis = frame_along(tip%direction)
@@ -77,6 +78,23 @@ contains
       if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
       if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
    end function path_opening
+
+   !> At a kink of a line, make the normal of one of its parts that of both, the mean: which part is the first hangs on the way the line is given.
+   pure subroutine halve_kink(grid, point, cell, normal)
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: point(ndim)        !! on the line [m]
+      real(dp), intent(in) :: cell               !! [m]
+      real(dp), intent(inout) :: normal(ndim)    !! unit vector
+      real(dp), parameter :: beside = 1e-3_dp    ! cells
+      real(dp) :: nearest(ndim), of_part(ndim), mean(ndim)
+      integer :: side
+      mean = 0
+      do side = -1, 1, 2
+         call grid%cut_cells%find_nearest(point + side*beside*cell*[normal(2), -normal(1)], nearest, of_part)
+         mean = mean + sign(1.0_dp, dot_product(of_part, normal))*of_part
+      end do
+      if (norm2(mean) > 0) normal = mean/norm2(mean)
+   end subroutine halve_kink
 
    !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.
    pure function parted(tip, u) result(opening)

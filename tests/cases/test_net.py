@@ -550,3 +550,13 @@ def test_pressed_faces_through_the_middles_of_particles_are_a_remote_tension(cas
         ("0.0, 0.0", "20.0, 0.0"), ("0.0, 20.0", "20.0, 20.0"), ("0.0, 0.0", "0.0, 20.0"), ("20.0, 0.0", "20.0, 20.0"))))
     for name in ("K_I", "K_II", "K_I_tip2", "K_II_tip2"):
         assert pressed[name][-1] == pytest.approx(pulled[name][-1], abs=1e-10 * pulled["K_I"][-1]), name
+
+
+def test_the_mouth_of_a_path_at_its_kink_either_way(case):
+    """The mouth is half way along a path, here its kink. Its faces were looked for along the part that comes first: mouth_sliding was 1 % of the opening off with the points the other way."""
+    def row_of(name, points):
+        return case(name, text=PLATE.format(end=1.0, force="1.0, 2.0") + f"&method time = 'static' /\n&crack kind = 'path'  points = {', '.join(points)} /\n").row
+    points = ["7.1, 2.7", "6.7, 6.0", "7.1, 9.3"]
+    one, other = row_of("one_way", points), row_of("other_way", points[::-1])
+    for name in ("mouth_opening", "mouth_sliding"):
+        assert one[name][-1] == pytest.approx(other[name][-1], abs=1e-9 * abs(one["mouth_opening"][-1])), name

@@ -326,6 +326,9 @@ def energies(case):
     inside = sum(row[name] for name in names if name in row)
     start = 0.0 if case.time == "static" else inside[0] - row["external_work"][0]
     largest = max(np.max(np.abs(row[name])) for name in (*names, "external_work") if name in row)
+    young = max(keys.get("young", keys.get("young_1", 0.0)) for keys in groups(case.scene, "material"))
+    cell, thickness = group(case.scene, "grid")["cell"], group(case.scene, "run").get("thickness", 1.0)
+    case.need(largest > 1e-26 * young * thickness * (10 * cell)**2)       # else it is what rounding makes of strains
     missing = np.max(np.abs(row["external_work"] - inside + start)) / max(largest, 1e-300)
     allowed = BALANCED_TURNED if case.time == "static" and (case.contact or case.push) else BALANCED_MET if case.meets else BALANCED_CUT if case.is_cut else BALANCED
     if not missing <= allowed:
