@@ -233,9 +233,11 @@ contains
       of_k = of_j
       if (.not. tip%nodes%in_cell) return
       by_bonds = 0
-      if (m%springs%n > 0) by_bonds = (1/m%springs%weakest - 1)/(1/m%springs%weakest - 1 + as_soft_as_a_cell)
-      of_j = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())*astray_of_j + by_bonds
-      of_k = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())*astray_of_k + by_bonds
+      associate (softer => 1/m%springs%weakest - 1, size_of_cells => merge(0.5_dp, 1.0_dp, m%grid%is_quadratic()))
+         if (m%springs%n > 0) by_bonds = softer/(softer + as_soft_as_a_cell)
+         of_j = size_of_cells*astray_of_j + by_bonds
+         of_k = size_of_cells*astray_of_k + by_bonds
+      end associate
    end subroutine place_of_tip
 
    !> G, and by how much it would be larger with all tips by the shortness s further out, from the work that closes one pair of

@@ -48,9 +48,11 @@ contains
       associate (of => scene%materials(k)%orthotropic)
          if (minval(of%young(:merge(2, 3, plane_stress))) <= 0 .or. of%shear_12 <= 0) return
          associate (moduli => [of%young(:merge(2, 3, plane_stress)), of%shear_12])
-            if (maxval(moduli) > most_apart*minval(moduli)) call settings%complain(mistakes, entry, 'young_1', 'and the other '// &
-               'moduli must be within a factor of 1e10 of each other: else rounding hides the least of them')
-            if (maxval(moduli) > most_apart*minval(moduli)) return
+            if (maxval(moduli) > most_apart*minval(moduli)) then
+               call settings%complain(mistakes, entry, 'young_1', 'and the other moduli must be within a factor of 1e10 of '// &
+                                      'each other: else rounding hides the least of them')
+               return
+            end if
          end associate
          why = why_not_definite(of, plane_stress)
          if (why /= '') call settings%complain(mistakes, entry, 'poisson_12', why//': else a strain would release energy')
