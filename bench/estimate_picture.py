@@ -52,7 +52,7 @@ def main():
         panels[0][0].set_ylabel("estimated error [%]")
         panels[0][-1].legend(fontsize=8, loc="lower right")
         figure.tight_layout()
-        figure.savefig(arguments.output, dpi=110)
+        figure.savefig(arguments.output, dpi=90)
 
 
 if __name__ == "__main__":
