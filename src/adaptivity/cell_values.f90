@@ -9,35 +9,28 @@ module hampm_cell_values
 
 contains
 
-   !> Mean of nodal values over the nodes of a leaf: its corners and the nodes in the middle of its sides.
-   function mean_of_nodes(grid, leaf, nodal) result(mean)
+   !> Mean of nodal values over the nodes of a leaf, of all its pieces where it is cut: its corners and the nodes in the middle of its
+   !> sides, without hanging nodes, whose values are means of others; of a leaf with no other nodes over these.
+   pure real(dp) function mean_of_nodes(grid, leaf, nodal) result(mean)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf
-      real(dp), intent(in) :: nodal(:)           !! (n_nodes and more)
-      real(dp) :: mean
-      integer :: node(corners*(grid%leaf_element(leaf + 1) - grid%leaf_element(leaf))), n
-      call nodes_of_leaf(grid, leaf, n, node)
-      mean = sum(nodal(node(:n)))/n
-   end function mean_of_nodes
-
-   !> The nodes of a leaf, of all its pieces where it is cut.
-   pure subroutine nodes_of_leaf(grid, leaf, n, node)
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: leaf
-      integer, intent(out) :: n, node(:)         !! the first n are used
-      integer :: e, c
+      real(dp), intent(in) :: nodal(:)           !! (n_points)
+      integer :: node(corners*(grid%leaf_element(leaf + 1) - grid%leaf_element(leaf))), n, e, c
+      logical :: counts(size(node))
       n = 0
       do e = grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1
          do c = 1, corners
             associate (point => grid%element_nodes(c, e))
-               if (point > grid%n_nodes) cycle
                if (any(node(:n) == point)) cycle
                n = n + 1
                node(n) = point
             end associate
          end do
       end do
-   end subroutine nodes_of_leaf
+      counts(:n) = node(:n) <= grid%n_nodes
+      if (.not. any(counts(:n))) counts(:n) = .true.
+      mean = sum(nodal(node(:n)), mask=counts(:n))/count(counts(:n))
+   end function mean_of_nodes
 
    !> Whether there are particles in a leaf.
    pure logical function is_occupied(grid, blocks, leaf)

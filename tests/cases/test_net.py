@@ -560,3 +560,16 @@ def test_the_mouth_of_a_path_at_its_kink_either_way(case):
     one, other = row_of("one_way", points), row_of("other_way", points[::-1])
     for name in ("mouth_opening", "mouth_sliding"):
         assert one[name][-1] == pytest.approx(other[name][-1], abs=1e-9 * abs(one["mouth_opening"][-1])), name
+
+
+def test_a_small_cell_at_the_edge_of_a_hole_whose_nodes_all_hang(case):
+    """The indicator divided by the number of its nodes that do not hang, which is 0: NaN, or an exception."""
+    text = """\
+&run end_time = 0.0032 /
+&grid lower = -0.001, 0.002  cell = 0.001  cells = 8, 8 /
+&material name = 'm'  young = 10000.0  density = 1000.0 /
+&body material = 'm'  shape = 'circle'  center = 0.00305, 0.00585  radius = 0.00272 /
+&body hole = .true.  shape = 'circle'  center = 0.00326, 0.00676  radius = 0.00176 /
+&refine indicator = 'gradient' /
+"""
+    assert case("hanging_beside_a_hole", text=text).code == 0
