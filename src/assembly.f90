@@ -2,7 +2,7 @@
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
-   use hampm_bodies, only: pieces_t, points_along, cut_into_pieces, fill_rectangle, fill_outline, add_spin
+   use hampm_bodies, only: pieces_t, points_along, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
@@ -317,11 +317,10 @@ contains
                call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
                                    scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
             end if
-            if (abs(b%spin) > 0) call add_spin(m%particles, first, first + number(k) - 1, b%spin)
          end associate
          first = first + number(k)
       end do
-      if (scene%method%has_domains()) call start_domains(m%particles, [(scene%bodies(k)%spin, k=1, size(scene%bodies))])
+      if (scene%method%has_domains()) call start_domains(m%particles)
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
       if (m%grid%is_quadratic() .and. .not. failure%failed()) call weigh_points(m%particles, m%grid, m%blocks, scene%run%thickness)
    end subroutine place_particles

@@ -4,6 +4,7 @@ module hampm_simulation
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, choose_integrator
+   use hampm_bodies, only: add_spin
    use hampm_caveats, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
@@ -82,6 +83,7 @@ contains
       integer, intent(in) :: threads
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
+      integer :: k
       s%scene = scene
       s%warning = warnings_of(scene)
       if (s%warning == '') deallocate (s%warning)
@@ -91,6 +93,9 @@ contains
       call attach_cracks(s%carried, s%motion)
       call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
       if (failure%failed()) return
+      do k = 1, size(scene%bodies)               ! with the particles as they now are: rigid motions to the last digit
+         if (abs(scene%bodies(k)%spin) > 0) call add_spin(s%motion%particles, k, scene%bodies(k)%spin)
+      end do
       call use_threads(threads, s%motion%particles%n)
       call rebuild_on_mesh(s, failure)
       if (failure%failed()) return

@@ -1,6 +1,7 @@
 !> Filling bodies with material points.
 module hampm_bodies
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_domains, only: reference_corners
    use hampm_outline, only: outline_t, least_part
    use hampm_particles, only: particles_t
    implicit none
@@ -145,19 +146,29 @@ contains
       end do
    end subroutine fill_outline
 
-   !> Let some points turn around their centre of mass, beside what velocity they have.
-   pure subroutine add_spin(p, first, last, spin)
+   !> Let a body turn around its centre of mass, beside what velocity its particles have, and the corners of their domains.
+   pure subroutine add_spin(p, body, spin)
       type(particles_t), intent(inout) :: p
-      integer, intent(in) :: first, last         !! numbers of the first and the last of them
+      integer, intent(in) :: body
       real(dp), intent(in) :: spin               !! anticlockwise [rad/s]
-      real(dp) :: centre(ndim), arm(ndim)
+      real(dp) :: centre(ndim), mass, arm(ndim), arms(ndim, corners)
       integer :: i
-      associate (mass => p%mass(first:last))
-         centre = matmul(mass, p%reference(first:last, :))/sum(mass)
-      end associate
-      do i = first, last
+      centre = 0
+      mass = 0
+      do i = 1, p%n
+         if (p%body(i) /= body) cycle
+         mass = mass + p%mass(i)
+         centre = centre + p%mass(i)*p%reference(i, :)
+      end do
+      centre = centre/mass
+      do i = 1, p%n
+         if (p%body(i) /= body) cycle
          arm = p%reference(i, :) - centre
          p%velocity(i, :) = p%velocity(i, :) + spin*[-arm(2), arm(1)]
+         if (.not. allocated(p%corner_velocity)) cycle
+         arms = reference_corners(p, i) - spread(centre, 2, corners)
+         p%corner_velocity(i, 1, :) = p%corner_velocity(i, 1, :) - spin*arms(2, :)
+         p%corner_velocity(i, 2, :) = p%corner_velocity(i, 2, :) + spin*arms(1, :)
       end do
    end subroutine add_spin
 

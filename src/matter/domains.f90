@@ -24,18 +24,10 @@ module hampm_domains
 contains
 
    !> Give the particles, which are as their bodies begin, domains.
-   subroutine start_domains(p, spin)
+   subroutine start_domains(p)
       type(particles_t), intent(inout) :: p
-      real(dp), intent(in) :: spin(:)            !! of each body, anticlockwise [rad/s]
-      real(dp) :: arm(ndim, corners)
-      integer :: i
       allocate (p%corner_displacement(p%n, ndim, corners), source=0.0_dp)
-      allocate (p%corner_velocity(p%n, ndim, corners))
-      do i = 1, p%n
-         arm = reference_corners(p, i) - spread(p%reference(i, :), 2, corners)
-         p%corner_velocity(i, 1, :) = p%velocity(i, 1) - spin(p%body(i))*arm(2, :)
-         p%corner_velocity(i, 2, :) = p%velocity(i, 2) + spin(p%body(i))*arm(1, :)
-      end do
+      p%corner_velocity = spread(p%velocity(:p%n, :), 3, corners)
    end subroutine start_domains
 
    !> Edges of the reference domain of a particle [m]: of one that an edge of the body cuts those of a smaller rectangle.

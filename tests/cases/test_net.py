@@ -573,3 +573,22 @@ def test_a_small_cell_at_the_edge_of_a_hole_whose_nodes_all_hang(case):
 &refine indicator = 'gradient' /
 """
     assert case("hanging_beside_a_hole", text=text).code == 0
+
+
+def test_a_body_whose_particles_are_split_at_the_start_turns_as_a_rigid_one(case):
+    """Halves beside a path, and particles of refined cells, had velocities from the nodes, up to 1.3 % off, and others in a mirror."""
+    run = case("turning_with_halves", text="""\
+&run end_time = 2e-4 /
+&grid lower = -1.0, -1.0  cell = 1.0  cells = 14, 14 /
+&material name = 'm'  young = 1e6  density = 1000.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 11.0, 12.0  spin = 2.0 /
+&crack kind = 'path'  points = 3.0, 3.5, 7.0, 7.5 /
+&refine indicator = 'tip'  max_level = 1  rings = 2 /
+&output snapshot_interval = 2e-4 /
+""")
+    assert run.code == 0, run.stderr
+    with h5py.File(run.path) as file:
+        particles = file["VTKHDF/particles"]
+        n = particles["NumberOfPoints"][0]
+        x, v = particles["Points"][:n, :2] - [5.5, 6.0], particles["PointData/velocity"][:n, :2]
+    assert np.abs(v - 2 * np.column_stack([-x[:, 1], x[:, 0]])).max() < 1e-12

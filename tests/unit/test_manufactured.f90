@@ -182,7 +182,7 @@ contains
          m%particles%velocity(i, :) = velocity(x, -dt/2)
       end do
       if (way == 'cpdi') then
-         call start_domains(m%particles, [0.0_dp])
+         call start_domains(m%particles)
          do i = 1, m%particles%n
             origin = reference_corners(m%particles, i)
             do c = 1, corners
