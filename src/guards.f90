@@ -11,6 +11,7 @@ module hampm_guards
                            determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
+   use hampm_loads, only: work_of_step
    use hampm_loose_pieces, only: check_pieces
    use hampm_measurements, only: measurements_t, energy_residual
    use hampm_motion, only: motion_t
@@ -63,7 +64,9 @@ contains
       now = when(motion%steps, motion%time)
       stored = measurements%kinetic_energy + measurements%strain_energy
       gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + motion%damping_loss &
-             - motion%external_work - measurements%initial_energy - abs(motion%driven%work) ! of which half waits for the next step's forces
+             - motion%external_work - measurements%initial_energy &
+             - abs(motion%driven%work) &         ! of which half waits for the next step's forces
+             - work_of_step(motion%loads, motion%particles, motion%time, motion%last_dt)
       if (allocated(motion%nodal_velocity)) gain = min(gain, 0.0_dp)  ! implicit steps overshoot, but are stable (docs/implicit.md)
       largest = merge(largest_gain_of_shapes, largest_gain, allocated(motion%grid%bodies))
       crushed = most_crushed_particle(motion%particles, motion%materials)

@@ -21,7 +21,7 @@ module hampm_loads
    implicit none
    private
    public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, &
-             add_loads, add_load, book_work, book_work_late, force_at_node, factors_at, largest_factors, all_settle, &
+             add_loads, add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, all_settle, &
              settling_time, note_hosts, keep_loads
 
    !> A load: its points, the particles on which they hang, and its history.
@@ -304,6 +304,23 @@ contains
       real(dp), intent(in) :: velocity(ndim)     !! [m/s]
       work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, velocity)
    end function work_over
+
+   !> Work that the loads do in the last step, each counted as if it put energy in [J]: what is booked of a step may be off by that,
+   !> as the forces at its two ends differ.
+   pure real(dp) function work_of_step(loads, p, time, dt) result(work)
+      type(load_t), intent(in) :: loads(:)
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: time               !! at the end of the step [s]
+      real(dp), intent(in) :: dt                 !! [s]
+      integer :: l
+      work = 0
+      do l = 1, size(loads)
+         associate (history => loads(l)%history)
+            work = work + max(abs(history%factor(time - dt)), abs(history%factor(time))) &
+                   *abs(dot_product(loads(l)%force, velocity_of_hosts(loads(l), p)))*dt
+         end associate
+      end do
+   end function work_of_step
 
    !> The factors of loads at a time [-].
    pure function factors_at(loads, time) result(factors)

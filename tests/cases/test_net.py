@@ -592,3 +592,17 @@ def test_a_body_whose_particles_are_split_at_the_start_turns_as_a_rigid_one(case
         n = particles["NumberOfPoints"][0]
         x, v = particles["Points"][:n, :2] - [5.5, 6.0], particles["PointData/velocity"][:n, :2]
     assert np.abs(v - 2 * np.column_stack([-x[:, 1], x[:, 0]])).max() < 1e-12
+
+
+def test_a_load_against_one_that_rises_is_no_gain_of_energy(case):
+    """In the first step the forces at its beginning move the body, and half of those at its end were counted as work that it has done: exit code 3."""
+    run = case("loads_against_each_other", text="""\
+&run end_time = 0.095 /
+&grid cell = 0.03  cells = 15, 12 /
+&material name = 'm'  young = 1e4  density = 2000.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 0.45, 0.36 /
+&load kind = 'body'  force = 0.0, -7e-5  lower = 0.0, 0.18  upper = 0.45, 0.36 /
+&load kind = 'body'  force = 0.0, 0.05  lower = 0.0, 0.18  upper = 0.45, 0.36  history = 'sine'  frequency = 10.0 /
+&energy_release estimators = 'energy_balance' /
+""")
+    assert run.code == 0, run.stderr
