@@ -7,6 +7,7 @@ module hampm_gradient_indicator
    use hampm_corner_values, only: are_corners, gather_at_corners, spread_from_corners, sides_of_cell, middle_of_cell
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
+   use hampm_grid, only: grid_t
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
@@ -164,7 +165,7 @@ contains
       real(dp) :: step(ndim), value(2), distance
       logical :: inside(2)
       integer :: side
-      distance = m%grid%smallest_leaf_at(node)
+      distance = reach_at(m%grid, node)
       value = 0
       do side = 1, 2
          step = 0
@@ -181,8 +182,33 @@ contains
       end if
    end function mean_beside
 
-   !> Value of a nodal field at a place beside a node, and whether the place is in or at the edge of an occupied cell. Where the place
-   !> is on a crack, its side is that of the node: the mean by the cells of the node comes first.
+   !> Size of the smallest cell at a node or, where the node is in the middle of a side of it, half of that: as the finer cells are for which it
+   !> stands there, which may be on the other side of a crack [m].
+   pure real(dp) function reach_at(grid, node) result(reach)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node
+      integer :: k
+      reach = huge(reach)
+      associate (elements => grid%dofs%elements_at(node))
+         do k = 1, size(elements)
+            associate (size_of_leaf => grid%leaf_size(elements(k)))
+               reach = min(reach, merge(size_of_leaf, size_of_leaf/2, is_corner_of(grid, elements(k), node)))
+            end associate
+         end do
+      end associate
+   end function reach_at
+
+   !> Whether a node is a corner of the leaf of an element at which it stands.
+   pure logical function is_corner_of(grid, e, node) result(is)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: e, node
+      real(dp) :: in_leaf(ndim)
+      in_leaf = (grid%node_position(:, node) - grid%element_lower(:, grid%first_of_piece(e)))/grid%leaf_size(e)
+      is = all(abs(in_leaf - 0.5_dp) > 0.25_dp)
+   end function is_corner_of
+
+   !> Value of a nodal field at a place beside a node, and whether the place is in or at the edge of an occupied cell of that node: the mean
+   !> by these cells. Others may be on the other side of a crack on which the place is.
    subroutine value_at(m, phi, node, x, value, inside)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: phi(:)
@@ -190,35 +216,39 @@ contains
       real(dp), intent(in) :: x(ndim)
       real(dp), intent(out) :: value
       logical, intent(out) :: inside
-      real(dp), parameter :: beside = 1.0e-3_dp  ! finest cells
-      real(dp) :: probe(ndim), in_cell(ndim)
-      integer :: k, d, e, n
+      integer :: k, e, n, first, before
       value = 0
       n = 0
-      associate (elements => m%grid%dofs%elements_at(node))
+      before = outside
+      associate (grid => m%grid, elements => m%grid%dofs%elements_at(node))
          do k = 1, size(elements)
-            e = elements(k)
-            in_cell = m%grid%local_coordinate(e, x)
-            if (m%grid%is_quadratic()) in_cell = m%grid%in_leaf(e, in_cell)  ! elements are quarters of the cells, which reach farther
-            if (any(abs(in_cell - 0.5_dp) > 0.5_dp + beside)) cycle
-            if (.not. is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))) cycle
-            value = value + dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
+            first = grid%first_of_piece(elements(k))
+            if (first == before) cycle           ! two quarters of a cell, one after the other
+            before = first
+            e = part_at(grid, first, x)
+            if (e == outside) cycle
+            if (.not. is_occupied(grid, m%blocks, grid%element_leaf(e))) cycle
+            value = value + dot_product(grid%functions_in(e, grid%local_coordinate(e, x)), phi(grid%support_of(e)))
             n = n + 1
          end do
       end associate
       inside = n > 0
       if (inside) value = value/n
-      if (inside) return
-      do k = 0, corners - 1                      ! a place on the edge between cells is in any of them
-         do d = 1, ndim
-            probe(d) = x(d) + (2*ibits(k, d - 1, 1) - 1)*beside*m%grid%finest_cell
-         end do
-         e = m%grid%element_at(probe)
-         inside = e /= outside
-         if (inside) inside = is_occupied(m%grid, m%blocks, m%grid%element_leaf(e))
-         if (.not. inside) cycle
-         value = dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), phi(m%grid%support_of(e)))
-         return
-      end do
    end subroutine value_at
+
+   !> The element at a place, of those of a leaf or of a piece of one; `outside` where the place is neither in the leaf nor at its edge.
+   pure integer function part_at(grid, first, x) result(e)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: first               !! of these elements
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), parameter :: beside = 1.0e-3_dp  ! leaves
+      real(dp) :: in_leaf(ndim)
+      integer :: d
+      e = outside
+      in_leaf = (x - grid%element_lower(:, first))/grid%leaf_size(first)
+      if (any(abs(in_leaf - 0.5_dp) > 0.5_dp + beside)) return
+      e = first
+      if (.not. grid%is_transition(grid%element_leaf(first))) return
+      e = first + sum([(merge(2**(d - 1), 0, in_leaf(d) > 0.5_dp), d=1, ndim)])
+   end function part_at
 end module hampm_gradient_indicator

@@ -606,3 +606,24 @@ def test_a_load_against_one_that_rises_is_no_gain_of_energy(case):
 &energy_release estimators = 'energy_balance' /
 """)
     assert run.code == 0, run.stderr
+
+
+def test_r_on_the_face_of_a_crack_beside_cells_that_have_refined_in_a_mirror(case):
+    """What is one cell from a node was not in the quarters of a cell beside finer ones, and was taken from the lower side of the crack, in the mirror image from the other one: R of a node on the
+    face was 121 or 0.7, and 221 or 224 cells refined."""
+    rows = [case(f"r_on_face_{turn}", text=f"""\
+&run end_time = 0.09 /
+&grid lower = 0.09, {0.0 if turn == 1 else -0.3}  cell = 0.03  cells = 11, 10 /
+&material name = 'm'  young = 1e4  poisson = 0.3  density = 2000.0 /
+&body material = 'm'  points_per_cell = 4  lower = 0.09, {0.0 if turn == 1 else -0.3}  upper = 0.42, {0.3 if turn == 1 else 0.0} /
+&crack kind = 'line'  tip = 0.27, {turn * 0.12}  direction = -1.0, 0.0 /
+&constraint lower = 0.09, 0.0  upper = 0.09, 0.0  fix = 'xy' /
+&constraint lower = 0.42, 0.0  upper = 0.42, 0.0  fix = 'y' /
+&load kind = 'point'  force = 0.126, {turn * 0.0223}  lower = 0.2, {turn * 0.075}  upper = 0.2, {turn * 0.075} /
+&method time = 'static' /
+&refine indicator = 'gradient'  max_level = 1  field = 'energy_density'  r_crit = 0.1  r_coarsen = 0.02 /
+&energy_release estimators = 'domain_integral' /
+""").row for turn in (1, -1)]
+    assert rows[0]["cells"][-1] > 11 * 10
+    for name in ("cells", "largest_R", "strain_energy", "K_I"):
+        assert rows[0][name] == pytest.approx(rows[1][name], rel=1e-8), name
