@@ -33,6 +33,9 @@ module hampm_spring_placement
    !> places of the tip (docs/cracks.md).
    real(dp), parameter :: firmness = 3
 
+   real(dp), parameter :: least_part = 1e-6_dp   !! of a leaf, that a layer has at least
+   real(dp), parameter :: parallel = 1e-3_dp     !! less of a direction along an axis is along a grid line of the other one
+
    !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_bond_release`).
    real(dp), parameter :: release_length = 2
 
@@ -311,7 +314,8 @@ contains
       end associate
    end subroutine add_contact
 
-   !> Add layers of a kind along a polyline, leaf by leaf: from one edge of a leaf to the next, whichever way one walks; with `after` none that end before that way from its first point.
+   !> Add layers of a kind along a polyline, leaf by leaf: from one edge of a leaf to the next, whichever way one walks, along a grid line of the
+   !> leaves of both faces; with `after` none that end before that way from its first point.
    pure subroutine add_along(springs, grid, p, blocks, materials, points, kind, after)
       type(face_springs_t), intent(inout) :: springs
       type(grid_t), intent(in) :: grid
@@ -321,37 +325,29 @@ contains
       real(dp), intent(in) :: points(:, :)       !! [m]
       type(layer_t), intent(in) :: kind          !! without its ends
       real(dp), intent(in), optional :: after    !! [m]
-      real(dp), parameter :: least_part = 1e-6_dp ! of a leaf
-      real(dp), parameter :: parallel = 1e-3_dp  ! less of a direction along an axis is along a grid line of the other one
-      real(dp) :: direction(ndim), aside(ndim), from, to, length, step, way
+      real(dp) :: direction(ndim), aside(ndim, faces), x(ndim), from, to, length, step, way
       type(layer_t) :: layer
-      integer :: i, leaf, d
+      integer :: i, side, leaf(faces)
       way = 0
       associate (forest => grid%forest)
          do i = 2, size(points, 2)
             length = norm2(points(:, i) - points(:, i - 1))
             direction = (points(:, i) - points(:, i - 1))/length
-            aside = direction
-            if (any(abs(direction) < parallel)) aside = aside + merge(-1, 1, kind%face == right_face)*[-direction(2), direction(1)]
+            aside = spread(direction, 2, faces)
+            if (any(abs(direction) < parallel)) then
+               do side = 1, faces                ! of a line with one face both are that
+                  aside(:, side) = direction + (3 - 2*merge(side, kind%face, kind%face == both_faces))*[-direction(2), direction(1)]
+               end do
+            end if
             aside = least_part*forest%cell*aside
             from = 0
             do while (from < length)
-               leaf = forest%leaf_at(points(:, i - 1) + from*direction + aside)
-               if (leaf == outside) then
-                  step = max(way_into(forest, points(:, i - 1) + from*direction + merge(0.0_dp, aside, abs(direction) > parallel), &
-                                      direction), least_part*forest%cell)
-               else
-                  step = 2*forest%size_of(leaf)
-                  associate (lower => forest%position(forest%place_of(leaf)), x => points(:, i - 1) + from*direction)
-                     do d = 1, ndim
-                        associate (from_d => merge(x(d), x(d) + aside(d), abs(direction(d)) > parallel))
-                           if (direction(d) > least_part) step = min(step, (lower(d) + forest%size_of(leaf) - from_d)/direction(d))
-                           if (direction(d) < -least_part) step = min(step, (lower(d) - from_d)/direction(d))
-                        end associate
-                     end do
-                  end associate
-                  step = max(step, least_part*forest%size_of(leaf))
-               end if
+               x = points(:, i - 1) + from*direction
+               step = huge(step)
+               do side = 1, faces
+                  leaf(side) = forest%leaf_at(x + aside(:, side))
+                  step = min(step, way_to_edge(forest, leaf(side), x, direction, aside(:, side)))
+               end do
                to = from + step
                if (to > length - least_part*forest%cell) to = length
                layer = kind
@@ -361,13 +357,36 @@ contains
                if (present(after)) then
                   if (way + to < after) leaf = outside
                end if
-               if (leaf /= outside) call add_layer(springs, grid, p, blocks, materials, layer)
+               if (any(leaf /= outside)) call add_layer(springs, grid, p, blocks, materials, layer)
                from = to
             end do
             way = way + length
          end do
       end associate
    end subroutine add_along
+
+   !> How far it is along a line from a place to the edge at which it leaves the leaf beside it or, outside a lattice, comes into that [m].
+   pure real(dp) function way_to_edge(forest, leaf, x, direction, aside) result(way)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf                !! may be `outside`
+      real(dp), intent(in) :: x(ndim)            !! on the line [m]
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      real(dp), intent(in) :: aside(ndim)        !! from the line to the leaf [m]
+      real(dp) :: beside(ndim), lower(ndim)
+      integer :: d
+      beside = x + merge(0.0_dp, aside, abs(direction) > parallel)
+      if (leaf == outside) then
+         way = max(way_into(forest, beside, direction), least_part*forest%cell)
+         return
+      end if
+      lower = forest%position(forest%place_of(leaf))
+      way = 2*forest%size_of(leaf)
+      do d = 1, ndim
+         if (direction(d) > least_part) way = min(way, (lower(d) + forest%size_of(leaf) - beside(d))/direction(d))
+         if (direction(d) < -least_part) way = min(way, (lower(d) - beside(d))/direction(d))
+      end do
+      way = max(way, least_part*forest%size_of(leaf))
+   end function way_to_edge
 
    !> How far it is along a line from a place outside a lattice to the edge at which it comes in [m]; huge where it does not.
    pure real(dp) function way_into(forest, x, direction) result(way)
@@ -397,7 +416,7 @@ contains
       type(material_t), intent(in) :: materials(:)
       type(layer_t), intent(in) :: layer
       real(dp) :: x(ndim), normal(ndim), weight(grid%n_functions, most_nodes_of_leaf)
-      integer :: i, side, e(faces), own, master(most_nodes_of_leaf), n, j
+      integer :: i, side, e(faces), master(most_nodes_of_leaf), n, j
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
          normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
@@ -405,7 +424,6 @@ contains
             x = (from + to)/2 + place(i)*(to - from)/2
             e = faces_at(grid, blocks, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
             if (all(e == 0)) cycle
-            own = e(findloc(e > 0, .true., dim=1))
             if (layer%certain .and. any(blocks%count_in(pack(e, e > 0)) == 0)) cycle
             call add_spring(springs, layer%kind)
             associate (s => springs%n)
@@ -417,7 +435,8 @@ contains
                springs%line(s) = layer%line
                springs%tip(s) = layer%tip
                springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
-               springs%cell(s) = grid%leaf_size(own)
+               call look_at_halves(grid, p, blocks, materials, e, x, springs%cell(s), springs%stiffness(s))
+               springs%stiffness(s) = springs%stiffness(s)*springs%thickness*springs%length(s)
                n = 0
                do side = 1, faces
                   if (e(side) == 0) cycle
@@ -433,15 +452,35 @@ contains
                end do
                springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
                springs%pressed(s) = max(0.0_dp, -dot_product(normal, springs%opening(:, s)))
-               associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, own, x)))))
-                  springs%stiffness(s) = firmness*material%plane_modulus()*merge(2, 1, grid%is_quadratic())/grid%leaf_size(own) &
-                                         *springs%thickness*part(i)*norm2(to - from)
-                  if (layer%face /= both_faces) springs%stiffness(s) = 2*springs%stiffness(s)
-               end associate
             end associate
          end do
       end associate
    end subroutine add_layer
+
+   !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its halves, each of
+   !> the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.
+   pure subroutine look_at_halves(grid, p, blocks, materials, e, x, cell, stiffness)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      integer, intent(in) :: e(faces)            !! see `faces_at`
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(out) :: cell              !! [m]
+      real(dp), intent(out) :: stiffness         !! [Pa/m]
+      real(dp) :: compliance
+      integer :: side
+      cell = 0
+      compliance = 0
+      do side = 1, faces
+         if (e(side) == 0) cycle
+         cell = cell + grid%leaf_size(e(side))/count(e > 0)
+         associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, e(side), x)))))
+            compliance = compliance + grid%leaf_size(e(side))/(2*firmness*material%plane_modulus())
+         end associate
+      end do
+      stiffness = merge(2, 1, grid%is_quadratic())/compliance
+   end subroutine look_at_halves
 
    !> Make springs weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
    !> faces and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
