@@ -143,15 +143,13 @@ contains
       end do
    end function coarser_than_cell
 
-   !> Whether a crack runs through the middle of a particle to which it gives a wrong side: those of quadratic cells have weights that are fitted to what
-   !> there is on each side.
+   !> Whether a crack runs through the middle of a particle, to which it gives a wrong side.
    pure logical function is_on_crack(m, i)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: x(ndim)
       x = m%particles%reference(i, :)
-      is_on_crack = .not. m%grid%is_quadratic()
-      if (is_on_crack) is_on_crack = m%grid%cut_cells%is_on_line(m%grid%element_leaf(m%particles%cell(i)), x)
+      is_on_crack = m%grid%cut_cells%is_on_line(m%grid%element_leaf(m%particles%cell(i)), x)
    end function is_on_crack
 
    !> Whether particles fit their cells before they are looked at one by one: where no cell is to have more of them than others, and no crack runs
