@@ -96,13 +96,8 @@ contains
       integer :: e
       do e = 1, grid%n_elements, matrix%quarters
          associate (cell => matrix%cell_of(e))
-            if (matrix%quarters > 1) then
-               middle = grid%element_lower(:, e) + grid%element_size(e)
-               matrix%may_hang(cell) = any(grid%support_of(e) > grid%n_nodes)
-            else
-               middle = grid%element_lower(:, e) + 0.5_dp*grid%element_size(e)
-               matrix%may_hang(cell) = grid%is_transition(grid%element_leaf(e))
-            end if
+            middle = grid%element_lower(:, e) + merge(1.0_dp, 0.5_dp, matrix%quarters > 1)*grid%element_size(e)
+            matrix%may_hang(cell) = any(grid%support_of(e) > grid%n_nodes)
             matrix%blend(cell) = choice%blend_outside
             if (choice%refined_only) then
                if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%blend(cell) = choice%blend_inside

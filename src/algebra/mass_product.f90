@@ -39,7 +39,7 @@ contains
          end do
          call grid%dofs%condense(all, 1, mass)
          do k = 1, all%n_nodes
-            mass(all%nodes(k)) = max(matrix%lumped(all%nodes(k)) - mass(all%nodes(k)), 0.0_dp)
+            mass(all%nodes(k)) = matrix%lumped(all%nodes(k)) - mass(all%nodes(k))
          end do
       end associate
    end subroutine find_concentrated_mass
