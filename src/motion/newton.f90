@@ -4,20 +4,25 @@
 !>
 !> Pairs of nodes on faces that are pressed together are tied in the direction normal to the faces.
 !>
+!> Where nothing holds how a body turns (`hampm_rigid_motions`), loads that balance each other on the undeformed one have a moment of the second
+!> order on the deformed one, load times displacement. The body comes to rest where it has turned until they have none: the pin that holds it is
+!> moved by r/k, with r the force on it and k = t.K t its stiffness as all else follows, t being the displacement by which it moves by 1. Only the
+!> stress resists: k is the virial of the loads over the square of a length, and below 0 where they would turn the body around.
+!>
 !> Source: Bathe, Finite Element Procedures (1996), section 8.4.
 module hampm_newton
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_cell_blocks, only: of_force
    use hampm_contact, only: pressed_pairs
    use hampm_energy, only: determinant_of, most_crushed_particle
-   use hampm_face_springs, only: stretch_springs, spring_states, have_friction, hold_friction, free_friction
+   use hampm_face_springs, only: stretch_springs, add_spring_resistance, spring_states, have_friction, hold_friction, free_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_rigid_motions, only: pin_t, check_pins
+   use hampm_rigid_motions, only: pin_t, check_pins, turn_with
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_supports, only: follow_supports
    use hampm_tensors, only: identity
@@ -71,14 +76,16 @@ contains
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
-      logical :: has_offset, rubs, done
+      logical :: has_offset, rubs, done, turned
       real(dp) :: largest, scale, at_first, when_held
+      real(dp) :: last(size(pins))               ! forces on pins before they were turned last [N]
       integer :: iteration, most
       most = merge(most_with_contact, most_iterations, m%springs%n_contact > 0)
       rubs = have_friction(m%springs)
       at_first = 0
       when_held = huge(when_held)
       done = .false.
+      last = huge(last)
       do iteration = 1, most
          if (rubs .and. iteration == 1) call hold_friction(m%springs)
          call find_residual()
@@ -97,6 +104,12 @@ contains
          end if
          if (iteration == 1) at_first = scale
          done = .not. has_offset .and. largest <= balanced*scale
+         if (done .and. any(m%materials%is_finite())) then
+            call turn_until_balanced(self, m, applied, pins, r, balanced*scale, last, moved, turned, failure)
+            if (failure%failed()) exit
+            if (turned) done = .false.
+            if (turned) cycle
+         end if
          if (done .or. largest > hopeless*at_first) exit
          call self%k%solve(m, r, du, failure)
          if (failure%failed()) exit
@@ -139,6 +152,54 @@ contains
          r = r - resisting
       end subroutine find_residual
    end subroutine balance
+
+   !> Turn the pieces of material whose pins feel how they turn, and what the tangent at the start of the load step, where there may be no stress
+   !> to resist it, points to. A piece whose loads have a moment before it is deformed stays: no path of states at rest leads to where it comes to
+   !> rest. Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
+   subroutine turn_until_balanced(self, m, applied, pins, r, rounding, last, moved, turned, failure)
+      class(newton_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      type(pin_t), intent(in) :: pins(:)
+      real(dp), intent(in) :: r(:, :)            !! what is out of balance, balanced but for pins [N], (ndim, n_points)
+      real(dp), intent(in) :: rounding           !! of that [N]
+      real(dp), intent(inout) :: last(:)         !! force on each pin before it was turned last [N]
+      real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
+      logical, intent(out) :: turned
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: turn(:, :), resisting(:, :), follow(:, :)
+      real(dp) :: stiffness                      ! of the pin [N/m]
+      integer :: k
+      turned = .false.
+      do k = 1, size(pins)
+         associate (force => r(pins(k)%direction, pins(k)%node))
+            if (.not. pins(k)%turns() .or. abs(force) <= rounding .or. abs(force) > last(k)/2) cycle
+            call turn_with(m, pins(k), turn)
+            if (abs(work_of(m, applied, turn)) > abs(force)/2) cycle
+            call forces_of(m, turn, resisting)
+            call add_spring_resistance(m%springs, turn, resisting)
+            call self%k%solve(m, -resisting, follow, failure)
+            if (failure%failed()) return
+            turn = turn + follow
+            stiffness = work_of(m, resisting, turn)
+            if (.not. stiffness > 0 .and. abs(force) <= rounding/sqrt(balanced)) cycle ! see `check_pins`
+            if (.not. stiffness > 0) then
+               call failure%report(exit_computation, 'a piece of body '//to_text(pins(k)%body)//' does not come to rest: its '// &
+                                   'loads keep their direction and push it together more than they pull, which turns it '// &
+                                   'around. Hold it by a &constraint, or use &method time = ''explicit''')
+               return
+            end if
+            last(k) = abs(force)
+            turn = force/stiffness*turn
+            call look_at_size(m, turn, failure)
+            if (failure%failed()) return
+            call displace(m, turn)
+            moved = moved + turn
+            if (allocated(self%predicted)) self%predicted = self%predicted + turn
+            turned = .true.
+         end associate
+      end do
+   end subroutine turn_until_balanced
 
    !> In words: where a node is most out of balance.
    function place_of(m, r) result(text)

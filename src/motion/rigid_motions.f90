@@ -1,6 +1,7 @@
 !> Motions as a whole that nothing holds. Connected material at rest needs three things held: its two directions and its turning.
 !> Where constraints hold less, nodes are pinned that take the rest: they feel no force where the loads balance each other, and
-!> where they do not, nothing can come to rest.
+!> where they do not, nothing can come to rest. Loads that keep their direction balance each other on the deformed material, where it has
+!> turned until they do: how far is no matter of the pins.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
@@ -10,7 +11,7 @@ module hampm_rigid_motions
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
-   public :: pin_t, find_pins, check_pins
+   public :: pin_t, find_pins, check_pins, turn_with
 
    integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
@@ -22,9 +23,18 @@ module hampm_rigid_motions
       integer :: piece = 0                       !! that it holds
       integer :: body = 0                        !! of this
       integer :: motion = 0                      !! of which it holds this
+      real(dp) :: free(motions) = 0              !! that motion: along x, along y, turning
+   contains
+      procedure :: turns
    end type pin_t
 
 contains
+
+   !> Whether it holds how a piece turns.
+   pure logical function turns(self)
+      class(pin_t), intent(in) :: self
+      turns = self%motion == motions
+   end function turns
 
    !> Pins for all that the constraints do not hold. Faces that may press on each other count as connected.
    subroutine find_pins(m, pins)
@@ -51,6 +61,7 @@ contains
             call find_best_pin(m, piece == root, free, pin)
             pin%piece = root
             pin%body = body(root)
+            pin%free = free
             pins = [pins, pin]
             call add_row(row_of(m, pin%node, pin%direction), held(:, :, root))
          end do
@@ -115,6 +126,23 @@ contains
       row(direction) = 1
       row(motions) = merge(-x(2), x(1), direction == 1)
    end function row_of
+
+   !> The motion as a whole that a pin holds, by which its node moves by 1 in its direction [-].
+   subroutine turn_with(m, pin, u)
+      type(motion_t), intent(in) :: m
+      type(pin_t), intent(in) :: pin
+      real(dp), allocatable, intent(out) :: u(:, :) !! (ndim, n_points)
+      integer, allocatable :: piece(:)
+      integer :: k, d
+      allocate (u(ndim, m%grid%n_points), source=0.0_dp)
+      call find_pieces(m, piece)
+      do k = 1, m%grid%n_nodes
+         if (piece(k) /= pin%piece) cycle
+         u(:, k) = [(dot_product(row_of(m, k, d), pin%free), d=1, ndim)]/dot_product(row_of(m, pin%node, pin%direction), pin%free)
+      end do
+      where (m%constraints%fixed) u(:, :m%grid%n_nodes) = 0 ! but for rounding
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
+   end subroutine turn_with
 
    !> Add what is held.
    pure subroutine add_row(row, held)

@@ -712,3 +712,39 @@ def test_energy_of_a_circle_of_which_a_box_has_the_full_mass_matrix(case):
 """).row
     stored = row["kinetic_energy"] + row["strain_energy"]
     assert stored == pytest.approx(row["external_work"], abs=1e-7 * row["external_work"][-1])     # 1e-10 of the stiffness holds nearly empty cells
+
+
+FREE = """\
+&run end_time = 1.0 /
+&grid lower = -1.0, -1.0  cell = 1.0  cells = 6, 5 /
+&material name = 'm'  law = 'neo_hookean'  young = 1e4  poisson = 0.3  density = 1000.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 4.0, 3.0 /
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 3.0  force = {left}, -180.0 /
+&load kind = 'traction'  lower = 4.0, 0.0  upper = 4.0, 3.0  force = {right}, 180.0 /
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 4.0, 0.0  force = {below}, -400.0 /
+&load kind = 'traction'  lower = 0.0, 3.0  upper = 4.0, 3.0  force = 240.0, 400.0 /
+&method time = 'static' /
+&output snapshot_interval = 1.0 /
+"""
+
+
+def test_a_free_body_turns_until_its_loads_balance_each_other(case):
+    """Nominal tractions of a uniform symmetric stress strain a body by a symmetric displacement gradient (an isotropic law). The node that is pinned where nothing holds the turning decided on
+    how the body is turned, and felt a moment load times strain: the run ended by "it turns" at loads of strain 1e-7."""
+    done = case("free_body", text=FREE.format(left=-600.0, right=600.0, below=-240.0))
+    assert done.code == 0, done.stderr
+    with h5py.File(done.path) as file:
+        points = file["VTKHDF/particles"]
+        moved = points["PointData/displacement"][:, :2]
+        at = points["Points"][:, :2] - moved
+    gradient = np.linalg.lstsq(np.c_[at, np.ones(len(at))], moved, rcond=None)[0]
+    assert moved == pytest.approx(np.c_[at, np.ones(len(at))] @ gradient, abs=1e-9)         # uniform
+    assert gradient[0, 0] > 0.01 and gradient[0, 1] == pytest.approx(gradient[1, 0], abs=1e-9) and gradient[0, 1] > 5e-3
+
+
+@pytest.mark.parametrize(("left", "right", "below", "cause"), [(600.0, -600.0, -240.0, "turns it around"), (-600.0, 600.0, -260.0, "push with")],
+                         ids=["pushed together", "out of balance"])
+def test_a_free_body_that_its_loads_turn_around(case, left, right, below, cause):
+    """Loads that keep their direction and push turn a free body to where they pull, and those that are not in balance move it."""
+    done = case("turned_around", text=FREE.format(left=left, right=right, below=below))
+    assert done.code == 3 and cause in done.stderr, done.stderr
