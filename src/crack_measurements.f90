@@ -9,7 +9,7 @@ module hampm_crack_measurements
    use hampm_cracks, only: cracks_t, first_point
    use hampm_cut_cells, only: side_of_ties
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
-   use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow
+   use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow, hardly
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, place_of_tip, &
                                    tip_zone
    use hampm_failure, only: failure_t
@@ -195,13 +195,13 @@ contains
          errors%of_tip = crack%part_of_tip()
          associate (best => crack%best(), doubt => crack%doubt(), &
                     field => new_tip_field(motion%materials(tip%material), tip%direction), own => motion%grid%is_quadratic())
-            errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt, own)
-            errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt, own)
-            errors%domain%relative = relative_errors(found%domain, best, doubt, own)
-            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own)
+            errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt, own, hardly**2)
+            errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt, own, hardly**2)
+            errors%domain%relative = relative_errors(found%domain, best, doubt, own, hardly**2)
+            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own, hardly)
             if (.not. motion%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
             if (chosen%domain_integral) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
-                                                                                [sum(doubt*best)/sum(best)], own))
+                                                                                [sum(doubt*best)/sum(best)], own, hardly**2))
          end associate
       end associate
    end subroutine estimate_at_node
@@ -300,8 +300,8 @@ contains
 
    !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
    !>
-   !> The nodal force lacks what J lacks of its mode, and is off by what it differs by from J: where cells have been divided in motion, particles
-   !> may have stresses that no node feels. Without J nothing is known of that.
+   !> The nodal force is off by what it differs by from the part of J of its mode, and by what that part is off: where cells have been divided in
+   !> motion, particles may have stresses that no node feels. Without J nothing is known of that.
    pure subroutine follow_values(scene, tip, field, values)
       type(scene_t), intent(in) :: scene
       type(crack_tip_t), intent(in) :: tip
@@ -334,7 +334,7 @@ contains
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
          errors%domain%now = max(errors%domain%now, part*errors%j%now &
                                   + error_of_shares(field, v%intensity, of_k)*sum(abs(v%domain)))
-         least = max(abs(abs(v%nodal_force) - abs(v%domain)), part*errors%j%now)
+         least = abs(abs(v%nodal_force) - abs(v%domain)) + part*errors%j%now
          if (tip%has_layers) least = abs(sum(v%nodal_force) - j)
          call follow(errors%nodal_force, v%nodal_force, scale, least)
       end associate

@@ -6,7 +6,7 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors, uncertainty
+   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors, hardly, uncertainty
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -15,6 +15,10 @@ module hampm_estimated_errors
    !> Part of what is corrected by which the correction may itself be wrong: how much too short a crack is depends on the
    !> particles a cell, Poisson's ratio and the plane condition, from 0.20 to 0.30 cells, and the correction is that of 0.21.
    real(dp), parameter :: uncertainty = 0.35_dp
+
+   !> K of a mode over that of the other, below which it is hardly there: what closing the crack tells of it is next to rounding. Of energy release
+   !> rates the square of that.
+   real(dp), parameter :: hardly = 1.0e-3_dp
 
    !> The estimated error of a column.
    type :: error_t
@@ -44,14 +48,14 @@ contains
    !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `doubt` of it.
    !> A mode that is hardly there at rest has the relative error of the other. Where values are as good as what `best` corrects, which is
    !> itself extrapolated along the crack, each may lack all of the correction.
-   pure function relative_errors(value, best, doubt, are_exact) result(relative)
+   pure function relative_errors(value, best, doubt, are_exact, least) result(relative)
       real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: doubt(:)           !! by how much the estimate corrects `best`, over it [-]
       logical, intent(in) :: are_exact           !! whether values are but for the correction, as of quadratic cells
+      real(dp), intent(in) :: least              !! of a mode that is there, over the other [-]
       real(dp) :: relative(size(value))          !! [-]
-      real(dp), parameter :: hardly = 1.0e-2_dp
       logical :: there(size(value))
-      there = abs(best) > hardly*maxval(abs(best)) .and. abs(value) > 0
+      there = abs(best) > least*maxval(abs(best)) .and. abs(value) > 0
       relative = 0
       where (there) relative = abs(abs(best/value) - 1) + uncertainty*doubt*abs(best/value)
       if (are_exact) relative = merge(max(relative, (1 + uncertainty)*doubt), relative, there)
