@@ -1,9 +1,9 @@
 !> Cracks that the material carries with it, where particles move through the grid (the updated frame): the lines along which cells are
 !> cut follow the faces, and cells are cut anew when these have moved by a small part of a cell.
 !>
-!> Each point of a line hangs on two particles, the nearest on either side in the reference configuration, by their displacement and
-!> its gradient: its place on a face is x + F (X - X_p), and on the line the mean of both faces. So lines turn and bend with the
-!> material without drift, and parted faces part them. Particles keep their sides (`cut_cells_t%follow`).
+!> Each point of a line hangs on the nearest particle on either side in the reference configuration, on the mean of those that are as near, by
+!> their displacement and its gradient: its place on a face is x + F (X - X_p), and on the line the mean of both faces. So lines turn and
+!> bend with the material without drift, and parted faces part them. Particles keep their sides (`cut_cells_t%follow`).
 module hampm_crack_carrying
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: line_t
@@ -18,14 +18,16 @@ module hampm_crack_carrying
    public :: carried_cracks_t, attach_cracks, follow_cracks
 
    integer, parameter :: faces = 2               !! the left and the right one
+   integer, parameter :: hosts = 4               !! most particles that are as near to a point, as those around one are
    real(dp), parameter :: lag = 0.05_dp          !! finest cells by which a line may be behind the material
    real(dp), parameter :: most_overlap = 0.5_dp  !! finest cells by which faces may overlap
 
-   !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these.
+   !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these. An entry is one of
+   !> the places of `host`, in its order.
    type :: carried_cracks_t
-      integer, allocatable, private :: host(:, :) !! number of the particle, (faces, points of all lines)
-      integer, allocatable, private :: first(:)  !! the first face that hangs on the particle of a number, 0 for none
-      integer, allocatable, private :: next(:)   !! the next one on the same particle, 0 behind the last; (faces*points)
+      integer, allocatable, private :: host(:, :, :) !! numbers of the particles, 0 behind the last; (hosts, faces, points of all lines)
+      integer, allocatable, private :: first(:)  !! the first entry that is the particle of a number, 0 for none
+      integer, allocatable, private :: next(:)   !! the next one of the same particle, 0 behind the last; (entries)
    contains
       procedure :: are_there
    end type carried_cracks_t
@@ -44,31 +46,38 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), allocatable :: origin(:, :), normal(:, :), nearest(:, :)
       real(dp) :: away(ndim), distance
-      integer :: i, n, face
+      integer :: i, n, face, k, entry
       if (.not. m%grid%cut_cells%are_there()) return
       if (.not. allocated(m%grid%cut_cells%lines(1)%origin)) return
       call list_points(m%grid%cut_cells%lines, origin, normal)
-      allocate (carried%host(faces, size(origin, 2)), source=0)
+      allocate (carried%host(hosts, faces, size(origin, 2)), source=0)
       allocate (nearest(faces, size(origin, 2)), source=huge(1.0_dp))
       do n = 1, size(origin, 2)
          do i = 1, m%particles%n
             away = m%particles%reference(i, :) - origin(:, n)
             face = face_toward(normal(:, n), away)
             distance = norm2(away)
-            if (distance >= nearest(face, n)) cycle
-            nearest(face, n) = distance
-            carried%host(face, n) = m%particles%id(i)
+            if (distance > nearest(face, n) + m%grid%cut_cells%slack) cycle
+            associate (host => carried%host(:, face, n))
+               if (distance < nearest(face, n) - m%grid%cut_cells%slack) host = 0
+               nearest(face, n) = min(distance, nearest(face, n))
+               if (any(host == m%particles%id(i)) .or. all(host > 0)) cycle
+               host(count(host > 0) + 1) = m%particles%id(i)
+            end associate
          end do
-         if (carried%host(1, n) == 0) carried%host(1, n) = carried%host(2, n)
-         if (carried%host(2, n) == 0) carried%host(2, n) = carried%host(1, n)
+         if (carried%host(1, 1, n) == 0) carried%host(:, 1, n) = carried%host(:, 2, n)
+         if (carried%host(1, 2, n) == 0) carried%host(:, 2, n) = carried%host(:, 1, n)
       end do
       allocate (carried%first(maxval(m%particles%id(:m%particles%n))), carried%next(size(carried%host)), source=0)
       do n = 1, size(origin, 2)
          do face = 1, faces
-            associate (id => carried%host(face, n), entry => faces*(n - 1) + face)
-               carried%next(entry) = carried%first(id)
-               carried%first(id) = entry
-            end associate
+            do k = 1, count(carried%host(:, face, n) > 0)
+               entry = hosts*(faces*(n - 1) + face - 1) + k
+               associate (id => carried%host(k, face, n))
+                  carried%next(entry) = carried%first(id)
+                  carried%first(id) = entry
+               end associate
+            end do
          end do
       end do
    end subroutine attach_cracks
@@ -87,7 +96,7 @@ contains
       moved = .false.
       if (.not. carried%are_there()) return
       call list_points(m%grid%cut_cells%lines, origin, normal)
-      call find_places(carried, m%particles, origin, normal, place, overlap)
+      call find_places(carried, m%particles, m%grid%cut_cells%slack, origin, normal, place, overlap)
       if (overlap > most_overlap*m%grid%finest_cell) then
          call failure%report(exit_computation, when(m%steps, m%time)//'the faces of a crack have gone through each other by '// &
                              to_text(overlap)//' m, more than half of a cell: in the updated frame both would be one body in '// &
@@ -139,27 +148,32 @@ contains
    end subroutine list_points
 
    !> Where the points are now: in the middle between the faces. And by how much these have gone through each other at most.
-   pure subroutine find_places(carried, p, origin, normal, place, overlap)
+   pure subroutine find_places(carried, p, slack, origin, normal, place, overlap)
       type(carried_cracks_t), intent(in) :: carried
       type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: slack              !! distance by which particles are as near [m]
       real(dp), intent(in) :: origin(:, :), normal(:, :) !! see `list_points`
       real(dp), allocatable, intent(out) :: place(:, :)  !! [m], (ndim, points)
       real(dp), intent(out) :: overlap           !! [m]
       real(dp) :: of_face(ndim, faces, size(origin, 2)), nearest(faces, size(origin, 2)), away(ndim), distance
-      integer :: i, n, face, entry
+      integer :: i, n, face, entry, as_near(faces, size(origin, 2))
       nearest = huge(nearest)
+      as_near = 0
       of_face = 0
       do i = 1, p%n
          entry = carried%first(p%id(i))
          do while (entry > 0)
-            n = 1 + (entry - 1)/faces
-            face = entry - faces*(n - 1)
+            n = 1 + (entry - 1)/(hosts*faces)
+            face = 1 + mod((entry - 1)/hosts, faces)
             away = origin(:, n) - p%reference(i, :)
             distance = norm2(away)
             if (face_toward(normal(:, n), -away) /= face) distance = sqrt(huge(distance)) ! only where there is no other
-            if (distance < nearest(face, n)) then
-               nearest(face, n) = distance
-               of_face(:, face, n) = p%position(i) + away + matmul(p%gradient_of(i), away)
+            if (distance < nearest(face, n) - slack) as_near(face, n) = 0
+            if (distance <= nearest(face, n) + slack) then
+               nearest(face, n) = min(distance, nearest(face, n))
+               as_near(face, n) = as_near(face, n) + 1
+               of_face(:, face, n) = of_face(:, face, n) + (p%position(i) + away + matmul(p%gradient_of(i), away) &
+                                                            - of_face(:, face, n))/as_near(face, n)
             end if
             entry = carried%next(entry)
          end do
