@@ -40,6 +40,8 @@ module hampm_guards
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    real(dp), parameter :: nearly_full = 0.9_dp   !! part of its stiffness with which a bond is as good as at rest [-]
    character(*), parameter :: weakened = 'J and K are those of a crack that is longer by a part of a cell'
+   character(*), parameter :: yielding = 'faces that press on each other overlap by more than at rest, and J of a tip that '// &
+                                         'they shut is off by that; G is made of K there'
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'those of a linear material, and lose their meaning', &
@@ -322,18 +324,30 @@ contains
       end do
    end subroutine look_at_faces
 
-   !> Warn where the bonds ahead of tips were made weaker than equilibrium has them, for the steps that led to it to be stable.
+   !> Warn where the bonds ahead of tips, or the springs between faces that press on each other, were made weaker than equilibrium has them, for the
+   !> steps that led to it to be stable.
    subroutine look_at_bonds(motion, courant, warning)
       type(motion_t), intent(in) :: motion
       real(dp), intent(in) :: courant            !! [-]
       character(:), allocatable, intent(inout) :: warning
+      character(:), allocatable :: remedy
+      integer :: k
       associate (springs => motion%springs)
-         if (springs%n == 0 .or. springs%weakest > nearly_full) return
-         call warn('the motion comes to rest with bonds in the cells of crack tips that have down to '// &
-                   three_digits(100*springs%weakest)//' % of their stiffness, so that steps are stable: '//weakened// &
-                   '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(springs))// &
-                   ', which leaves them all of it, or use time = ''static''', weakened, warning)
+         if (springs%n == 0 .or. min(springs%weakest, springs%weakest_contact) > nearly_full) return
+         remedy = '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(springs))// &
+                  ', which leaves them all of it, or use time = ''static'''
+         if (springs%weakest <= nearly_full) call tell('bonds in the cells of crack tips', springs%weakest, weakened)
+         if (springs%weakest_contact <= nearly_full .and. any([(is_pressed(springs, k), k=1, springs%n)])) &
+            call tell('springs between faces in contact', springs%weakest_contact, yielding)
       end associate
+   contains
+      !> Warn of some springs.
+      subroutine tell(which, part, outcome)
+         character(*), intent(in) :: which, outcome
+         real(dp), intent(in) :: part            !! of its stiffness that the weakest has [-]
+         call warn('the motion comes to rest with '//which//' that have down to '//three_digits(100*part)//' % of their '// &
+                   'stiffness, so that steps are stable: '//outcome//remedy, outcome, warning)
+      end subroutine tell
    end subroutine look_at_bonds
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.

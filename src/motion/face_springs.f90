@@ -50,6 +50,7 @@ module hampm_face_springs
       real(dp) :: most = 0                       !! largest eigenvalue that the steps of the run leave them then, over (c/h)**2 [-]
       real(dp) :: wanted = 0                     !! the one that they would have with all of their stiffness, the same [-]
       real(dp) :: weakest = 1                    !! part of its stiffness that the weakest bond has [-]
+      real(dp) :: weakest_contact = 1            !! and the weakest spring for contact [-]
       logical :: are_moving = .true.             !! whether they have masses, where they may
       integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
                                                  !! for none
@@ -472,6 +473,7 @@ contains
       more%most = springs%most
       more%wanted = springs%wanted
       more%weakest = springs%weakest
+      more%weakest_contact = springs%weakest_contact
       more%are_moving = springs%are_moving
       more%alone = springs%alone
       more%n = springs%n

@@ -492,7 +492,8 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, parameter :: turns = 4
       integer, allocatable :: first(:), user(:)
-      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), full(springs%n), bound, edge
+      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), bound, edge
+      real(dp) :: full(springs%n)                ! stiffness as at rest, and in the end the part of it that is left
       logical :: is_end(grid%n_nodes)            ! at which the cut ends on a symmetry plane
       integer :: turn, k, l, i, j, u
       bound = max(most_of_cells, springs%most)
@@ -537,8 +538,9 @@ contains
          if (all(row <= most)) exit
          where (row > most) springs%stiffness(:springs%n) = most/row*springs%stiffness(:springs%n)
       end do
-      springs%weakest = minval(springs%stiffness(:springs%n)/max(full, tiny(full)), &
-                               mask=springs%kind(:springs%n) == bond .and. full > 0)
+      full = springs%stiffness(:springs%n)/max(full, tiny(full))
+      springs%weakest = minval(full, mask=springs%kind(:springs%n) == bond .and. full > 0)
+      springs%weakest_contact = minval(full, mask=springs%kind(:springs%n) == contact)
    end subroutine soften
 
    !> The largest speed of pressure waves [m/s].
