@@ -748,10 +748,6 @@ def test_a_free_body_that_its_loads_turn_around(case, left, right, below, cause)
     """Loads that keep their direction and push turn a free body to where they pull, and those that are not in balance move it."""
     done = case("turned_around", text=FREE.format(left=left, right=right, below=below))
     assert done.code == 3 and cause in done.stderr, done.stderr
-    one, other = row_of("one_way", "0.55, 0.55, 0.75, 1.0, 1.25, 1.0, 1.45, 0.55"), row_of("other_way", "1.45, 0.55, 1.25, 1.0, 0.75, 1.0, 0.55, 0.55")
-    assert one["strain_energy"][-1] == pytest.approx(other["strain_energy"][-1], rel=1e-9)
-    for name in ("crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding"):
-        assert one[name] == pytest.approx(other[f"{name}_tip2"], rel=1e-7, abs=1e-12), name
 
 
 def test_a_crack_that_material_carries_between_particles_in_a_mirror(case):
