@@ -685,19 +685,6 @@ def test_a_path_through_the_points_of_quadratic_cells_has_two_tips_alike(case):
         assert row[f"{name}_tip2"][-1] == pytest.approx(row[name][-1], rel=1e-8), name
 
 
-def test_a_path_through_the_points_of_quadratic_cells_in_a_mirror(case):
-    """Each point on the path counted for one of its sides: energy 3e-5 and K_II 4e-3 of itself off in the mirror image. They are two halves now, as in bilinear cells."""
-    def row_of(name, points, force):
-        text = PLATE.format(end=1.0, force=force).replace("cells = 14, 12", "cells = 14, 12  order = 2")
-        return case(name, text=text + f"&method time = 'static' /\n&crack kind = 'path'  points = {points} /\n").row
-    one = row_of("one_way", "4.1, 3.6, 8.1, 7.6", "1.0, 2.0")
-    other = row_of("mirrored", "9.9, 3.6, 5.9, 7.6", "-1.0, 2.0")
-    assert other["strain_energy"][-1] == pytest.approx(one["strain_energy"][-1], rel=1e-9)
-    for tip in ("", "_tip2"):
-        assert other[f"K_I{tip}"][-1] == pytest.approx(one[f"K_I{tip}"][-1], rel=1e-8)
-        assert abs(other[f"K_II{tip}"][-1]) == pytest.approx(abs(one[f"K_II{tip}"][-1]), abs=1e-8 * one[f"K_I{tip}"][-1])
-
-
 def test_energy_of_a_circle_of_which_a_box_has_the_full_mass_matrix(case):
     """Nodes of nearly empty cells hang on those of fuller ones. Between a lumped cell and one that is not, the equations that the first acceleration is from had another matrix than the
     implicit steps: 2e-6 of the energy was missing from the first step on."""
