@@ -259,11 +259,12 @@ contains
    end function moments_of_polygon
 
    !> Area of a circle around the origin in a box, and its first moments around the lower corner of the box: between places where an arc meets
-   !> a side of the box, what is inside is between arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides.
+   !> a side of the box, what is inside is between arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides. Nothing is as large as the circle, of
+   !> which rounding would be much of a sliver.
    pure function moments_of_circle(lower, upper, r) result(m)
       real(dp), intent(in) :: lower(ndim), upper(ndim), r
       real(dp) :: m(0:ndim)
-      real(dp) :: x(6), from, to, s, top, bottom
+      real(dp) :: x(6), from, to, s(2), middle
       integer :: k
       m = 0
       x(1) = min(max(lower(1), -r), r)
@@ -275,41 +276,40 @@ contains
       do k = 2, size(x)
          from = x(k - 1)
          to = x(k)
-         s = sqrt(max(r**2 - ((from + to)/2)**2, 0.0_dp))
-         top = min(upper(2), s)
-         bottom = max(lower(2), -s)
-         if (.not. (to > from .and. top > bottom)) cycle
-         if (top < s) then
-            m = m + between_line(from, to, upper(2))
+         middle = sqrt(max(r**2 - ((from + to)/2)**2, 0.0_dp))
+         if (.not. (to > from .and. min(upper(2), middle) > max(lower(2), -middle))) cycle
+         s = sqrt(max(r**2 - [from, to]**2, 0.0_dp))
+         if (upper(2) < middle) then
+            m = m + below_chord([from, upper(2)] - lower, [to, upper(2)] - lower)
          else
-            m = m + below_arc(from, to, r)
+            m = m + below_chord([from, s(1)] - lower, [to, s(2)] - lower) + segment([from, s(1)], [to, s(2)], r, lower)
          end if
-         if (bottom > -s) then
-            m = m - between_line(from, to, lower(2))
-         else
-            m = m + below_arc(from, to, r)*[1, 1, -1]
-         end if
+         if (lower(2) <= -middle) &
+            m = m - below_chord([from, -s(1)] - lower, [to, -s(2)] - lower) + segment([to, -s(2)], [from, -s(1)], r, lower)
       end do
-      m(1:) = m(1:) - m(0)*lower
    end function moments_of_circle
 
-   !> Integrals over x of y, x y and y^2/2 with y the same everywhere.
-   pure function between_line(from, to, y) result(m)
-      real(dp), intent(in) :: from, to, y
+   !> Area between the x axis and a chord from a to b, and its first moments.
+   pure function below_chord(a, b) result(m)
+      real(dp), intent(in) :: a(ndim), b(ndim)
       real(dp) :: m(0:ndim)
-      m = [y, y*(from + to)/2, y**2/2]*(to - from)
-   end function between_line
+      m = (b(1) - a(1))/6*[3*(a(2) + b(2)), a(1)*(2*a(2) + b(2)) + b(1)*(a(2) + 2*b(2)), a(2)**2 + a(2)*b(2) + b(2)**2]
+   end function below_chord
 
-   !> The same with y = sqrt(r^2 - x^2).
-   pure function below_arc(from, to, r) result(m)
-      real(dp), intent(in) :: from, to, r
+   !> Area between a chord of a circle around the origin and the arc on its left, no more than half of the circle, and its first moments
+   !> around another place: r^2 (angle - sin(angle))/2, and around the middle of the circle (chord)^3/12.
+   pure function segment(a, b, r, place) result(m)
+      real(dp), intent(in) :: a(ndim), b(ndim), r, place(ndim)
       real(dp) :: m(0:ndim)
-      real(dp) :: s(2)
-      s = sqrt(max(r**2 - [from, to]**2, 0.0_dp))
-      m(0) = (to*s(2) - from*s(1) + r**2*atan2(to*s(1) - from*s(2), s(1)*s(2) + from*to))/2
-      m(1) = (s(1)**3 - s(2)**3)/3
-      m(2) = (r**2*(to - from) - (to**3 - from**3)/3)/2
-   end function below_arc
+      real(dp) :: chord, angle, square, rest
+      chord = norm2(b - a)
+      angle = 2*atan2(chord, norm2(a + b))
+      square = angle**2
+      rest = angle - sin(angle)
+      if (angle < 0.5_dp) rest = angle*square/6*(1 - square/20*(1 - square/42*(1 - square/72*(1 - square/110*(1 - square/156)))))
+      m(0) = r**2*rest/2
+      m(1:) = chord**2*[a(2) - b(2), b(1) - a(1)]/12 - m(0)*place
+   end function segment
 
    !> Put a few numbers into ascending order.
    pure subroutine sort_few(x)

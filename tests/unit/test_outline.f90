@@ -24,6 +24,7 @@ program test_outline
       call check_halves(ring, 'ring')
    end do
    call check_half_disc()
+   call check_cap()
    call check_edges()
    call check(star%covers([0.0_dp, 0.0_dp]) .and. .not. star%covers([0.8_dp, 0.8_dp]), 'a star covers its middle')
    call check(ring%covers([-0.5_dp, -0.5_dp]) .and. .not. ring%covers([0.2_dp, 0.1_dp]), 'a ring does not cover its hole')
@@ -50,6 +51,28 @@ contains
       call check_close(all(0), outline%area(), 1e-13_dp, name//': its pieces have its area')
       call check(maxval(abs(all(1:) - (box(1:) - 2.1_dp*box(0)))) < 1e-13_dp, name//': and its first moments')
    end subroutine check_whole
+
+   !> A cap of a circle that is 2^-30 of its radius high, on each side, is a piece of a parabola.
+   subroutine check_cap()
+      real(dp), parameter :: high = 2.0_dp**(-30), wide = 2.0_dp**(-14)
+      real(dp) :: m(0:ndim, 4), area
+      type(outline_t) :: disc
+      integer :: k
+      allocate (disc%rings(1))
+      disc%rings(1) = circle_ring([0.0_dp, 0.0_dp], 1.0_dp)
+      m(:, 1) = disc%moments([-wide, 1 - high], [wide, 1 + wide])
+      m(:, 2) = disc%moments([-wide, -1 - wide], [wide, high - 1])
+      m(:, 3) = disc%moments([1 - high, -wide], [1 + wide, wide])
+      m(:, 4) = disc%moments([-1 - wide, -wide], [high - 1, wide])
+      m(2, 2) = (wide + high)*m(0, 2) - m(2, 2)  ! from the side that is in the circle
+      m(1, 4) = (wide + high)*m(0, 4) - m(1, 4)
+      area = 4*sqrt(2*high)*high/3
+      do k = 1, 4
+         call check_close(m(0, k), area, 1e-8_dp*area, 'the area of a cap')
+         call check_close(m(merge(2, 1, k <= 2), k), 0.4_dp*high*area, 1e-6_dp*high*area, 'its height')
+         call check_close(m(merge(1, 2, k <= 2), k), wide*area, 1e-8_dp*wide*area, 'its middle')
+      end do
+   end subroutine check_cap
 
    !> A box has what its two halves have.
    subroutine check_halves(outline, name)
