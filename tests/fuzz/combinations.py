@@ -238,15 +238,17 @@ class Case:
         rounding = ROUNDING_ON_EDGES if on_edges else ROUNDING
         if on_edges:
             expected = {name: values for name, values in expected.items() if not maps.family(name).endswith("_error")}
-        worst, where = differences(expected, run.row, scale or self.scale)
+        got, scale = run.row, scale or self.scale
+        if "orthotropic" in self.laws:             # K has the size of J, a root: where that is near 0 it is rounding and a half
+            expected, got, scale = squares_of_k(expected), squares_of_k(got), squares_of_k(scale)
+        worst, where = differences(expected, got, scale)
         if any_order and not worst <= rounding:
-            worst, where = differences_in_any_order(expected, run.row, self.all_scales(scale))
+            worst, where = differences_in_any_order(expected, got, self.all_scales(scale))
         if not worst <= rounding:
             self.unless_chaotic(f"{where}: {worst:.1e} of its scale", worst)
 
     def all_scales(self, scale):
         """Scales of columns whichever tip they are of: the largest."""
-        scale = scale or self.scale
         largest = {}
         for name, value in scale.items():
             largest[maps.family(name)] = max(largest.get(maps.family(name), 0.0), value)
@@ -266,6 +268,11 @@ class Case:
             if not moved <= CHAOTIC * NUDGE and not moved < 1e-3 * min(worst, 1.0):
                 raise Chaotic(f"changed by rounding: {where}: {moved:.1e}; {message}")
         raise Fault(message)
+
+
+def squares_of_k(row):
+    """Columns with the squares, of their signs, of stress intensity factors and their errors."""
+    return {name: values * abs(values) if name.startswith("K_") else values for name, values in row.items()}
 
 
 def by_tip(row, families):
