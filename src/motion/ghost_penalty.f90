@@ -59,24 +59,26 @@ contains
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
       real(dp) :: fill(grid%n_elements), modulus(grid%n_elements), gamma(grid%n_elements)
-      logical :: moves(grid%n_points), is_held(grid%n_elements)
+      logical :: moves(grid%n_points), is_held(grid%n_elements), is_filled(grid%n_elements)
       integer, allocatable :: others(:)
       integer :: e, i, k, side
       fill = fills_of_pieces(grid, p, springs%thickness)
       moves = .false.
+      is_filled = .false.
       modulus = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
             modulus(first) = max(modulus(first), materials(p%material(i))%plane_modulus())
          end associate
          moves(grid%element_nodes(:, p%cell(i))) = .true.
+         is_filled(p%cell(i)) = .true.
       end do
       do e = 1, grid%n_elements
          associate (first => grid%first_of_piece(e), at => grid%element_nodes(:, e))
             modulus(e) = modulus(first)
             gamma(e) = 0
             if (fill(first) < enough .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) gamma(e) = gamma_of(e)
-            is_held(e) = fill(first) > 0 .or. all(moves(at) .and. at <= grid%n_nodes) ! an empty one passes on
+            is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
          end associate
       end do
       do e = 1, grid%n_elements
