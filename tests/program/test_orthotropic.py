@@ -128,8 +128,8 @@ def test_isotropic_constants_give_what_the_isotropic_law_gives(hampm, plane, set
         if np.ndim(results[0][name]) == 0 or not re.match(r"(K_|G|J|strain_energy|kinetic_energy|mouth_opening)", name) or "spread" in name:
             continue
         unit = max(np.max(np.abs(column)) for key, column in results[1].items() if np.ndim(column) and key[:1] == name[:1])
-        # K of a tip in orthotropic material has its size by J: it is as near as J and K are; shares of J are uncertain where K passes 0
-        tolerance = 0.05 if name.startswith("K_") else 1e-4 if name.startswith("G_domain") else 1e-7
+        # K of a tip in orthotropic material has its size by J: it is as near as J and K are, and so are the errors of shares of J that K gives
+        tolerance = 0.05 if name.startswith("K_") or re.match("G_domain_.*_error", name) else 1e-4 if name.startswith("G_domain") else 1e-7
         if "refine.indicator=zz" in settings:  # of cells with the same error rounding tells which is refined first
             tolerance = max(tolerance, 1e-3)
         assert np.max(np.abs(results[0][name] - results[1][name])) <= tolerance * unit, name
