@@ -612,7 +612,7 @@ contains
       character(:), allocatable :: text, other
       text = ''
       if (allocated(s%warning)) text = s%warning
-      other = s%refinement%warning()
+      other = s%refinement%warning(s%motion%steps, .not. s%motion%grid%forest%is_uniform())
       if (text /= '' .and. other /= '') text = text//new_line('a')
       text = text//other
    end function warnings

@@ -4,8 +4,9 @@ module hampm_caveats
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
    use hampm_crack_placement, only: body_at
-   use hampm_history_resolution, only: coarse_histories
+   use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
+   use hampm_path_placement, only: path_tips
    use hampm_placement, only: length_text, upper_corner, points_of
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_text, only: to_text, three_digits
@@ -33,6 +34,8 @@ contains
       call look_at_gaps(scene, text)
       call look_at_points(scene, text)
       call look_at_interfaces(scene, text)
+      call look_at_starts(scene, text)
+      call look_at_tips(scene, text)
       if (coarse_histories(scene) /= '') call add(text, coarse_histories(scene))
    end function warnings_of
 
@@ -60,6 +63,35 @@ contains
       if (text /= '') text = text//new_line('a')
       text = text//line
    end subroutine add
+
+   !> What begins when the run is over does nothing.
+   pure subroutine look_at_starts(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer :: k
+      if (scene%method%time == 'static') return  ! there is a rule for it
+      if (any(scene%refine%indicator == ['gradient', 'zz      ']) .and. begins_too_late(scene, scene%refine%start)) &
+         call add(text, '&refine: no cell refines: start is '//to_text(scene%refine%start)//' s, and the run ends at '// &
+                  to_text(scene%run%end_time)//' s')
+      do k = 1, size(scene%growth)
+         if (.not. begins_too_late(scene, scene%growth(k)%start)) cycle
+         call add(text, '&growth '//to_text(k)//': no crack grows by it: start is '//to_text(scene%growth(k)%start)// &
+                  ' s, and the run ends at '//to_text(scene%run%end_time)//' s')
+      end do
+   end subroutine look_at_starts
+
+   !> Of cracks that cut bodies in two there is no tip at which G could be found.
+   pure subroutine look_at_tips(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      integer :: k
+      if (size(scene%paths) == 0 .or. .not. scene%energy_release%needs_crack()) return
+      do k = 1, size(scene%paths)
+         if (any(path_tips(scene, k))) return
+      end do
+      call add(text, '&energy_release estimators: no G, J or K is recorded: no end of a &crack is inside the material, so that '// &
+               'none is a tip')
+   end subroutine look_at_tips
 
    !> Constraints that hold nothing yet: a wall, or a slip of the pen.
    pure subroutine look_at_constraints(scene, text)

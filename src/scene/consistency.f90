@@ -19,7 +19,7 @@ module hampm_consistency
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
-   use hampm_text, only: to_text, did_you_mean
+   use hampm_text, only: to_text, three_digits, did_you_mean
    implicit none
    private
    public :: check_consistency
@@ -156,8 +156,16 @@ contains
          associate (body => scene%bodies(i))
             usable(i) = all(body%upper - body%lower > tol)
             if (.not. usable(i)) then
-               call settings%complain(mistakes, entry, 'upper', 'must be above lower = '//point_text(body%lower)// &
-                                      ' in every direction')
+               select case (settings%text(entry, 'shape'))
+                case ('polygon')
+                  call settings%complain(mistakes, entry, 'points', 'the corners are on one line')
+                case ('circle')
+                  call settings%complain(mistakes, entry, 'radius', 'must be above '//three_digits(tol/2)//' [m], by which '// &
+                                         'places in cells of this size are the same')
+                case default
+                  call settings%complain(mistakes, entry, 'upper', 'must be above lower = '//point_text(body%lower)// &
+                                         ' in every direction')
+               end select
                cycle
             end if
             if (has_grid) call check_within_grid(scene, settings, i, mistakes)

@@ -9,7 +9,7 @@ module hampm_history_resolution
    use hampm_time_history, only: time_history_t
    implicit none
    private
-   public :: check_resolution, coarse_histories
+   public :: check_resolution, coarse_histories, begins_too_late
 
    ! A load that is constant over a step of a sine, n to a period, has work and amplitude off by (2 pi/n)**2/12: 3.3 % at 10, 0.8 % at 20
    real(dp), parameter :: least_steps = 10       !! of a period, in motion
@@ -63,22 +63,26 @@ contains
       integer :: k
       text = ''
       do k = 1, size(scene%loads)
-         call look_at('&load '//to_text(k), scene%loads(k)%history, longest_step_of(scene), text)
+         call look_at(scene, '&load '//to_text(k), scene%loads(k)%history, longest_step_of(scene), text)
       end do
       do k = 1, size(scene%constraints)
-         call look_at('&constraint '//to_text(k), scene%constraints(k)%motion%history, longest_step_of(scene), text)
+         call look_at(scene, '&constraint '//to_text(k), scene%constraints(k)%motion%history, longest_step_of(scene), text)
       end do
    end function coarse_histories
 
    !> Look at one of them.
-   pure subroutine look_at(name, history, dt, text)
+   pure subroutine look_at(scene, name, history, dt, text)
+      type(scene_t), intent(in) :: scene
       character(*), intent(in) :: name
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: dt                 !! [s]
       character(:), allocatable, intent(inout) :: text
       character(:), allocatable :: line
       line = ''
-      if (history%kind == 'sine') then
+      if (begins_too_late(scene, history%start)) then
+         line = name//': its history begins at '//to_text(history%start)//' s, and the run ends at '// &
+                to_text(scene%run%end_time)//' s: it does nothing'
+      else if (history%kind == 'sine') then
          if (history%frequency*dt*good_steps <= 1) return
          line = name//': steps of '//three_digits(dt)//' s take '//three_digits(1/(history%frequency*dt))// &
                 ' points of a period of its sine of '//to_text(history%frequency)//' Hz: what is between them does not act. '// &
@@ -93,6 +97,14 @@ contains
       text = text//line
    end subroutine look_at
 
+   !> Whether what begins at a time never acts: at rest the last load step is at the end of the run, in motion it begins before that.
+   pure logical function begins_too_late(scene, start)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: start              !! [s]
+      begins_too_late = start > scene%run%end_time .or. &
+                        (scene%method%time /= 'static' .and. start >= scene%run%end_time)
+   end function begins_too_late
+
    !> The longest step that a run can take at first [s]. Where outputs are closer they end it.
    pure real(dp) function longest_step_of(scene) result(dt)
       type(scene_t), intent(in) :: scene
@@ -106,8 +118,8 @@ contains
       if (scene%output%snapshot_interval > 0) dt = min(dt, scene%output%snapshot_interval)
    end function longest_step_of
 
-   !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before and after it;
-   !> 0 for none [s].
+   !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before it, or at the
+   !> beginning of the run, and one step after it; 0 for none [s].
    pure real(dp) function missed_peak(history, dt) result(time)
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: dt                 !! [s]
@@ -116,8 +128,10 @@ contains
       time = 0
       largest = maxval(abs(history%factors))
       do k = 2, size(history%times) - 1
-         if (history%times(k) - dt < history%times(1)) cycle
-         beside = [history%factor(history%start + history%times(k) - dt), history%factor(history%start + history%times(k) + dt)]
+         associate (at => history%start + history%times(k))
+            if (at <= 0) cycle
+            beside = [history%factor(max(at - dt, 0.0_dp)), history%factor(at + dt)]
+         end associate
          if (history%factors(k) - maxval(beside) <= most_missed*largest .and. &
              minval(beside) - history%factors(k) <= most_missed*largest) cycle
          time = history%times(k)

@@ -66,7 +66,7 @@ def test_what_is_printed_of_a_scene_has_no_key_without_effect(case, text_of):
 
 
 @pytest.mark.parametrize("points", ["-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", "-8e-3,-8e-3,0,0,8e-3,8e-3,2e-3,2e-3", "0,0,1e-3,1e-3,3e-3,3e-3,2e-3,2e-3",
-                                    "-8e-3,1e-3,0,1e-3,8e-3,1e-3", "0,0,3e-4,1e-4,6e-4,2e-4"])
+                                    "-8e-3,1e-3,0,1e-3,8e-3,1e-3", "0,0,3e-4,1e-4,6e-4,2e-4", "0,0,8e-3,0,8e-3,1e-13"])
 def test_a_polygon_without_an_area(case, text_of, points):
     text = text_of("body_without_area")
     result = case("body_without_area", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", points))
@@ -125,3 +125,46 @@ def test_advice_is_given_where_it_may_be_taken(case, text_of):
     assert advised.code == 0, advised.stderr
     assert "; use &method mass = 'blend'" in advised.stdout
     assert case("taken", "--check", *coarse, "--set", "method.mass=blend", text=text).code == 0
+
+
+LATE = """\
+&run end_time = 1e-6 /
+&grid lower = -10e-3, -10e-3  cell = 1e-3  cells = 20, 20 /
+&material name = 'm'  young = 100e9  poisson = 0.1  density = 5000.0 /
+&body material = 'm'  lower = -8e-3, -8e-3  upper = 8e-3, 8e-3 /
+&constraint lower = -8e-3, -8e-3  upper = 8e-3, -8e-3  fix = 'xy' /
+&output history_interval = 1e-7 /
+"""
+LOAD = "&load kind = 'traction'  lower = -8e-3, 8e-3  upper = 8e-3, 8e-3  force = 0.0, 1e3"
+PATH = "&crack kind = 'path'  points = -4e-3, -1e-3, 3.1e-3, 2.2e-3 /"
+
+
+@pytest.mark.parametrize(("groups", "told"), [
+    (f"{LOAD}  start = 2e-6 /", "&load 1: its history begins at 2.0e-6 s"),
+    (f"{LOAD}  start = 1e-6 /", "&load 1: its history begins at 1.0e-6 s"),
+    ("&constraint lower = -8e-3, 8e-3  upper = 8e-3, 8e-3  fix = 'y'  velocity = 0.0, 1.0  start = 2e-6 /", "&constraint 2: its history begins at 2.0e-6 s"),
+    (f"{LOAD} /\n&refine indicator = 'zz'  start = 3e-6 /", "&refine: no cell refines: start is 3.0e-6 s"),
+    (f"{LOAD} /\n&refine indicator = 'gradient'  r_crit = 0.1  interval = 100000 /", "no cell has refined: &refine interval = 100000 is more than"),
+    (f"{LOAD} /\n{PATH}\n&refine indicator = 'tip'  region_lower = -8e-3, 6e-3  region_upper = -6e-3, 8e-3 /", "no cell has refined: there is none within &refine rings = 4"),
+    (f"{PATH}\n&growth law = 'toughness'  toughness = 10.0  start = 2e-6 /\n&energy_release estimators = 'domain_integral' /", "&growth 1: no crack grows by it"),
+    (f"{LOAD} /\n&crack kind = 'path'  points = -12e-3, 1e-3, 12e-3, 1.3e-3 /\n&energy_release estimators = 'domain_integral' /", "no end of a &crack is inside the material")],
+    ids=["load", "load at the end", "constraint", "refine start", "refine interval", "refine region", "growth", "estimators without a tip"])
+def test_what_never_acts_is_told(case, groups, told):
+    """What begins after the end, or looks where or when there is nothing to see, did nothing without a word."""
+    result = case("never", text=LATE + groups + "\n")
+    assert result.code == 0 and told in result.stderr
+
+
+@pytest.mark.parametrize("groups", [f"{LOAD}  start = 0.9e-6 /\n&refine indicator = 'zz'  max_level = 1  start = 0.5e-6  interval = 1 /",
+                                    f"{LOAD}  start = 1e-6 /\n&method time = 'static' /"], ids=["in motion", "at rest"])
+def test_what_acts_late_is_not_told(case, groups):
+    result = case("late", text=LATE.replace("&output history_interval = 1e-7 /\n", "") + groups + "\n")
+    assert result.code == 0 and "begins at" not in result.stderr and "no cell" not in result.stderr
+
+
+@pytest.mark.parametrize("method", ["explicit", "static"])
+def test_a_peak_of_a_table_within_its_first_step(case, method):
+    """Only corners a whole step after the first one were looked at: a pulse in the first step was passed by without a word."""
+    pulse = f"{LOAD}  history = 'table'  times = 0.0, 1e-8, 2e-8  factors = 0.0, 1.0, 0.0 /\n&method time = '{method}' /\n"
+    assert "may pass by its factor at 1.0e-8 s" in case("pulse", text=LATE + pulse).stderr
+    assert "may pass by" not in case("ramp", text=LATE + pulse.replace("1.0, 0.0 /", "1.0, 1.0 /")).stderr
