@@ -65,6 +65,8 @@ contains
             end if
             if (law%direction == 'straight') then
                if (.not. rates(k) > 0) return    ! there is no load yet
+            else if (.not. norm2(values(k)%intensity) > 0) then
+               return                            ! nor here
             else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
                call growing%note_waiting(k, said)
                return

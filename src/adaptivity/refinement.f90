@@ -321,7 +321,7 @@ contains
    !> What the user should know at the end; '' where there is nothing.
    function warning(self, steps, refined) result(text)
       class(refinement_t), intent(in) :: self
-      integer(long), intent(in) :: steps         !! that the run has taken
+      integer(long), intent(in) :: steps         !! that the run has taken, 0 where the scene is only checked
       logical, intent(in) :: refined             !! whether there are cells that are refined
       character(:), allocatable :: text
       text = ''
@@ -331,7 +331,8 @@ contains
       else if (self%reached_max_level) then
          text = 'refinement reached &refine max_level = '//to_text(self%max_level)// &
                 ': cells that would have been refined further were not'
-      else if (self%follows_motion() .and. self%indicator /= 'tip' .and. .not. self%at_rest .and. steps < self%interval) then
+      else if (self%follows_motion() .and. self%indicator /= 'tip' .and. .not. self%at_rest .and. &
+               steps > 0 .and. steps < self%interval) then
          text = 'no cell has refined: &refine interval = '//to_text(self%interval)//' is more than the '//to_text(int(steps))// &
                 ' steps of the run'
       else if (self%indicator == 'tip' .and. self%max_level > 0 .and. .not. refined) then

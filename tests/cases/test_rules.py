@@ -158,8 +158,9 @@ def test_what_never_acts_is_told(case, groups, told):
 @pytest.mark.parametrize("groups", [f"{LOAD}  start = 0.9e-6 /\n&refine indicator = 'zz'  max_level = 1  start = 0.5e-6  interval = 1 /",
                                     f"{LOAD}  start = 1e-6 /\n&method time = 'static' /"], ids=["in motion", "at rest"])
 def test_what_acts_late_is_not_told(case, groups):
-    result = case("late", text=LATE.replace("&output history_interval = 1e-7 /\n", "") + groups + "\n")
-    assert result.code == 0 and "begins at" not in result.stderr and "no cell" not in result.stderr
+    for options in ([], ["--check"]):
+        result = case("late", *options, text=LATE.replace("&output history_interval = 1e-7 /\n", "") + groups + "\n")
+        assert result.code == 0 and "begins at" not in result.stderr and "no cell" not in result.stderr
 
 
 @pytest.mark.parametrize("method", ["explicit", "static"])
@@ -168,3 +169,18 @@ def test_a_peak_of_a_table_within_its_first_step(case, method):
     pulse = f"{LOAD}  history = 'table'  times = 0.0, 1e-8, 2e-8  factors = 0.0, 1.0, 0.0 /\n&method time = '{method}' /\n"
     assert "may pass by its factor at 1.0e-8 s" in case("pulse", text=LATE + pulse).stderr
     assert "may pass by" not in case("ramp", text=LATE + pulse.replace("1.0, 0.0 /", "1.0, 1.0 /")).stderr
+
+
+def test_a_tip_without_a_load_does_not_wait(case):
+    """Before its load began it was said that nothing opens the tip in the direction that it would take, and to let it go straight on."""
+    text = LATE.replace("end_time = 1e-6", "end_time = 1.0").replace("&output history_interval = 1e-7 /\n", "") + f"""\
+{LOAD}  start = 0.5  history = 'ramp'  rise_time = 0.5 /
+&crack kind = 'path'  points = -4e-3, -1e-3, 3.1e-3, 2.2e-3 /
+&method time = 'static'  load_steps = 4 /
+&refine indicator = 'tip'  max_level = 1 /
+&growth toughness = 10.0  increment = 1e-3 /
+&energy_release estimators = 'domain_integral' /
+"""
+    result = case("late_load", text=text)
+    assert result.code == 0 and "has waited" not in result.stderr
+    assert result.row["crack_length"][-1] > result.row["crack_length"][0]
