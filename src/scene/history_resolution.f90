@@ -78,6 +78,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       character(:), allocatable, intent(inout) :: text
       character(:), allocatable :: line
+      real(dp) :: peak                           ! [s]
       line = ''
       if (begins_too_late(scene, history%start)) then
          line = name//': its history begins at '//to_text(history%start)//' s, and the run ends at '// &
@@ -88,9 +89,10 @@ contains
                 ' points of a period of its sine of '//to_text(history%frequency)//' Hz: what is between them does not act. '// &
                 'Take '//to_text(nint(good_steps))//' or more'
       else if (history%kind == 'table') then
-         if (missed_peak(history, dt) <= 0) return
+         peak = missed_peak(history, dt, scene%method%time == 'static')
+         if (peak <= 0) return
          line = name//': steps of '//three_digits(dt)//' s may pass by its factor at '// &
-                three_digits(missed_peak(history, dt))//' s, which is there for less than two of them'
+                three_digits(peak)//' s, which is there for less than two of them'
       end if
       if (line == '') return
       if (text /= '') text = text//new_line('a')
@@ -119,10 +121,12 @@ contains
    end function longest_step_of
 
    !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before it, or at the
-   !> beginning of the run, and one step after it; 0 for none [s].
-   pure real(dp) function missed_peak(history, dt) result(time)
+   !> beginning of the run, and one step after it; 0 for none [s]. Where it is known when steps are, below that at the two around it.
+   pure real(dp) function missed_peak(history, dt, are_known) result(time)
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: dt                 !! [s]
+      logical, intent(in) :: are_known           !! whether steps are at the multiples of dt
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of a step
       real(dp) :: beside(2), largest
       integer :: k
       time = 0
@@ -130,7 +134,12 @@ contains
       do k = 2, size(history%times) - 1
          associate (at => history%start + history%times(k))
             if (at <= 0) cycle
-            beside = [history%factor(max(at - dt, 0.0_dp)), history%factor(at + dt)]
+            beside = [max(at - dt, 0.0_dp), at + dt]
+            if (are_known) then
+               if (abs(at/dt - anint(at/dt)) <= rounding) cycle
+               beside = dt*[aint(at/dt), aint(at/dt) + 1]
+            end if
+            beside = [history%factor(beside(1)), history%factor(beside(2))]
          end associate
          if (history%factors(k) - maxval(beside) <= most_missed*largest .and. &
              minval(beside) - history%factors(k) <= most_missed*largest) cycle

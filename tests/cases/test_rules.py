@@ -184,3 +184,11 @@ def test_a_tip_without_a_load_does_not_wait(case):
     result = case("late_load", text=text)
     assert result.code == 0 and "has waited" not in result.stderr
     assert result.row["crack_length"][-1] > result.row["crack_length"][0]
+
+
+@pytest.mark.parametrize(("steps", "told"), [(4, False), (8, False), (2, False), (3, True), (1, True)])
+def test_a_peak_that_a_load_step_meets_is_not_passed_by(case, steps, told):
+    """Load steps are at equal parts of the end time: one of four is just at the peak, and it was said that they may pass by it."""
+    peak = f"{LOAD}  history = 'table'  times = 0.0, 0.25e-6, 0.5e-6, 0.75e-6  factors = 0.0, 0.0, 1.0, 0.0 /\n"
+    result = case("peak", text=LATE.replace("&output history_interval = 1e-7 /\n", "") + peak + f"&method time = 'static'  load_steps = {steps} /\n")
+    assert result.code == 0 and ("may pass by" in result.stderr) == told
