@@ -139,8 +139,8 @@ contains
       end do
    end subroutine number
 
-   !> Add the stiffness of all cells. Nodes that only a piece of a cell has, as a crack or the edge of a body cuts it, and in that few
-   !> particles, have motions that strain nothing: these are hardly held, to have some solution.
+   !> Add the stiffness of all cells. Where few particles are, nodes have motions that strain nothing: these are hardly held, to have some
+   !> solution.
    subroutine fill(m, cells, stiffness, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: cells(:)            !! the occupied elements
@@ -166,7 +166,7 @@ contains
          by_master = matrix_by_masters(ndim, weight, by_corner)
          if (m%grid%is_quadratic() .and. stiffness%kind%mass_factor > 0) then
             continue                             ! ties hold them, and their masses (`hampm_mass_ties`)
-         else if (m%grid%is_piece(cells(k)) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(cells(k)) < corners)) then
+         else if (may_be_loose(m, cells(k))) then
             do d = 1, ndim*n
                by_master(d, d) = by_master(d, d) + hardly*maxval(by_corner)
             end do
@@ -176,6 +176,18 @@ contains
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
       call add_springs(m, stiffness%kind%mass_factor, stiffness%unknowns, matrix)
    end subroutine fill
+
+   !> Whether nodes of an element may move without straining a particle: of a piece of a leaf, as a crack or the edge of a body cuts it, and
+   !> of a leaf beside finer ones that is partly empty, whose far nodes only the hanging one in its middle may have.
+   pure logical function may_be_loose(m, e)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e
+      may_be_loose = m%grid%is_piece(e) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(e) < corners)
+      if (may_be_loose) return
+      associate (leaf => m%grid%element_leaf(e))
+         may_be_loose = any(m%blocks%count_in(m%grid%leaf_element(leaf):m%grid%leaf_element(leaf + 1) - 1) == 0)
+      end associate
+   end function may_be_loose
 
    !> The nodes that each spring between faces couples, 0 behind the last.
    pure function nodes_of_springs(m) result(nodes)
