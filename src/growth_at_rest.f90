@@ -61,7 +61,7 @@ contains
          integer, intent(in) :: k
          associate (law => scene%growth(law_of(scene, cracks%tips(k))), tip => cracks%tips(k))
             if (law%only_largest) then
-               if (rates(k) < maxval(rates, mask=cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) return
+               if (k /= first_of_largest(rates, cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) return
             end if
             if (law%direction == 'straight') then
                if (.not. rates(k) > 0) return    ! there is no load yet
@@ -225,6 +225,16 @@ contains
          text = 'K_II is '//three_digits(abs(tan(turns%mixity(k))))//' of K_I'
       end function part_of_two
    end subroutine take_back
+
+   !> The first of some tips whose rate is the largest but for rounding, as those of a crack in the middle of a body are.
+   pure integer function first_of_largest(rates, some)
+      real(dp), intent(in) :: rates(:)           !! [J/m2]
+      logical, intent(in) :: some(:)             !! one at least
+      real(dp), parameter :: rounding = 1e-7_dp  !! over the rate
+      real(dp) :: largest
+      largest = maxval(rates, mask=some)
+      first_of_largest = findloc(some .and. rates >= largest - rounding*abs(largest), .true., dim=1)
+   end function first_of_largest
 
    !> By what loads are to be multiplied so that the largest G of a tip that still grows, over its toughness, is 1; 1 where none has any.
    pure real(dp) function factor_to_toughness(growing, scene, cracks, values) result(factor)
