@@ -9,14 +9,16 @@ from base_case import GOOD, LINE, REFINE, changed
 
 @pytest.fixture
 def check(hampm, tmp_path):
-    """Validate a namelist text with `--check`; returns the scene as it is understood. `idle` are the keys that it says to have no effect."""
+    """Validate a namelist text with `--check`; returns the scene as it is understood. `idle` are the keys that it says to have no effect, `late` is whether a load
+    is said to begin after the end."""
 
-    def run(text, *arguments, idle=()):
+    def run(text, *arguments, idle=(), late=False):
         (tmp_path / "case.nml").write_bytes(text if isinstance(text, bytes) else text.encode())
         result = hampm("case.nml", "--check", *arguments)
         assert result.returncode == 0, result.stderr
         assert re.findall(r"^hampm: warning: &(?:refine|method) (\w+) = .* has no effect with.*$", result.stderr, re.MULTILINE) == list(idle)
-        assert len(result.stderr.splitlines()) == len(idle)
+        assert ("and the run ends at" in result.stderr) == late
+        assert len(result.stderr.splitlines()) == len(idle) + late
         return result.stdout
 
     return run
@@ -250,7 +252,7 @@ def test_text_is_kept_as_it_is(check, title):
 
 @pytest.mark.parametrize("number", ["0.1", "1e-99", "1e-100", "1.7976931348623157e99", "3.141592653589793", "123456.789", "2.0e-5", "1e22"])
 def test_numbers_are_kept_to_the_last_bit(check, number):
-    scene = check(GOOD, "--set", f"load.start={number}")
+    scene = check(GOOD, "--set", f"load.start={number}", late=float(number) > 1e-3)
     assert float(value_of(scene, "load", "start")) == float(number)
 
 
