@@ -7,8 +7,8 @@ from collections import Counter
 
 import pytest
 
-from long_tests import CASES, PARTS
-from paths import COARSE_DCB, PROGRAM, SCRIPTS
+from long_tests import CASES, CHECKED, PARTS
+from paths import CHECKED_PROGRAM, COARSE_DCB, PROGRAM, SCRIPTS
 
 sys.path.insert(0, str(SCRIPTS))
 
@@ -50,10 +50,12 @@ def run_hampm():
 
 
 @pytest.fixture
-def hampm(run_hampm, tmp_path):
-    """The program as a function, `hampm(*arguments, **options)`; it runs in the test's own folder."""
-    def run(*arguments, cwd=tmp_path, **options):
-        return run_hampm(*arguments, cwd=cwd, **options)
+def hampm(request, run_hampm, tmp_path):
+    """The program as a function, `hampm(*arguments, **options)`; it runs in the test's own folder. Without HAMPM it is of the checked build in some files."""
+    of_file = CHECKED_PROGRAM if request.path.stem in CHECKED and "HAMPM" not in os.environ else PROGRAM
+
+    def run(*arguments, cwd=tmp_path, program=of_file, **options):
+        return run_hampm(*arguments, cwd=cwd, program=program, **options)
     return run
 
 

@@ -1,4 +1,4 @@
-"""Tests that take long, by file and function, with how many of their cases `make test` runs; the others belong to `make verify`, as do those that
+"""Which tests run where. Tests that take long, by file and function, with how many of their cases `make test` runs; the others belong to `make verify`, as do those that
 are marked so. What is measured at random, by finer cells or again in another way is here, where a shorter test stands for the same mechanism."""
 
 CASES = {
@@ -94,3 +94,7 @@ CASES = {
 PARTS = {"test_lessons": ("7_", "8_", "9_", "10_", "13_", "14_"),
          "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "local_time_steps-static",
                              "figure_10-unlumped", "local_adaptive-common")}
+
+# Files of tests/program whose runs are short enough for the build with all checks and traps; tests/cases has it, too
+CHECKED = {"test_interfaces", "test_line_mass_identity", "test_moved_nodes", "test_path_closure", "test_permissions", "test_result_file",
+           "test_strained_tip", "test_supports", "test_travel", "test_weight_and_eigenstrain"}
