@@ -55,7 +55,7 @@ def test_the_program_ends_as_its_exit_codes_say(tmp_path):
             assert line.startswith(b"hampm: "), (options, text, run.stderr)
 
 
-@pytest.mark.parametrize(("keys", "extra"), [(20, 10), pytest.param(None, 30, marks=pytest.mark.verify)])
+@pytest.mark.parametrize(("keys", "extra"), [(12, 6), pytest.param(None, 30, marks=pytest.mark.verify)])
 def test_every_key_acts(keys, extra):
     """Each of some keys, taken at random, in one scene at least; and where some do not, this is said. `make fuzz` sets all keys in all scenes."""
     assert not every_key.try_each_once(PROGRAM, random.Random(1), extra, keys)
