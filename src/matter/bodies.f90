@@ -24,7 +24,7 @@ contains
       real(dp), intent(in) :: cell                      !! size of a cell [m]
       integer, intent(in) :: points_per_cell
       integer :: n(ndim)
-      n = max(1, nint((upper - lower)/(cell/points_per_cell)))
+      n = nint(max(1.0_dp, (upper - lower)/(cell/points_per_cell)))
    end function points_along
 
    !> The same for points of which none is to stand on a grid line, where the strain is that of the cell on one of its sides: as many in each
@@ -40,8 +40,9 @@ contains
       n = points_along(lower, upper, cell, points_per_cell)
       do d = 1, ndim
          do more = 1, most
+            if (n(d) == huge(n)) exit
             if (.not. any_on_line((lower(d) - origin(d))/cell, (upper(d) - lower(d))/cell, n(d))) exit
-            n(d) = max(n(d) + 1, nint((upper(d) - lower(d))/(cell/(points_per_cell + more))))
+            n(d) = nint(min(max(n(d) + 1.0_dp, (upper(d) - lower(d))/(cell/(points_per_cell + more))), real(huge(n), dp)))
          end do
       end do
    end function points_off_lines

@@ -827,3 +827,15 @@ def test_a_half_empty_cell_between_refined_ones_at_rest(case, solver):
 &refine indicator = 'gradient'  r_crit = 0.1  max_level = 1 /
 """).row["strain_energy"][-1]
     assert energy(0.5) == pytest.approx(energy(0.0), rel=5e-3)
+
+
+@pytest.mark.parametrize("extent", ["upper = -9.99e98, 0.01", "upper = 9.99e98, 0.01"])
+def test_a_body_that_ends_far_away_is_refused(case, extent):
+    """The number of its points was turned into an integer that cannot hold it: an exception in --check, with a mistake in another key."""
+    run = case("far_away", "--check", text=f"""\
+&run end_time = 2e-5 /
+&grid cell = 5e-3  cells = 20, 3 /
+&material name = 'a'  young = 70e9  density = 2700 /
+&body material = -2  lower = 0.0, 0.0  {extent} /
+""")
+    assert run.code == 2 and "&body" in run.stderr
