@@ -106,13 +106,15 @@ contains
       end associate
    end subroutine find_nodes
 
-   !> Find where in a grid the tip of a path is, the cells there, the smallest of them, and whether it is inside one.
-   pure subroutine find_cells(self, end, grid)
+   !> Find the cells at the tip of a path, the smallest of them, and whether it is inside one. The grid knows where a tip that the
+   !> material carries is; of others the points of the crack tell it, also where a step with growth is taken back.
+   pure subroutine find_cells(self, end, is_carried, grid)
       class(crack_tip_t), intent(inout) :: self
       type(end_leaf_t), intent(in) :: end        !! of the line of this crack in the grid
+      logical, intent(in) :: is_carried
       type(grid_t), intent(in) :: grid
       integer :: k, leaf
-      if (.not. self%grown > 0) then
+      if (is_carried) then
          self%now = end%tip
          self%direction = end%direction
       end if

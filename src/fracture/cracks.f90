@@ -357,7 +357,7 @@ contains
       do k = 1, size(self%tips)
          associate (tip => self%tips(k))
             if (self%crack(tip%crack)%cuts_cells) then
-               call tip%find_cells(grid%cut_cells%ends(k), grid)
+               call tip%find_cells(grid%cut_cells%ends(k), self%spacing > 0, grid)
                cycle
             end if
             call tip%find_nodes(grid, self%crack(tip%crack)%mouth, found)

@@ -839,3 +839,27 @@ def test_a_body_that_ends_far_away_is_refused(case, extent):
 &body material = -2  lower = 0.0, 0.0  {extent} /
 """)
     assert run.code == 2 and "&body" in run.stderr
+
+
+def test_a_tip_whose_growth_is_taken_back(case, hampm):
+    """Its direction came from its points then, and from the line in the grid, which goes on through the edge, in a resumed run: other bytes of the opening."""
+    text = """\
+&run plane = 'stress'  end_time = 4.0 /
+&grid lower = -1.0, -1.0  cell = 1.0  cells = 14, 12 /
+&material name = 'm'  young = 1e4  poisson = 0.3  density = 1000.0 /
+&body material = 'm'  points_per_cell = 2  lower = 0.0, 0.0  upper = 12.0, 10.0 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'xy' /
+&constraint lower = 12.0, 0.0  upper = 12.0, 0.0  fix = 'y' /
+&load kind = 'pressure'  pressure = -40.0  lower = 0.0, 10.0  upper = 12.0, 10.0  history = 'sine'  frequency = 0.1  start = 0.4 /
+&crack kind = 'path'  points = -0.53, 2.57, 5.71, 6.17 /
+&growth law = 'quasi_static'  direction = 'straight'  tips = 'largest'  toughness = 0.3  increment = 3.0 /
+&method time = 'static'  load_steps = 4 /
+&energy_release estimators = 'domain_integral', 'energy_balance' /
+"""
+    whole = case("taken_back", text=text)
+    assert whole.code == 0
+    stopped = case("taken_back_and_stopped", "--steps", "3", text=text)
+    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
+    resumed = history(stopped.path)
+    for name, values in whole.row.items():
+        assert values.tobytes() == resumed[name].tobytes(), name
