@@ -1,9 +1,9 @@
-!> When two positions in a scene are the same place.
+!> When two positions in a scene are the same place, and two cells as full.
 module hampm_tolerance
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: position_tolerance
+   public :: position_tolerance, part_of_cell
 
 contains
 
@@ -19,4 +19,13 @@ contains
       real(dp), intent(in) :: upper(ndim)
       tolerance = 1e-9_dp*cell + 4*epsilon(1.0_dp)*max(maxval(abs(lower)), maxval(abs(upper)))
    end function position_tolerance
+
+   !> A part of a cell that is filled [-], without its rounding: to a billionth, in steps in which halves and quarters are exact. What is done
+   !> where cells are less full than some part of them is done alike in an image of the scene, also where they have just that part.
+   elemental real(dp) function part_of_cell(fill) result(part)
+      real(dp), intent(in) :: fill
+      real(dp), parameter :: steps = 2.0_dp**30
+      part = fill
+      if (fill > 1/steps) part = anint(fill*steps)/steps
+   end function part_of_cell
 end module hampm_tolerance

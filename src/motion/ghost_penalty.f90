@@ -21,6 +21,7 @@ module hampm_ghost_penalty
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_tolerance, only: part_of_cell
    implicit none
    private
    public :: hold_small_pieces, fills_of_pieces, enough
@@ -50,6 +51,7 @@ contains
             fill(first) = fill(first) + p%volume(i)/(thickness*grid%leaf_size(first)**ndim)
          end associate
       end do
+      fill = part_of_cell(fill)
    end function fills_of_pieces
 
    !> Add the springs on the sides of small pieces.

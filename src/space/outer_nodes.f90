@@ -18,6 +18,7 @@ module hampm_outer_nodes
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
+   use hampm_tolerance, only: part_of_cell
    implicit none
    private
    public :: outer_nodes_t, find_outer_nodes, least_fill
@@ -129,7 +130,7 @@ contains
             of_body = bodies(k)%moments(lower, lower + size_of)
             if (of_body(0) > 0) m = m + of_body
          end do
-         fill = m(0)/size_of**ndim
+         fill = part_of_cell(m(0)/size_of**ndim)
       end associate
       centre = middle_of(forest, leaf)
       if (fill > 0) centre = forest%position(forest%place_of(leaf)) + m(1:)/m(0)

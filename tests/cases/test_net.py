@@ -863,3 +863,26 @@ def test_a_tip_whose_growth_is_taken_back(case, hampm):
     resumed = history(stopped.path)
     for name, values in whole.row.items():
         assert values.tobytes() == resumed[name].tobytes(), name
+
+
+@pytest.mark.parametrize("middle", [(7.5, 3.5), (7.5, 0.105), (2.3, 3.7)], ids=str)
+def test_a_crack_that_halves_a_quadratic_cell(case, middle):
+    """A piece is held by the cell beside it where it is less than half of its cell: of two halves rounding chose one, or none, another one in the mirror image."""
+    def row_of(name, sign):
+        x, y = middle
+        bottom, top = sorted((sign * (y - 3.5), sign * (y + 7.5)))
+        held, loaded = (bottom, top)[::sign]
+        return case(name, text=f"""\
+&run end_time = 1.0 /
+&grid lower = {x - 7.5}, {bottom}  cell = 1.0  cells = 10, 11  order = 2 /
+&material name = 'm'  young = 1e4  poisson = 0.3  density = 1000.0 /
+&body material = 'm'  points_per_cell = 3  lower = {x - 7.5}, {bottom}  upper = {x + 2.5}, {top} /
+&crack kind = 'path'  points = {x - 1.247}, {sign * (y - 0.72)}, {x + 1.247}, {sign * (y + 0.72)} /
+&constraint lower = {x - 7.5}, {held}  upper = {x + 2.5}, {held}  fix = 'xy' /
+&load kind = 'traction'  lower = {x - 7.5}, {loaded}  upper = {x + 2.5}, {loaded}  force = 0.0, {sign * 2.0} /
+&method time = 'static' /
+""").row
+    wanted, got = row_of("one_way", 1), row_of("mirrored", -1)
+    for name in ("crack_opening", "crack_sliding", "crack_opening_tip2", "crack_sliding_tip2", "strain_energy"):
+        sign = -1 if "sliding" in name else 1
+        np.testing.assert_allclose(got[name], sign * wanted[name], rtol=0, atol=1e-9 * np.max(np.abs(wanted[name])), err_msg=name)
