@@ -82,6 +82,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
       type(best_t) :: best
+      type(tip_field_t) :: field
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release, tip => cracks%tips(number))
          if (chosen%stress_closure) call refresh_grid(motion)
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
@@ -92,7 +93,8 @@ contains
             values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, -tip%direction, grid, p, motion%blocks)
             values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, grid, p, motion%blocks)
          end if
-         call follow_values(scene, tip, new_tip_field(motion%materials(tip%material), tip%direction), values)
+         field = new_tip_field(motion%materials(tip%material), tip%direction)
+         call follow_values(scene, tip, field, values)
          call find_best(scene, tip, values, best)
          if (best%estimator /= '') g = best%rate
       end associate
@@ -180,6 +182,7 @@ contains
       type(crack_at_rest_t) :: crack
       type(crack_values_t) :: found
       type(particles_t) :: p
+      type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
          call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
          if (.not. crack%known) then
@@ -193,8 +196,8 @@ contains
                              found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
-         associate (best => crack%best(), doubt => crack%doubt(), &
-                    field => new_tip_field(motion%materials(tip%material), tip%direction), own => motion%grid%is_quadratic())
+         field = new_tip_field(motion%materials(tip%material), tip%direction)
+         associate (best => crack%best(), doubt => crack%doubt(), own => motion%grid%is_quadratic())
             errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt, own, hardly**2)
             errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt, own, hardly**2)
             errors%domain%relative = relative_errors(found%domain, best, doubt, own, hardly**2)

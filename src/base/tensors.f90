@@ -1,11 +1,19 @@
-!> Small tensors of the space dimension.
+!> Small tensors: of the dimension of the scene, and those of space, in which material laws are written.
 module hampm_tensors
    use hampm_kinds, only: dp, ndim
    implicit none
    private
    public :: identity, trace, determinant, inverse_transpose, product_of
+   public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of
+   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of
 
    real(dp), parameter :: identity(ndim, ndim) = reshape([1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim])
+
+   integer, parameter :: space = 3               !! dimensions of space
+   real(dp), parameter :: unit_tensor(space, space) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [space, space])
+   integer, parameter :: n_symmetric = 2*ndim    !! components of a symmetric tensor that are not zero by the dimension of the scene
+   integer, parameter :: n_deviator = n_symmetric - 1 !! of one without a trace, by which the last follows
+   integer, parameter :: row(6) = [1, 2, 1, merge(3, 1, ndim == 2), 2, 3], column(6) = [1, 2, 2, 3, 3, 3] !! of components
 
 contains
 
@@ -45,4 +53,86 @@ contains
       g(2, 2) = f(1, 1)
       g = g/determinant(f)
    end function inverse_transpose
+
+   !> Trace of a tensor of space.
+   pure real(dp) function trace_of(t)
+      real(dp), intent(in) :: t(space, space)
+      trace_of = t(1, 1) + t(2, 2) + t(3, 3)
+   end function trace_of
+
+   !> Symmetric part of a tensor of space.
+   pure function symmetric(t)
+      real(dp), intent(in) :: t(space, space)
+      real(dp) :: symmetric(space, space)
+      symmetric = (t + transpose(t))/2
+   end function symmetric
+
+   !> What a tensor of space has beside its mean normal component.
+   pure function deviator(t)
+      real(dp), intent(in) :: t(space, space)
+      real(dp) :: deviator(space, space)
+      deviator = t - trace_of(t)/3*unit_tensor
+   end function deviator
+
+   !> det(I + H) - 1, with all digits of a small H.
+   pure real(dp) function volume_change(h)
+      real(dp), intent(in) :: h(space, space)
+      volume_change = trace_of(h) + second_invariant(h) + determinant_of(h)
+   end function volume_change
+
+   !> Determinant of a tensor of space.
+   pure real(dp) function determinant_of(h)
+      real(dp), intent(in) :: h(space, space)
+      determinant_of = sum(h(:, 1)*cofactors_of_first(h))
+   end function determinant_of
+
+   !> Second invariant of a tensor of space.
+   pure real(dp) function second_invariant(h)
+      real(dp), intent(in) :: h(space, space)
+      second_invariant = h(1, 1)*h(2, 2) - h(1, 2)*h(2, 1) + h(2, 2)*h(3, 3) - h(2, 3)*h(3, 2) + h(3, 3)*h(1, 1) - h(3, 1)*h(1, 3)
+   end function second_invariant
+
+   !> Cofactors of the first column of a tensor of space.
+   pure function cofactors_of_first(f) result(c)
+      real(dp), intent(in) :: f(space, space)
+      real(dp) :: c(space)
+      c = [f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2), f(3, 2)*f(1, 3) - f(1, 2)*f(3, 3), f(1, 2)*f(2, 3) - f(2, 2)*f(1, 3)]
+   end function cofactors_of_first
+
+   !> Transposed inverse of a tensor of space whose determinant is not zero.
+   pure function inverse_transpose_of(f) result(g)
+      real(dp), intent(in) :: f(space, space)
+      real(dp) :: g(space, space)
+      g(:, 1) = cofactors_of_first(f)
+      g(:, 2) = cofactors_of_first(f(:, [2, 3, 1]))
+      g(:, 3) = cofactors_of_first(f(:, [3, 1, 2]))
+      g = g/determinant_of(f)
+   end function inverse_transpose_of
+
+   !> Components 11, 22, 12 of a symmetric tensor of space, in solids 13 and 23, and 33 at last.
+   pure function components_of(t) result(c)
+      real(dp), intent(in) :: t(space, space)
+      real(dp) :: c(n_symmetric)
+      integer :: k
+      c = [(t(row(k), column(k)), k=1, n_symmetric)]
+   end function components_of
+
+   !> The symmetric tensor of space of such components.
+   pure function tensor_of(c) result(t)
+      real(dp), intent(in) :: c(n_symmetric)
+      real(dp) :: t(space, space)
+      integer :: k
+      t = 0
+      do k = 1, n_symmetric
+         t(row(k), column(k)) = c(k)
+         t(column(k), row(k)) = c(k)
+      end do
+   end function tensor_of
+
+   !> The deviator of its components but the last.
+   pure function deviator_of(c) result(t)
+      real(dp), intent(in) :: c(n_deviator)
+      real(dp) :: t(space, space)
+      t = tensor_of([c, -(c(1) + c(2))])
+   end function deviator_of
 end module hampm_tensors

@@ -1,33 +1,35 @@
-!> A material: its law with its constants, and the stress and energy that follow from the displacement gradient.
+!> A material: its law with its constants, in the plane of a scene, and the stress and energy that follow from the displacement gradient.
+!>
+!> Laws (`hampm_law`) are of space. What a plane has to do with them is here, once for all: in plane strain H_33 = 0, in plane stress H_33 leaves no
+!> stress_33; strain without stress is taken off before. Linear laws have their moduli of the plane.
 !>
 !> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the
 !> last state that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not:
 !> while `on_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use hampm_j2_plastic, only: j2_constants_t, j2_columns, j2_equivalent, j2_follow, j2_stress, j2_change, j2_energy_density, &
-                               j2_dissipation
+   use hampm_j2_plastic, only: new_j2_plastic
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_law, only: law_t, most_columns
    use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
-   use hampm_neo_hookean, only: neo_hookean_kirchhoff, neo_hookean_first_piola, neo_hookean_energy_density, &
-                                  neo_hookean_piola_change
+   use hampm_neo_hookean, only: new_neo_hookean
    use hampm_orthotropic, only: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, &
                                 voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus
-   use hampm_viscoelastic, only: prony_t, new_prony, prony_columns, prony_follow, prony_stress, prony_change, &
-                                 prony_energy_density, prony_dissipation
+   use hampm_tensors, only: space, identity, inverse_transpose
+   use hampm_viscoelastic, only: new_viscoelastic
    implicit none
    private
    public :: material_t, new_material, new_orthotropic, laws
 
-   integer, parameter :: linear_elastic = 1, neo_hookean = 2, j2_plastic = 3, viscoelastic = 4, orthotropic = 5
    character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean', 'j2_plastic', & !! their names in
                                                        'viscoelastic', 'orthotropic'] !! scenes, in this order
 
    !> A law with its constants.
    type :: material_t
       character(name_len) :: name = ''
-      integer, private :: law = linear_elastic   !! its place in `laws`
+      integer, private :: number = 1             !! of its law in `laws`
       logical :: linear = .true.                 !! whether that is a linear one
+      class(law_t), allocatable, private :: law  !! unless it is
       logical :: isotropic = .true.              !! else `young` and `poisson` have no meaning
       logical :: plane_stress = .true.           !! else plane strain
       real(dp) :: young = 0                      !! [Pa]
@@ -39,8 +41,6 @@ module hampm_material
       integer :: columns = 0                     !! how many numbers a particle of it remembers
       logical :: on_trial = .false.              !! whether states are tried that are not kept
       real(dp) :: elapsed = 0                    !! since the last that was kept [s]
-      type(j2_constants_t), private :: j2
-      type(prony_t), private :: prony
       ! Of an orthotropic material, where lambda and mu are C_12 and C_66 in its axes; of the columns (11, 22, 12):
       real(dp) :: stiffness(n_voigt, n_voigt) = 0  !! in x and y [Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! its inverse [1/Pa]
@@ -89,32 +89,45 @@ contains
       real(dp), intent(in), optional :: yield_stress, hardening !! of 'j2_plastic', which else does not yield [Pa]
       real(dp), intent(in), optional :: moduli(:), relaxation_times(:) !! of 'viscoelastic', which else does not relax [Pa, s]
       type(material_t) :: m
-      m%name = name
-      m%law = findloc(laws, law, dim=1)
-      if (m%law == orthotropic) then
+      if (law == 'orthotropic') then
          m = new_orthotropic(name, plane_stress, orthotropic_t(spread(young, 1, 3), young/(2*(1 + poisson)), poisson, poisson, &
                                                                poisson), density)
          return
       end if
-      m%linear = m%law == linear_elastic
+      m%name = name
+      m%number = findloc(laws, law, dim=1)
+      m%linear = law == 'linear_elastic'
       m%plane_stress = plane_stress
       m%young = young
       m%poisson = poisson
       m%density = density
       m%mu = young/(2*(1 + poisson))
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
-      if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
-      if (m%law == j2_plastic) then
-         m%j2 = j2_constants_t(m%lambda, m%mu, plane_stress, sqrt(huge(1.0_dp)))
-         if (present(yield_stress)) m%j2%yield_stress = yield_stress
-         if (present(hardening)) m%j2%hardening = hardening
-         m%columns = j2_columns
-      else if (m%law == viscoelastic) then
-         m%prony = prony_t(m%lambda + 2*m%mu/3, m%mu, plane_stress, rest=m%mu)
-         if (present(moduli)) m%prony = new_prony(m%prony%kappa, m%mu, plane_stress, moduli, relaxation_times)
-         m%columns = prony_columns(m%prony)
-      end if
+      select case (law)
+       case ('linear_elastic')
+         if (plane_stress) m%lambda = young*poisson/(1 - poisson**2)
+       case ('neo_hookean')
+         m%law = new_neo_hookean(m%lambda, m%mu)
+       case ('j2_plastic')
+         m%law = new_j2_plastic(m%lambda, m%mu, given(yield_stress, sqrt(huge(1.0_dp))), given(hardening, 0.0_dp), 0.0_dp, &
+                                1.0_dp, 0.0_dp)
+       case ('viscoelastic')
+         if (present(moduli)) then
+            m%law = new_viscoelastic(m%lambda + 2*m%mu/3, m%mu, moduli, relaxation_times)
+         else
+            m%law = new_viscoelastic(m%lambda + 2*m%mu/3, m%mu, [real(dp) ::], [real(dp) ::])
+         end if
+      end select
+      if (allocated(m%law)) m%columns = m%law%columns
    end function new_material
+
+   !> The value of an argument, or another one where it is not given.
+   pure real(dp) function given(value, else)
+      real(dp), intent(in), optional :: value
+      real(dp), intent(in) :: else
+      given = else
+      if (present(value)) given = value
+   end function given
 
    !> Give the linear law a strain eps0 at which there is no stress: stress = C : (eps - eps0), energy density (eps - eps0) : C : (eps - eps0)/2.
    !> In plane strain what is kept from the strain normal to the plane, by a stress of -E eps0_zz where there is none in the plane, adds
@@ -143,7 +156,8 @@ contains
       m%name = name
       m%in_its_axes = plane_compliance(constants, plane_stress)
       of_axes = inverse_of(m%in_its_axes)
-      m%law = orthotropic
+      m%number = findloc(laws, 'orthotropic', dim=1)
+      m%linear = .true.
       m%isotropic = .false.
       m%plane_stress = plane_stress
       m%density = density
@@ -159,7 +173,7 @@ contains
    pure function law_name(self) result(name)
       class(material_t), intent(in) :: self
       character(:), allocatable :: name
-      name = trim(laws(self%law))
+      name = trim(laws(self%number))
    end function law_name
 
    !> Whether stress depends on what has been.
@@ -171,13 +185,15 @@ contains
    !> Whether the law is meant for any rotation and strain, with which bodies may buckle.
    elemental logical function is_finite(self)
       class(material_t), intent(in) :: self
-      is_finite = self%law == neo_hookean
+      is_finite = .false.
+      if (allocated(self%law)) is_finite = self%law%is_finite
    end function is_finite
 
    !> Whether the law is one of plasticity.
    elemental logical function yields(self)
       class(material_t), intent(in) :: self
-      yields = self%law == j2_plastic
+      yields = .false.
+      if (allocated(self%law)) yields = self%law%yields
    end function yields
 
    !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
@@ -186,30 +202,55 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), contiguous, intent(inout) :: past(:) !! what the particle remembers
-      select case (self%law)
-       case (j2_plastic)
-         call j2_follow(self%j2, h, past)
-       case (viscoelastic)
-         call prony_follow(self%prony, h, dt, past)
-      end select
+      real(dp) :: strain(space, space)
+      if (self%columns == 0) return
+      strain = strain_of(self, h, past, dt)
+      call self%law%update(strain, dt, past)
    end subroutine follow
 
-   !> What a particle would remember of the present state: of a trial state more than it does.
-   pure function present_of(self, h, past) result(now)
+   !> Displacement gradient in space of material whose law is not linear, less that without stress: at the end of a step, or of the present state.
+   pure function strain_of(self, h, past, dt) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
-      real(dp) :: now(size(past))
-      now = past
-      if (self%on_trial) call self%follow(h, self%elapsed, now)
-   end function present_of
+      real(dp), intent(in), optional :: dt       !! [s]
+      real(dp) :: strain(space, space)
+      strain = 0
+      strain(:ndim, :ndim) = h
+      if (self%plane_stress) strain(3, 3) = self%law%across(strain, past, dt)
+   end function strain_of
+
+   !> The present strain and state of material whose law is not linear: of a trial those at the end of its step. NaN where a law needs a history that is
+   !> not given.
+   pure subroutine look_at(self, h, past, strain, state)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), intent(out) :: strain(space, space), state(most_columns)
+      associate (n => self%columns)
+         if (n == 0) then
+            strain = strain_of(self, h, state(:0))
+         else if (.not. present(past)) then
+            strain = ieee_value(1.0_dp, ieee_quiet_nan)
+            state(:n) = strain(1, 1)
+         else
+            state(:n) = past(:n)
+            if (self%on_trial) then
+               strain = strain_of(self, h, past(:n), self%elapsed)
+               call self%law%update(strain, self%elapsed, state(:n))
+            else
+               strain = strain_of(self, h, past(:n))
+            end if
+         end if
+      end associate
+   end subroutine look_at
 
    !> Equivalent plastic strain [-].
    pure real(dp) function equivalent_plastic_strain(self, past) result(strain)
       class(material_t), intent(in) :: self
       real(dp), contiguous, intent(in) :: past(:)
       strain = 0
-      if (self%law == j2_plastic) strain = past(j2_equivalent)
+      if (self%columns > 0) strain = self%law%plastic_strain(past(:self%columns))
    end function equivalent_plastic_strain
 
    !> Work on the plastic strain per reference volume [J/m3].
@@ -218,7 +259,7 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
       work = 0
-      if (self%law == j2_plastic) work = j2_dissipation(self%j2, present_of(self, h, past))
+      if (self%yields()) work = dissipation(self, h, past)
    end function plastic_dissipation
 
    !> Energy that viscosity has taken per reference volume [J/m3].
@@ -227,111 +268,96 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
       energy = 0
-      if (self%law == viscoelastic) energy = prony_dissipation(present_of(self, h, past))
+      if (.not. self%yields()) energy = dissipation(self, h, past)
    end function viscous_dissipation
 
-   !> Stress of the laws with a history [Pa].
-   pure function remembered_stress(self, h, past) result(stress)
+   !> What has been dissipated per reference volume [J/m3].
+   pure real(dp) function dissipation(self, h, past)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: past(:)
-      real(dp) :: stress(ndim, ndim)
-      stress = ieee_value(1.0_dp, ieee_quiet_nan)
-      if (.not. present(past)) return
-      if (self%law == j2_plastic) then
-         stress = j2_stress(self%j2, h, present_of(self, h, past))
-      else
-         stress = prony_stress(self%prony, h, self%elapsed, past)
-      end if
-   end function remembered_stress
-
-   !> What a small change of H makes of that stress: while `on_trial` along the step, else as sudden strains do [Pa].
-   pure function remembered_change(self, h, dh, past) result(change)
-      class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: past(:)
-      real(dp) :: change(ndim, ndim)
-      change = ieee_value(1.0_dp, ieee_quiet_nan)
-      if (self%law == viscoelastic) then
-         change = prony_change(self%prony, dh, self%elapsed)
-      else if (.not. self%on_trial) then
-         change = linear_stress(self%small_strain_lambda(), self%mu, dh)
-      else if (present(past)) then
-         change = j2_change(self%j2, h, dh, past)
-      end if
-   end function remembered_change
-
-   !> Elastic energy per reference volume of the laws with a history [J/m3].
-   pure real(dp) function remembered_energy_density(self, h, past) result(energy)
-      class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: past(:)
-      energy = ieee_value(1.0_dp, ieee_quiet_nan)
-      if (.not. present(past)) return
-      if (self%law == j2_plastic) then
-         energy = j2_energy_density(self%j2, h, present_of(self, h, past))
-      else
-         energy = prony_energy_density(self%prony, h, present_of(self, h, past))
-      end if
-   end function remembered_energy_density
+      real(dp), contiguous, intent(in) :: past(:)
+      real(dp) :: strain(space, space), state(most_columns)
+      dissipation = 0
+      if (self%columns == 0) return
+      call look_at(self, h, past, strain, state)
+      dissipation = self%law%dissipation(state(:self%columns))
+   end function dissipation
 
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
    pure function kirchhoff_stress(self, h, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
-      real(dp) :: stress(ndim, ndim)
-      stress = 0
-      select case (self%law)
-       case (linear_elastic)
-         stress = linear_stress(self%lambda, self%mu, h - self%free)
-       case (orthotropic)
-         stress = voigt_stress(self%stiffness, h)
-       case (neo_hookean)
-         stress = neo_hookean_kirchhoff(self%lambda, self%mu, self%plane_stress, h)
-       case (j2_plastic, viscoelastic)
-         stress = remembered_stress(self, h, past)
-      end select
+      real(dp) :: stress(ndim, ndim), strain(space, space), in_space(space, space), state(most_columns)
+      if (self%linear) then
+         stress = stress_of_plane(self, h)
+      else
+         call look_at(self, h, past, strain, state)
+         in_space = self%law%stress(strain, state(:self%columns))
+         stress = in_space(:ndim, :ndim)
+      end if
    end function kirchhoff_stress
 
-   !> The stress whose product with the change of H is the change of the energy density [Pa].
+   !> The first Piola stress, whose product with the change of H is the change of the energy density [Pa].
    pure function conjugate_stress(self, h, past) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       real(dp) :: stress(ndim, ndim)
-      stress = 0
-      select case (self%law)
-       case (linear_elastic)
-         stress = linear_stress(self%lambda, self%mu, h - self%free)
-       case (orthotropic)
-         stress = voigt_stress(self%stiffness, h)
-       case (neo_hookean)
-         stress = neo_hookean_first_piola(self%lambda, self%mu, self%plane_stress, h)
-       case (j2_plastic, viscoelastic)
-         stress = remembered_stress(self, h, past)
-      end select
+      stress = self%kirchhoff_stress(h, past)
+      if (self%is_finite() .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
    end function conjugate_stress
 
-   !> What a small change of H makes of `conjugate_stress` [Pa].
+   !> What a small change of H makes of `conjugate_stress` [Pa]; in plane stress together with that of H_33, which leaves no stress_33.
    pure function conjugate_change(self, h, dh, past) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
-      real(dp) :: change(ndim, ndim)
-      change = 0
-      select case (self%law)
-       case (linear_elastic)
-         change = linear_stress(self%lambda, self%mu, dh)
-       case (orthotropic)
-         change = voigt_stress(self%stiffness, dh)
-       case (neo_hookean)
-         change = neo_hookean_piola_change(self%lambda, self%mu, self%plane_stress, h, dh)
-       case (j2_plastic, viscoelastic)
-         change = remembered_change(self, h, dh, past)
-      end select
+      real(dp) :: change(ndim, ndim), strain(space, space), by_plane(space, space), by_thickness(space, space), &
+                  in_space(space, space), before(most_columns)
+      real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
+      if (self%linear) then
+         change = stress_of_plane(self, dh, of_change=.true.)
+         return
+      end if
+      call look_at(self, h, past, strain, before)
+      if (present(past)) before(:self%columns) = past(:self%columns)
+      in_space = 0
+      in_space(:ndim, :ndim) = dh
+      by_plane = tangent(in_space)
+      if (self%plane_stress) then
+         by_thickness = tangent(thickness)
+         if (abs(by_thickness(3, 3)) > 0) by_plane = by_plane - by_plane(3, 3)/by_thickness(3, 3)*by_thickness
+      end if
+      change = by_plane(:ndim, :ndim)
+   contains
+      !> Of the step of a trial, else of sudden strains.
+      pure function tangent(direction)
+         real(dp), intent(in) :: direction(space, space)
+         real(dp) :: tangent(space, space)
+         if (self%on_trial) then
+            tangent = self%law%tangent(strain, direction, before(:self%columns), self%elapsed)
+         else
+            tangent = self%law%tangent(strain, direction, before(:self%columns))
+         end if
+      end function tangent
    end function conjugate_change
+
+   !> Stress of the linear laws, or its change [Pa].
+   pure function stress_of_plane(self, h, of_change) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)
+      logical, intent(in), optional :: of_change
+      real(dp) :: stress(ndim, ndim)
+      if (.not. self%isotropic) then
+         stress = voigt_stress(self%stiffness, h)
+      else if (present(of_change)) then
+         stress = linear_stress(self%lambda, self%mu, h)
+      else
+         stress = linear_stress(self%lambda, self%mu, h - self%free)
+      end if
+   end function stress_of_plane
 
    !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
    pure function mapped_stress(self, h, total_frame, past) result(stress)
@@ -352,17 +378,15 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
-      energy_density = 0
-      select case (self%law)
-       case (linear_elastic)
+      real(dp) :: strain(space, space), state(most_columns)
+      if (.not. self%linear) then
+         call look_at(self, h, past, strain, state)
+         energy_density = self%law%energy(strain, state(:self%columns))
+      else if (self%isotropic) then
          energy_density = linear_energy_density(self%lambda, self%mu, h - self%free) + self%out_of_plane
-       case (orthotropic)
+      else
          energy_density = voigt_energy_density(self%stiffness, h)
-       case (neo_hookean)
-         energy_density = neo_hookean_energy_density(self%lambda, self%mu, self%plane_stress, h)
-       case (j2_plastic, viscoelastic)
-         energy_density = remembered_energy_density(self, h, past)
-      end select
+      end if
    end function energy_density
 
    !> Elastic energy per volume of a small stress [J/m3].

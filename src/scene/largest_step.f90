@@ -3,6 +3,7 @@ module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
    use hampm_local_step_choice, only: takes_leapfrog_steps
+   use hampm_material, only: material_t
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
    use hampm_outer_nodes, only: least_fill
@@ -127,7 +128,9 @@ contains
       real(dp) :: start(ndim), length(ndim), speed, moduli(n_voigt, n_voigt), damping, shift(ndim, 0:size(entered))
       integer :: n(ndim), d, i, j
       logical :: strains_last
-      associate (cell => scene%grid%cell, material => material_of(scene, body%material_index))
+      type(material_t) :: material
+      material = material_of(scene, body%material_index) ! gfortran 12 frees the law of an associate name twice
+      associate (cell => scene%grid%cell)
          n = points_of(scene, body)
          length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(scene, body)

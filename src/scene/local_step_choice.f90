@@ -2,7 +2,6 @@
 module hampm_local_step_choice
    use hampm_kinds, only: dp
    use hampm_scene, only: scene_t
-   use hampm_scene_materials, only: materials_of
    implicit none
    private
    public :: takes_leapfrog_steps, time_between_outputs
@@ -18,9 +17,7 @@ contains
       takes_leapfrog_steps = scene%method%time_steps == 'local' .and. scene%method%frame == 'total' &
                              .and. (scene%refine%indicator == 'none' .or. scene%refine%indicator == 'tip')
       if (.not. takes_leapfrog_steps) return
-      associate (materials => materials_of(scene))
-         takes_leapfrog_steps = all(materials%linear) .and. time_between_outputs(scene) > 0
-      end associate
+      takes_leapfrog_steps = all(scene%materials%is_linear()) .and. time_between_outputs(scene) > 0
    end function takes_leapfrog_steps
 
    !> The longest time of which the times between samples and between snapshots are multiples, 0 if it is less than a thousandth of

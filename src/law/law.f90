@@ -1,0 +1,122 @@
+!> What a material law is to the method: stress, energy, dissipation and tangent of material that is strained in space.
+!>
+!> A law sees the whole displacement gradient H, 3 x 3; what a plane has to do with it (H_33 = 0 in plane strain, stress_33 = 0 in plane stress), strain
+!> without stress and the mean dilatation of cells are around it, once for all laws (`hampm_material`). What a particle keeps of what has been, its state
+!> variables, are `columns` numbers. `update` takes them over a step; stress, energy and dissipation are those of a state that is up to date.
+!>
+!> Laws for small strain take eps = sym(H), and their stress is that on any configuration; laws for any strain (`is_finite`) give the Kirchhoff
+!> stress tau = P F^T, which keeps the digits of small strains.
+!>
+!> A new law is a file that extends this type, its constructor in `hampm_material`, and its keys.
+module hampm_law
+   use hampm_kinds, only: dp
+   use hampm_tensors, only: space, unit_tensor, inverse_transpose_of
+   implicit none
+   private
+   public :: law_t, most_columns
+
+   integer, parameter :: most_columns = 48       !! state variables that a law may have
+
+   !> A law with its constants.
+   type, abstract :: law_t
+      integer :: columns = 0                     !! state variables
+      logical :: is_finite = .false.             !! whether it is for any rotation and strain, with which bodies may buckle
+      logical :: yields = .false.                !! whether what it dissipates is plastic work, else that of viscosity
+   contains
+      procedure(stress_of), deferred :: stress
+      procedure(tangent_of), deferred :: tangent
+      procedure(energy_of), deferred :: energy
+      procedure :: update
+      procedure :: dissipation
+      procedure :: plastic_strain
+      procedure :: across
+   end type law_t
+
+   abstract interface
+      !> Stress of a state; of a finite law the Kirchhoff stress, 0 where the material is turned inside out, which the caller notices [Pa].
+      pure function stress_of(self, h, state) result(stress)
+         import :: law_t, dp, space
+         class(law_t), intent(in) :: self
+         real(dp), intent(in) :: h(space, space) !! displacement gradient [-]
+         real(dp), intent(in) :: state(:)        !! state variables, up to date
+         real(dp) :: stress(space, space)
+      end function stress_of
+
+      !> Change of the first Piola stress at the end of a step by a small change of H, the tangent that is consistent with `update`; without a step
+      !> that of sudden, elastic strains [Pa].
+      pure function tangent_of(self, h, dh, state, dt) result(change)
+         import :: law_t, dp, space
+         class(law_t), intent(in) :: self
+         real(dp), intent(in) :: h(space, space), dh(space, space) !! at the end, and its change [-]
+         real(dp), intent(in) :: state(:)        !! before the step
+         real(dp), intent(in), optional :: dt    !! length of the step [s]
+         real(dp) :: change(space, space)
+      end function tangent_of
+
+      !> Elastic energy of a state per reference volume [J/m3].
+      pure real(dp) function energy_of(self, h, state) result(energy)
+         import :: law_t, dp, space
+         class(law_t), intent(in) :: self
+         real(dp), intent(in) :: h(space, space), state(:)
+      end function energy_of
+   end interface
+
+contains
+
+   !> Bring state variables to the end of a step. Here nothing is kept.
+   pure subroutine update(self, h, dt, state)
+      class(law_t), intent(in) :: self
+      real(dp), intent(in) :: h(space, space)    !! displacement gradient at the end of the step [-]
+      real(dp), intent(in) :: dt                 !! its length [s]
+      real(dp), intent(inout) :: state(:)
+   end subroutine update
+
+   !> What has been dissipated per reference volume [J/m3]. Here nothing is.
+   pure real(dp) function dissipation(self, state)
+      class(law_t), intent(in) :: self
+      real(dp), intent(in) :: state(:)
+      dissipation = 0
+   end function dissipation
+
+   !> Equivalent plastic strain [-]. Here nothing yields.
+   pure real(dp) function plastic_strain(self, state)
+      class(law_t), intent(in) :: self
+      real(dp), intent(in) :: state(:)
+      plastic_strain = 0
+   end function plastic_strain
+
+   !> H_33 that leaves no stress_33 [-], by Newton's iteration: at the end of a step, or without one of a state that is up to date. Where Newton's next
+   !> value is beyond one of which the stress has the other sign, or of material turned inside out, half of the way there is gone.
+   pure real(dp) function across(self, h, state, dt) result(h_33)
+      class(law_t), intent(in) :: self
+      real(dp), intent(in) :: h(space, space)    !! of which H_33 is not asked [-]
+      real(dp), intent(in) :: state(:)           !! before the step
+      real(dp), intent(in), optional :: dt       !! length of the step [s]
+      real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
+      integer, parameter :: most_iterations = 60
+      real(dp) :: trial(space, space), slope(space, space), stress(space, space), low, high, next
+      real(dp) :: now(size(state))
+      integer :: k
+      trial = h
+      trial(3, 3) = 0
+      low = -1
+      if (.not. self%is_finite) low = -huge(low)
+      high = huge(high)
+      do k = 1, most_iterations
+         now = state
+         if (present(dt)) call self%update(trial, dt, now)
+         stress = self%stress(trial, now)
+         if (self%is_finite) stress = matmul(stress, inverse_transpose_of(unit_tensor + trial))
+         slope = self%tangent(trial, thickness, state, dt)
+         if (.not. abs(slope(3, 3)) > 0) exit
+         if (stress(3, 3) > 0) high = trial(3, 3)
+         if (stress(3, 3) < 0) low = trial(3, 3)
+         next = trial(3, 3) - stress(3, 3)/slope(3, 3)
+         if (next <= low) next = (trial(3, 3) + low)/2
+         if (next >= high) next = (trial(3, 3) + high)/2
+         if (abs(next - trial(3, 3)) <= 2*epsilon(next)*max(abs(next), maxval(abs(h(:2, :2))))) exit
+         trial(3, 3) = next
+      end do
+      h_33 = trial(3, 3)
+   end function across
+end module hampm_law

@@ -1,0 +1,180 @@
+!> Linear viscoelasticity at small strain: elastic in its volume, and in shear a spring beside Maxwell elements, a Prony series of
+!> the shear modulus,
+!>
+!>    G(t) = mu - sum of G_i + sum of G_i exp(-t/tau_i),   stress = kappa tr(eps) I + 2 (mu - sum of G_i) e + sum of q_i,
+!>    q_i = 2 G_i (e - v_i),   v_i' = q_i/(2 eta_i),   eta_i = G_i tau_i,
+!>
+!> e being the deviator of eps = sym(H) and v_i the strain of the i-th dashpot. mu, and with it Young's modulus and Poisson's
+!> ratio, are those of sudden strains. Where the sum of the G_i is mu nothing is left of the shear stress in the end, as in a
+!> Maxwell fluid.
+!>
+!> Over a step e is taken to change at a constant rate, of which the update, with x = dt/tau_i, is the solution:
+!>
+!>    q_i <- exp(-x) q_i + 2 G_i (1 - exp(-x))/x (e' - e).
+!>
+!> A particle keeps the deviator of its strain, the energy that its dashpots have taken per volume, and the v_i, deviators too, each without its
+!> last component.
+!>
+!> Source: Taylor, Pister & Goudreau, Int. J. Numer. Meth. Engng 2 (1970) 45-59; Simo & Hughes, Computational Inelasticity (1998),
+!> sections 10.2 and 10.3.
+module hampm_viscoelastic
+   use hampm_kinds, only: dp
+   use hampm_law, only: law_t
+   use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
+   implicit none
+   private
+   public :: viscoelastic_t, new_viscoelastic, most_branches
+
+   integer, parameter :: most_branches = 8       !! of a series
+   integer, parameter :: taken_energy = n_deviator + 1 !! which state variable it is
+
+   type, extends(law_t) :: viscoelastic_t
+      real(dp) :: kappa = 0                      !! bulk modulus [Pa]
+      real(dp) :: mu = 0                         !! shear modulus of sudden strains [Pa]
+      integer :: branches = 0                    !! Maxwell elements
+      real(dp) :: modulus(most_branches) = 0     !! G_i [Pa]
+      real(dp) :: time(most_branches) = 0        !! tau_i [s]
+      real(dp) :: rest = 0                       !! mu - sum of G_i [Pa]
+   contains
+      procedure :: update
+      procedure :: stress
+      procedure :: tangent
+      procedure :: energy
+      procedure :: dissipation
+   end type viscoelastic_t
+
+contains
+
+   !> The constants from those of sudden strains and those of the elements. Moduli whose sum is that of sudden strains but for
+   !> what their decimals tell leave nothing.
+   pure type(viscoelastic_t) function new_viscoelastic(kappa, mu, moduli, times) result(law)
+      real(dp), intent(in) :: kappa              !! bulk modulus [Pa]
+      real(dp), intent(in) :: mu                 !! shear modulus of sudden strains [Pa]
+      real(dp), intent(in) :: moduli(:)          !! G_i, at most `most_branches` [Pa]
+      real(dp), intent(in) :: times(:)           !! tau_i [s]
+      real(dp), parameter :: decimals = 1.0e-6_dp
+      law%kappa = kappa
+      law%mu = mu
+      law%branches = min(size(moduli), size(times), most_branches)
+      law%modulus(:law%branches) = moduli(:law%branches)
+      law%time(:law%branches) = times(:law%branches)
+      law%rest = mu - sum(law%modulus)
+      if (law%rest < decimals*mu) law%rest = 0
+      law%columns = taken_energy + n_deviator*law%branches
+   end function new_viscoelastic
+
+   !> Let the dashpots yield in a step.
+   pure subroutine update(self, h, dt, state)
+      class(viscoelastic_t), intent(in) :: self
+      real(dp), intent(in) :: h(space, space)
+      real(dp), intent(in) :: dt
+      real(dp), intent(inout) :: state(:)
+      real(dp), dimension(space, space) :: before, change, q, v
+      real(dp) :: x
+      integer :: k
+      before = deviator_of(state(:n_deviator))
+      change = deviator(symmetric(h)) - before
+      do k = 1, self%branches
+         x = dt/self%time(k)
+         v = dashpot(state, k)
+         q = 2*self%modulus(k)*(before - v)
+         state(taken_energy) = state(taken_energy) + taken(x, q, 2*self%modulus(k)*change)/(2*self%modulus(k))
+         state(first_of(k):first_of(k + 1) - 1) = kept_of(before + change - exp(-x)*(before - v) - relaxing(x)*change)
+      end do
+      state(:n_deviator) = kept_of(before + change)
+   end subroutine update
+
+   !> Stress; of another strain than that of the state, the sudden one [Pa].
+   pure function stress(self, h, state)
+      class(viscoelastic_t), intent(in) :: self
+      real(dp), intent(in) :: h(space, space), state(:)
+      real(dp) :: stress(space, space), e(space, space)
+      integer :: k
+      e = deviator(symmetric(h))
+      stress = self%kappa*trace_of(h)*unit_tensor + 2*self%rest*e
+      do k = 1, self%branches
+         stress = stress + 2*self%modulus(k)*(e - dashpot(state, k))
+      end do
+   end function stress
+
+   !> The tangent of a step, in which stress is linear in H; without one that of sudden strains [Pa].
+   pure function tangent(self, h, dh, state, dt) result(change)
+      class(viscoelastic_t), intent(in) :: self
+      real(dp), intent(in) :: h(space, space), dh(space, space), state(:)
+      real(dp), intent(in), optional :: dt
+      real(dp) :: change(space, space), modulus
+      integer :: k
+      modulus = self%mu
+      if (present(dt)) modulus = self%rest + sum([(self%modulus(k)*relaxing(dt/self%time(k)), k=1, self%branches)])
+      change = self%kappa*trace_of(dh)*unit_tensor + 2*modulus*deviator(symmetric(dh))
+   end function tangent
+
+   !> Energy that the springs store [J/m3].
+   pure real(dp) function energy(self, h, state)
+      class(viscoelastic_t), intent(in) :: self
+      real(dp), intent(in) :: h(space, space), state(:)
+      real(dp) :: e(space, space)
+      integer :: k
+      e = deviator(symmetric(h))
+      energy = 0.5_dp*self%kappa*trace_of(h)**2 + self%rest*sum(e**2)
+      do k = 1, self%branches
+         energy = energy + self%modulus(k)*sum((e - dashpot(state, k))**2)
+      end do
+   end function energy
+
+   !> Energy that the dashpots have taken, the integral of the sum of q_i : q_i/(2 eta_i) [J/m3].
+   pure real(dp) function dissipation(self, state)
+      class(viscoelastic_t), intent(in) :: self
+      real(dp), intent(in) :: state(:)
+      dissipation = state(taken_energy)
+   end function dissipation
+
+   !> What of a deviator is kept.
+   pure function kept_of(e) result(kept)
+      real(dp), intent(in) :: e(space, space)
+      real(dp) :: kept(n_deviator), every(n_deviator + 1)
+      every = components_of(e)
+      kept = every(:n_deviator)
+   end function kept_of
+
+   !> Strain of the k-th dashpot [-].
+   pure function dashpot(state, k) result(v)
+      real(dp), intent(in) :: state(:)
+      integer, intent(in) :: k
+      real(dp) :: v(space, space)
+      v = deviator_of(state(first_of(k):first_of(k + 1) - 1))
+   end function dashpot
+
+   !> Where the strain of the k-th dashpot begins.
+   pure integer function first_of(k)
+      integer, intent(in) :: k
+      first_of = taken_energy + 1 + n_deviator*(k - 1)
+   end function first_of
+
+   !> (1 - exp(-x))/x with all digits of a small x.
+   pure real(dp) function relaxing(x)
+      real(dp), intent(in) :: x
+      relaxing = 1
+      if (x > 0) relaxing = 2*sinh(min(x, 1.0_dp)/2)*exp(-min(x, 1.0_dp)/2)/min(x, 1.0_dp)
+      if (x > 1) relaxing = (1 - exp(-x))/x
+   end function relaxing
+
+   !> The integral of |q|**2 dt/tau over a step of length x tau through which q is driven at a constant rate: q exp(-s)
+   !> + drive (1 - exp(-s))/x, drive being that of a sudden step. The last of its three parts loses its digits where x is small, and
+   !> has a series there.
+   pure real(dp) function taken(x, q, drive)
+      real(dp), intent(in) :: x, q(space, space), drive(space, space)
+      real(dp), parameter :: small = 0.01_dp
+      real(dp) :: decayed, of_both, of_drive
+      taken = 0
+      if (.not. x > 0) return
+      decayed = x*relaxing(2*x)
+      of_both = x*relaxing(x)**2
+      if (x < small) then
+         of_drive = x*(1/3.0_dp - x*(1/4.0_dp - x*(7/60.0_dp - x*(1/24.0_dp - x*31/2520.0_dp))))
+      else
+         of_drive = (1 - 2*relaxing(x) + relaxing(2*x))/x
+      end if
+      taken = decayed*sum(q**2) + of_both*sum(q*drive) + of_drive*sum(drive**2)
+   end function taken
+end module hampm_viscoelastic
