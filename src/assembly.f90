@@ -134,8 +134,9 @@ contains
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)
       else if (scene%method%time == 'implicit') then
-         implicit%newmark%solver = scene%method%solver
-         implicit%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
+         implicit%equilibrium%newton%solver = scene%method%solver
+         implicit%equilibrium%newmark%is_used = .true.
+         implicit%equilibrium%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
          implicit%fixed_step = scene%method%time_step
          allocate (integrator, source=implicit)
       else if (takes_leapfrog_steps(scene)) then
@@ -296,7 +297,7 @@ contains
       call new_particles(sum(number), m%particles, failure)
       if (failure%failed()) return
       if (any(m%materials%has_history())) call add_history(m%particles, maxval(m%materials%columns))
-      m%materials%on_trial = scene%method%time == 'static'
+      m%materials%on_trial = scene%method%time /= 'explicit'
       if (has_shapes(scene)) then
          allocate (m%particles%outlines(size(scene%bodies)))
          do k = 1, size(scene%bodies)

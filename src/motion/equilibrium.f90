@@ -1,9 +1,11 @@
-!> Equilibrium of a motion at a time: the displacement at which internal forces, loads and constraints are in balance.
+!> Equilibrium of a motion at a time: the displacement at which internal forces, loads and constraints are in balance, at rest or, in
+!> implicit steps, with the forces of inertia (`hampm_newmark`).
 !>
 !> Newton's iteration (`hampm_newton`) finds it. With other laws than the linear one a load step is divided where that fails, and
 !> where what is found may not be on the path of states at rest that begins where the step does: where it is not stable, is far from
 !> where the tangent at the start points to, or has not stored the work of the loads. Where there is no such path, as beyond a limit
-!> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it.
+!> point (snap through), Newton's iteration may well find an equilibrium, but nothing at rest leads to it. In motion a step is divided
+!> where Newton's iteration fails; bodies may buckle there.
 !>
 !> Laws with a history go on from the last state that was kept: when the load step, or a part of it, has ended in equilibrium.
 !> Where no law is meant for large rotations there are no limit points but those of the material, and no other path: nothing is
@@ -19,6 +21,7 @@ module hampm_equilibrium
    use hampm_face_springs, only: face_springs_t, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
+   use hampm_newmark, only: newmark_t, drive_t
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
    use hampm_nodal_state, only: external_force
    use hampm_rigid_motions, only: pin_t, find_pins
@@ -33,6 +36,7 @@ module hampm_equilibrium
    integer, parameter :: most_turns = 50         !! of the faces that touch
    integer, parameter :: many_turns = 20         !! after which supports are let go one by one
    integer, parameter :: most_divisions = 14     !! of a load step, each into two
+   integer, parameter :: most_in_motion = 8      !! of a step with inertia: then it is far too long
    real(dp), parameter :: pulls = 3.1e-9_dp      !! force between faces, over the largest of a cell, from which on they part
    real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
    real(dp), parameter :: off_energy = 1e-3_dp   !! part of the energy that work in a part of a step may be off as faces or supports open or close
@@ -42,6 +46,7 @@ module hampm_equilibrium
    !> How equilibrium is found, and whether it has been.
    type :: equilibrium_t
       type(newton_t) :: newton
+      type(newmark_t) :: newmark                 !! inertia, in motion
       logical :: begun = .false.                 !! whether it has been found before
       real(dp), allocatable :: displacement(:, :) !! of the nodes there, from material without loads [m], (ndim, n_points)
       real(dp), allocatable, private :: moved(:, :) !! on the way to the last one [m], (ndim, n_points)
@@ -53,12 +58,6 @@ module hampm_equilibrium
       procedure :: distance
       procedure :: keep
    end type equilibrium_t
-
-   !> What drives the material at a time.
-   type :: drive_t
-      real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
-      real(dp), allocatable :: way(:, :)         !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
-   end type drive_t
 
    !> What a part of a load step begins with, to go back to.
    type :: start_t
@@ -72,8 +71,8 @@ module hampm_equilibrium
 
 contains
 
-   !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where
-   !> there is none to be found, or none that is stable. With `factor` loads and prescribed motions are multiplied by that on the way.
+   !> Find equilibrium at a time, from that at the present time of the motion; at rest the first time from material without loads. Fails
+   !> where there is none to be found, or at rest none that is stable. With `factor` loads and prescribed motions are multiplied by that on the way.
    subroutine find(self, m, time, failure, factor)
       class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
@@ -86,33 +85,31 @@ contains
       real(dp) :: part, done
       integer :: divisions
       logical :: too_long
-      call find_drive(m, m%time, first)
-      if (.not. self%begun) first%force = 0
-      if (.not. self%begun) first%way = 0
-      if (.not. self%begun) self%displacement = 0*first%force
-      call find_drive(m, time, last)
-      if (present(factor)) last%force = factor*last%force
-      if (present(factor)) last%way = factor*last%way
-      if (.not. self%begun .and. m%contact%n > 0) m%contact%touches = .true.
+      if (.not. self%newmark%is_used) call find_drives(self, m, time, first, last, factor)
       done = 0
       part = 1
       divisions = 0
       do while (done < 1)
          none = failure_t()
          call remember(m, start)
-         call go_to(self, m, between(first, last, done), between(first, last, done + part), part*(time - m%time), none)
-         if (any(m%materials%is_finite()) .and. .not. none%failed()) call look_at_path(self, m, start, none)
+         if (self%newmark%is_used) then
+            call move_on(self, m, m%time + (done + part)*(time - m%time), part*(time - m%time), none)
+         else
+            call go_to(self, m, between(first, last, done), between(first, last, done + part), part*(time - m%time), none)
+            if (any(m%materials%is_finite()) .and. .not. none%failed()) call look_at_path(self, m, start, none)
+         end if
          too_long = divisions < most_for_work .and. may_turn(m) .and. .not. none%failed()
          if (too_long) too_long = is_work_off(m, start)
          if (none%failed() .or. too_long) then
             divisions = divisions + 1
             part = part/2
-            if (none%failed() .and. all(m%materials%linear) .or. divisions > most_divisions) exit
+            if (none%failed() .and. all(m%materials%linear) &
+                .or. divisions > merge(most_in_motion, most_divisions, self%newmark%is_used)) exit
             call go_back(m, start)
          else
             call settle_slip(m%springs)
             call keep_history(m)
-            call note_displacement(self, m, between(first, last, done + part))
+            if (.not. self%newmark%is_used) call note_displacement(self, m, between(first, last, done + part))
             done = done + part
             part = min(2*part, 1 - done)
             divisions = max(0, divisions - 1)
@@ -125,6 +122,23 @@ contains
          self%begun = .true.
       end if
    end subroutine find
+
+   !> What drives the material at rest now and at a time: loads and prescribed motions then are multiplied by `factor`.
+   subroutine find_drives(self, m, time, first, last, factor)
+      class(equilibrium_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: time               !! [s]
+      type(drive_t), intent(out) :: first, last
+      real(dp), intent(in), optional :: factor   !! [-]
+      call find_drive(m, m%time, first)
+      if (.not. self%begun) first%force = 0
+      if (.not. self%begun) first%way = 0
+      if (.not. self%begun) self%displacement = 0*first%force
+      call find_drive(m, time, last)
+      if (present(factor)) last%force = factor*last%force
+      if (present(factor)) last%way = factor*last%way
+      if (.not. self%begun .and. m%contact%n > 0) m%contact%touches = .true.
+   end subroutine find_drives
 
    !> Find equilibrium again at the present time, on another mesh, from what the particles carry over to it or, where that does not lead
    !> there, from material without loads. The loads, which stay, do work on what lies between both equilibria, not on the way from what was
@@ -180,7 +194,7 @@ contains
       integer :: n
       call archive%keep('have_begun', self%begun)
       call archive%keep('forgets_mesh', self%forgets_mesh)
-      if (.not. self%begun) return
+      if (.not. self%begun .or. self%newmark%is_used) return
       n = 0
       if (allocated(self%displacement)) n = size(self%displacement, 2)
       call archive%keep('points', n)
@@ -198,8 +212,13 @@ contains
       text = ''
       if (all(m%materials%linear)) return
       text = '. It was followed through '//three_digits(100*done)//' % of this load step, with '//to_text(self%newton%solutions)// &
-             ' solutions so far. Likely cause: a limit point, beyond which the body buckles or snaps through, or a load '// &
-             'too large for the material; &method time = ''explicit'' follows such a motion'
+             ' solutions so far. Likely cause: '
+      if (self%newmark%is_used) then
+         text = text//'a load too large for the material, or a &method time_step too long for the motion'
+      else
+         text = text//'a limit point, beyond which the body buckles or snaps through, or a load too large for the material; '// &
+                '&method time = ''implicit'' or ''explicit'' follows such a motion'
+      end if
    end function how_far
 
    !> Keep what a part of a load step begins with.
@@ -259,48 +278,90 @@ contains
       type(failure_t), intent(inout) :: failure
       type(pin_t), allocatable :: pins(:)
       real(dp), allocatable :: held(:, :), held_before(:, :)
-      logical :: changed, is_driven
-      integer :: turn
-      if (allocated(self%moved)) deallocate (self%moved)
-      allocate (self%moved(ndim, m%grid%n_points), source=0.0_dp)
-      if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
-      call find_pins(m, pins)
-      is_driven = any(abs(after%way - before%way) > 0)
-      if (is_driven) call find_reactions(m, before%force, held_before)
-      call let_pass(m, elapsed)
-      call move_supports(m%constraints, after%way - before%way)
-      do turn = 1, most_turns
-         call self%newton%balance(m, after%force, after%way - before%way, pins, self%moved, failure)
+      logical :: is_driven
+      associate (outer => self%newmark%outer)
+         if (allocated(self%moved)) deallocate (self%moved)
+         allocate (self%moved(ndim, m%grid%n_points), source=0.0_dp)
+         outer%applied = before%force
+         is_driven = any(abs(after%way - before%way) > 0)
+         if (is_driven) call find_reactions(self, m, held_before)
+         outer%applied = after%force
+         call find_pins(m, pins)
+         call let_pass(m, elapsed)
+         call balance_with_contact(self, m, after%way - before%way, pins, failure)
          if (failure%failed()) return
-         call look_at_faces(m, after%force, changed)
-         if (m%constraints%only_push()) call change_supports(m, after%force, turn, pins, changed)
-         if (.not. changed) exit
-         if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
-      end do
-      if (any(m%materials%is_finite()) .and. .not. failure%failed() .and. differ(before, after)) &
-         call look_at_way(self, self%moved, failure)
-      if (turn > most_turns) call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
+         if (any(m%materials%is_finite()) .and. differ(before, after)) call look_at_way(self, self%moved, failure)
+      end associate
       m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, self%moved)
       if (.not. is_driven) return
-      call find_reactions(m, after%force, held)
+      call find_reactions(self, m, held)
       m%external_work = m%external_work + sum((held_before + held)*(after%way - before%way))/2
    end subroutine go_to
 
-   !> Forces of the constraints on the nodes that they hold [N].
-   subroutine find_reactions(m, applied, force)
+   !> Move on by a step with inertia. Fails where its forces are not balanced.
+   subroutine move_on(self, m, time, dt, failure)
+      class(equilibrium_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      real(dp), intent(in) :: time               !! at its end [s]
+      real(dp), intent(in) :: dt                 !! its length [s]
+      type(failure_t), intent(inout) :: failure
+      type(drive_t) :: drive
+      type(pin_t), allocatable :: none(:)
+      real(dp), allocatable :: way(:, :)
+      logical :: at_once
+      associate (newmark => self%newmark)
+         call newmark%begin(m, time, dt, drive)
+         allocate (way, source=drive%way - newmark%now%way)
+         at_once = all(m%materials%linear)
+         if (at_once) then
+            call self%newton%solve_at_once(m, newmark%outer, newmark%r, way, self%moved, failure)
+         else
+            allocate (none(0))
+            self%moved = 0*newmark%r
+            call let_pass(m, dt)
+            call balance_with_contact(self, m, way, none, failure)
+         end if
+         if (.not. failure%failed()) call newmark%finish(m, self%moved, drive, .not. at_once)
+      end associate
+   end subroutine move_on
+
+   !> Balance the forces with faces and supports that touch as they press. Fails where that is not found.
+   subroutine balance_with_contact(self, m, way, pins, failure)
+      class(equilibrium_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
+      type(pin_t), allocatable, intent(inout) :: pins(:)
+      type(failure_t), intent(inout) :: failure
+      logical :: changed
+      integer :: turn
+      if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
+      call move_supports(m%constraints, way)
+      do turn = 1, most_turns
+         call self%newton%balance(m, self%newmark%outer, way, pins, self%moved, failure)
+         if (failure%failed()) return
+         call look_at_faces(self, m, changed)
+         if (m%constraints%only_push()) call change_supports(self, m, turn, pins, changed)
+         if (.not. changed) return
+         if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
+      end do
+      call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
+   end subroutine balance_with_contact
+
+   !> Forces of the constraints on the nodes that they hold [N].
+   subroutine find_reactions(self, m, force)
+      class(equilibrium_t), intent(in) :: self
+      type(motion_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_nodes)
       real(dp), allocatable :: r(:, :)
-      call out_of_balance(m, applied, r)
+      call out_of_balance(m, self%newmark%outer, self%moved, r)
       allocate (force, source=merge(-r(:, :m%grid%n_nodes), 0.0_dp, m%constraints%fixed))
    end subroutine find_reactions
 
    !> Let go the supports that pull, and hold what would go through them. Where a body would not be held any more, or after many turns,
    !> only the one that pulls most is let go.
-   subroutine change_supports(m, applied, turn, pins, changed)
+   subroutine change_supports(self, m, turn, pins, changed)
+      class(equilibrium_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
       integer, intent(in) :: turn
       type(pin_t), allocatable, intent(inout) :: pins(:)
       logical, intent(inout) :: changed
@@ -311,7 +372,7 @@ contains
       integer :: n_before
       n_before = size(pins)
       fixed = m%constraints%fixed
-      call out_of_balance(m, applied, r)
+      call out_of_balance(m, self%newmark%outer, self%moved, r)
       rounding = pulls*largest_force(m, r)
       call look_at_supports(m, r, rounding, turn > many_turns, has_moved)
       if (.not. has_moved) return
@@ -364,16 +425,16 @@ contains
    end function distance
 
    !> Tie the pairs that overlap, and let go those that pull.
-   subroutine look_at_faces(m, applied, changed)
+   subroutine look_at_faces(self, m, changed)
+      class(equilibrium_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
       logical, intent(out) :: changed
       real(dp), allocatable :: r(:, :)
       real(dp) :: rounding, largest_gap
       integer :: k
       changed = .false.
       if (m%contact%n == 0) return
-      call out_of_balance(m, applied, r)
+      call out_of_balance(m, self%newmark%outer, self%moved, r)
       rounding = pulls*largest_force(m, r)
       largest_gap = maxval(abs(m%contact%gap))
       do k = 1, m%contact%n

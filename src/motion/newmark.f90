@@ -1,22 +1,30 @@
-!> Implicit steps in time: Newmark's average acceleration, and the method of Hilber, Hughes and Taylor with alpha from -1/3 to 0. In
+!> Inertia in implicit steps: Newmark's average acceleration, and the method of Hilber, Hughes and Taylor with alpha from -1/3 to 0. In
 !> the total frame material points are points of quadrature, and the method is one of finite elements: the nodes keep displacement
 !> u, velocity v and acceleration a from step to step, and the particles follow by what these gain. The step from t to t + dt solves
 !>
-!>    M a' + (1 + alpha) (C v' + K u' - f') - alpha (C v + K u - f) = 0,      C = rate M,
+!>    M a' + (1 + alpha) (C v' - r' - f') - alpha (C v - r - f) = 0,      C = rate M,
 !>    u' = u + dt v + dt**2 ((1/2 - beta) a + beta a'),    v' = v + dt ((1 - gamma) a + gamma a'),
 !>    gamma = 1/2 - alpha,    beta = (1 - alpha)**2/4,
 !>
-!> for the displacement du = u' - u: (K + c M) du = b, with a matrix that stays as long as mesh and dt do. With alpha = 0 the method
-!> has no limit of dt, is of second order, and conserves v.M v/2 + u.K u/2 but for the work of the loads, which is then exactly the
-!> mean of the forces at both ends times du. Each angular frequency w is too low by the part (w dt)**2/12.
+!> with r the internal forces, f the loads. With the displacement du = u' - u as the unknown it is an equilibrium as at rest
+!> (`hampm_equilibrium`) to which inertia adds forces that are linear in du,
+!>
+!>    r'(du) + (f' - alpha/(1 + alpha) (r + f)) - M (c du + b) = 0,    c = 1/(beta dt**2 (1 + alpha)) + rate gamma/(beta dt),
+!>
+!> and c M to the tangent; with linear laws the matrix stays as long as mesh and dt do, and one solution is the step. With alpha = 0 the
+!> method has no limit of dt for these, is of second order, and each angular frequency w is too low by the part (w dt)**2/12.
+!>
+!> The kinetic energy v.M v/2 gains, with alpha = 0, exactly the work of the means of the forces at both ends of the step on du. With
+!> linear laws that of r is what the strain energy gives. With others it is but for terms of dt**3: the energy of a nonlinear motion is
+!> not conserved exactly, as no step of this kind does without forces made for it (Simo & Tarnow 1992).
 !>
 !> Nodes that are moved in a given way have it as their displacement; their velocity and acceleration are central differences of
 !> it. (By the formulas above they would swing around the given motion, and ever more so.)
 !>
 !> Source: Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; Hilber, Hughes & Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283-292;
-!> Hughes, The Finite Element Method (1987), chapter 9.
+!> Hughes, The Finite Element Method (1987), chapter 9; Simo & Tarnow, J. Appl. Math. Phys. 43 (1992) 757-792.
 module hampm_newmark
-   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_constraints, only: hold
    use hampm_element_operators, only: pass_or_apply_everywhere
@@ -28,30 +36,51 @@ module hampm_newmark
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
-   use hampm_face_springs, only: stretch_springs, kick_springs, add_spring_resistance
+   use hampm_face_springs, only: stretch_springs, kick_springs
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: newmark_t
+   public :: newmark_t, outer_forces_t, drive_t
+
+   real(dp), parameter :: same = 1e-9_dp         !! part by which a step may differ from the last one and be taken for it
+
+   !> What drives the material at a time.
+   type :: drive_t
+      real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: way(:, :)         !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
+   end type drive_t
+
+   !> Forces on the nodes beside the internal ones: those of loads and, in motion, of inertia, -M (c (u - given) + rest) where a step
+   !> displaces them by u.
+   type :: outer_forces_t
+      real(dp), allocatable :: applied(:, :)     !! condensed [N], (ndim, n_points)
+      real(dp) :: mass_factor = 0                !! c [1/s2]; 0 at rest
+      real(dp) :: inertia = 0                    !! the largest force of it at first [N]
+      real(dp), allocatable, private :: given(:, :) !! of fixed components [m], (ndim, n_points)
+      real(dp), allocatable, private :: rest(:, :) !! [m/s2], (ndim, n_points)
+      real(dp), allocatable, private :: mass(:)  !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
+   contains
+      procedure :: at
+   end type outer_forces_t
 
    !> The method, and what the nodes keep beside their velocity, which is the motion's.
    type :: newmark_t
+      logical :: is_used = .false.               !! else equilibria are those at rest
       real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
-      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
-      integer :: factorisations = 0              !! so far
-      real(dp) :: dt = 0                         !! of the step whose matrix was factorised last [s]
-      integer, private :: layout = 0             !! of the blocks for which it was
-      type(stiffness_t), private :: k            !! K + c M
-      real(dp), allocatable, private :: mass(:)  !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
+      real(dp) :: dt = 0                         !! of the last step [s]
+      type(drive_t) :: now                       !! what drives the nodes at the present time
+      type(outer_forces_t) :: outer              !! in the step that is tried
+      real(dp), allocatable :: r(:, :)           !! internal forces at its start, condensed [N], (ndim, n_points)
+      integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
       real(dp), allocatable, private :: a(:, :)  !! acceleration at the present time [m/s2], (ndim, n_points)
-      real(dp), allocatable, private :: f(:, :)  !! loads at the present time, condensed [N], (ndim, n_points)
-      real(dp), allocatable, private :: way(:, :) !! of the fixed components up to the present time [m], (ndim, n_nodes)
+      ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in the step that is tried
+      real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
+      real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
    contains
       procedure :: start
-      procedure :: step
+      procedure :: begin
+      procedure :: finish
       procedure :: keep
-      procedure :: release
    end type newmark_t
 
    !> What fixed components of nodes do in a step; 0 for the others.
@@ -59,16 +88,7 @@ module hampm_newmark
       real(dp), allocatable :: du(:, :)          !! displacement in the step [m], (ndim, n_points)
       real(dp), allocatable :: v(:, :)           !! velocity at its end [m/s], (ndim, n_points)
       real(dp), allocatable :: a(:, :)           !! acceleration at its end [m/s2], (ndim, n_points)
-      real(dp), allocatable :: way(:, :)         !! way up to its end [m], (ndim, n_nodes)
    end type driven_t
-
-   !> Coefficients of a step.
-   type :: coefficients_t
-      real(dp) :: alpha, beta, gamma
-      real(dp) :: a_du                           !! a' = a_du du - ... [1/s2]
-      real(dp) :: v_du                           !! v' = v_du du + ... [1/s]
-      real(dp) :: mass_factor                    !! c [1/s2]
-   end type coefficients_t
 
 contains
 
@@ -81,19 +101,20 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: b(:, :), r(:, :), product(:, :), v(:, :), a(:, :)
       type(driven_t) :: first
-      call refresh_grid(m)
-      call find_concentrated_mass(m%grid, m%fields%mass_matrix, self%mass)
-      self%way = m%constraints%way(m%time)
-      call external_force(m, m%time, self%f)
+      call find_mass(self, m)
+      self%now%way = m%constraints%way(m%time)
+      call external_force(m, m%time, self%now%force)
       call begin_driven(m, m%time, dt, first)
-      allocate (product, mold=self%f)
-      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, first%v, product)
-      allocate (b, source=m%fields%momentum - product)
-      call solve_mass_equation(m, b, first%v, v, failure)
-      call internal_force(m, r)
-      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, m%damping_rate*v + first%a, product)
-      b = r + self%f - product
-      call solve_mass_equation(m, b, first%a, a, failure)
+      associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
+         allocate (product, mold=self%now%force)
+         call multiply_by_mass(m%grid, matrix, mass, first%v, product)
+         allocate (b, source=m%fields%momentum - product)
+         call solve_mass_equation(m, b, first%v, v, failure)
+         call internal_force(m, r)
+         call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*v + first%a, product)
+         b = r + self%now%force - product
+         call solve_mass_equation(m, b, first%a, a, failure)
+      end associate
       call move_alloc(v, m%nodal_velocity)
       call move_alloc(a, self%a)
    end subroutine start
@@ -114,89 +135,80 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve_mass_equation
 
-   !> Advance by a step, and book what loads, constraints and damping do in it. Fails where the matrix cannot be factorised or the
-   !> iteration with it does not end.
-   subroutine step(self, m, dt, failure)
+   !> Find the mass matrix of the present mesh.
+   subroutine find_mass(self, m)
       class(newmark_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: dt                 !! [s]
-      type(failure_t), intent(inout) :: failure
-      type(coefficients_t) :: c
-      type(driven_t) :: driven
-      type(failure_t) :: unsolved
-      real(dp), allocatable :: r(:, :), f(:, :), b(:, :), du(:, :), by_v(:, :), by_a(:, :), product(:, :), v(:, :), a(:, :)
-      real(dp), allocatable :: resisting(:, :)   ! forces by which the nodes resist the displacement of those that are driven [N]
-      c = coefficients_of(self%alpha, m%damping_rate, dt)
-      call factorise(self, m, c, dt, failure)
-      if (failure%failed()) return
-      associate (v_0 => m%nodal_velocity, a_0 => self%a, all => m%fields%mass_matrix%all, rate => m%damping_rate)
-         call internal_force(m, r)
-         call external_force(m, m%time + dt, f)
-         call find_driven(m, self%way, m%time + dt, dt, driven)
-         ! v' = v_du du + by_v, a' = a_du du + by_a
-         by_v = (1 - c%gamma/c%beta)*v_0 + dt*(1 - c%gamma/(2*c%beta))*a_0
-         by_a = -v_0/(c%beta*dt) - (1/(2*c%beta) - 1)*a_0
-         call give(m, driven%v, by_v)
-         call give(m, driven%a, by_a)
-         allocate (product, v, a, mold=r)
-         call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, by_a + rate*((1 + c%alpha)*by_v - c%alpha*v_0), product)
-         b = (r + (1 + c%alpha)*f - c%alpha*self%f - product)/(1 + c%alpha)
-         if (any(abs(driven%du) > 0)) then
-            call forces_of(m, driven%du, resisting)
-            call add_spring_resistance(m%springs, driven%du, resisting)
-            b = b - resisting
-         end if
-         call self%k%solve(m, b, du, unsolved)
-         if (unsolved%failed()) then
-            call failure%report(unsolved%code, when(m%steps + 1, m%time + dt)//'K + c M: '//unsolved%message)
-            return
-         end if
-         v = c%v_du*du + by_v
-         a = c%a_du*du + by_a
-         du = du + driven%du
-         call m%grid%dofs%distribute(all, ndim, du)
-         call move_particles(m, dt, du, v - v_0)
-         call book(self, m, r, f, du, v)
-         call move_alloc(v, m%nodal_velocity)
-         call move_alloc(a, self%a)
-         call move_alloc(f, self%f)
-         call move_alloc(driven%way, self%way)
-      end associate
-   end subroutine step
-
-   !> Coefficients of a step.
-   pure type(coefficients_t) function coefficients_of(alpha, damping_rate, dt) result(c)
-      real(dp), intent(in) :: alpha
-      real(dp), intent(in) :: damping_rate       !! [1/s]
-      real(dp), intent(in) :: dt                 !! [s]
-      c%alpha = alpha
-      c%gamma = 0.5_dp - alpha
-      c%beta = (1 - alpha)**2/4
-      c%a_du = 1/(c%beta*dt**2)
-      c%v_du = c%gamma/(c%beta*dt)
-      c%mass_factor = c%a_du/(1 + alpha) + damping_rate*c%v_du
-   end function coefficients_of
-
-   !> Factorise K + c M, if it is not there.
-   subroutine factorise(self, m, c, dt, failure)
-      class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
-      type(coefficients_t), intent(in) :: c
-      real(dp), intent(in) :: dt                 !! [s]
-      type(failure_t), intent(inout) :: failure
-      type(failure_t) :: unsolved
-      type(stiffness_kind_t) :: kind
-      if (self%layout == m%fields%layout .and. .not. abs(dt - self%dt) > 0) return
       call refresh_grid(m)
-      call find_concentrated_mass(m%grid, m%fields%mass_matrix, self%mass)
-      kind = stiffness_kind_t(is_tangent=.true., on_springs=.false., solver=self%solver, mass_factor=c%mass_factor)
-      call factorise_stiffness(m, kind, [logical ::], self%k, unsolved)
-      if (unsolved%failed()) call failure%report(unsolved%code, when(m%steps + 1, m%time + dt)// &
-                                                 'K + c M cannot be factorised: '//unsolved%message)
-      self%factorisations = self%factorisations + 1
+      call find_concentrated_mass(m%grid, m%fields%mass_matrix, self%outer%mass)
       self%layout = m%fields%layout
-      self%dt = dt
-   end subroutine factorise
+   end subroutine find_mass
+
+   !> Begin to try a step, at the present state: find the inertia in it, what drives the nodes at its end and, of the loads and of the
+   !> forces at its start, what stands beside the internal forces in its equations.
+   subroutine begin(self, m, time, length, drive)
+      class(newmark_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: time               !! at its end [s]
+      real(dp), intent(in) :: length             !! of it [s]
+      type(drive_t), intent(out) :: drive
+      type(driven_t) :: driven
+      real(dp) :: beta, gamma, dt
+      if (self%layout /= m%fields%layout) call find_mass(self, m)
+      beta = (1 - self%alpha)**2/4
+      gamma = 0.5_dp - self%alpha
+      if (abs(length - self%dt) > same*length) self%dt = length ! else the matrix serves on
+      dt = self%dt
+      self%a_du = 1/(beta*dt**2)
+      self%v_du = gamma/(beta*dt)
+      call internal_force(m, self%r)
+      call external_force(m, time, drive%force)
+      drive%way = self%now%way
+      if (m%constraints%move()) drive%way = m%constraints%way(time)
+      call find_driven(m, self%now%way, time, dt, driven)
+      associate (v => m%nodal_velocity, a => self%a, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
+         self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*a
+         self%by_a = -v/(beta*dt) - (1/(2*beta) - 1)*a
+         call give(m, driven%v, self%by_v)
+         call give(m, driven%a, self%by_a)
+         outer%mass_factor = self%a_du/(1 + alpha) + rate*self%v_du
+         outer%given = driven%du
+         outer%rest = (self%by_a + rate*((1 + alpha)*self%by_v - alpha*v))/(1 + alpha)
+         outer%applied = drive%force - alpha/(1 + alpha)*(self%r + self%now%force)
+         if (all(m%materials%linear)) return
+         outer%inertia = maxval(abs(outer%at(m, driven%du) - outer%applied))
+      end associate
+   end subroutine begin
+
+   !> The forces with a displacement of the nodes, condensed [N].
+   function at(self, m, u) result(force)
+      class(outer_forces_t), intent(in) :: self
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)       !! (ndim, n_points)
+      allocate (force, source=self%applied)
+      if (.not. self%mass_factor > 0) return
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, self%mass_factor*(u - self%given) + self%rest, force)
+      force = self%applied - force
+   end function at
+
+   !> Finish the step with the displacement that was found: the particles follow, and what loads, constraints and damping do is booked.
+   subroutine finish(self, m, du, drive, have_moved)
+      class(newmark_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
+      type(drive_t), intent(inout) :: drive      !! at its end; it is taken
+      logical, intent(in) :: have_moved          !! whether the particles have been moved and strained, and only lack their velocity
+      real(dp), allocatable :: v(:, :), a(:, :)
+      allocate (v, source=self%v_du*(du - self%outer%given) + self%by_v)
+      allocate (a, source=self%a_du*(du - self%outer%given) + self%by_a)
+      call move_particles(m, self%dt, du, v - m%nodal_velocity, have_moved)
+      call book(self, m, drive%force, du, v)
+      call move_alloc(v, m%nodal_velocity)
+      call move_alloc(a, self%a)
+      call move_alloc(drive%force, self%now%force)
+      call move_alloc(drive%way, self%now%way)
+   end subroutine finish
 
    !> What fixed components do in the step that ends at a time: central differences of the way that they are given.
    subroutine find_driven(m, way, time, dt, driven)
@@ -204,16 +216,15 @@ contains
       real(dp), intent(in) :: way(:, :)          !! at the start of the step [m], (ndim, n_nodes)
       real(dp), intent(in) :: time, dt           !! [s]
       type(driven_t), intent(out) :: driven
-      real(dp), allocatable :: next(:, :)
+      real(dp), allocatable :: last(:, :), next(:, :)
       allocate (driven%du(ndim, m%grid%n_points), driven%v(ndim, m%grid%n_points), driven%a(ndim, m%grid%n_points), source=0.0_dp)
-      driven%way = way
       if (.not. m%constraints%move()) return
-      driven%way = m%constraints%way(time)
+      last = m%constraints%way(time)
       next = m%constraints%way(time + dt)
       associate (n => m%grid%n_nodes, all => m%fields%mass_matrix%all)
-         driven%du(:, :n) = driven%way - way
+         driven%du(:, :n) = last - way
          driven%v(:, :n) = (next - way)/(2*dt)
-         driven%a(:, :n) = (next - 2*driven%way + way)/dt**2
+         driven%a(:, :n) = (next - 2*last + way)/dt**2
          call m%grid%dofs%distribute(all, ndim, driven%du)
       end associate
    end subroutine find_driven
@@ -252,23 +263,28 @@ contains
    end subroutine give
 
    !> Move, strain and accelerate the particles by what the nodes gain, and map them; cells with operators without their particles.
-   subroutine move_particles(m, dt, du, dv)
+   subroutine move_particles(m, dt, du, dv, have_moved)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: du(:, :), dv(:, :) !! [m], [m/s], (ndim, n_points)
+      logical, intent(in) :: have_moved          !! whether they are only to be accelerated
       type(pass_t), parameter :: follow = pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
                                                  map_momentum=.true., map_force=.true.)
+      type(pass_t), parameter :: kick = pass_t(kick=.true., map_momentum=.true.)
       type(pass_report_t) :: report
       real(dp) :: unused
       m%fields%acceleration = dv/dt
       m%fields%velocity(:, :, v_next) = du/dt
-      if (m%operators%is_active) then
+      if (have_moved) then
+         call pass_over_all(kick, dt, m%materials, m%particles, m%blocks, m%fields, report)
+      else if (m%operators%is_active) then
          call pass_or_apply_everywhere(m%operators, follow, dt, m%materials, m%particles, m%blocks, m%fields)
       else
          call pass_over_all(follow, dt, m%materials, m%particles, m%blocks, m%fields, report)
       end if
-      call stretch_springs(m%springs, du, 1.0_dp)
       call kick_springs(m%springs, m%fields%acceleration, dt, unused)
+      if (have_moved) return
+      call stretch_springs(m%springs, du, 1.0_dp)
       m%operators%is_behind = m%operators%is_active
    end subroutine move_particles
 
@@ -276,10 +292,9 @@ contains
    !> nodes are driven, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
    !> (v + v')/2 . M (v' - v), the strain energy du . K (u + u')/2; at free nodes the sum is what loads and damping do there, and at
    !> driven ones, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
-   subroutine book(self, m, r, f, du, v)
+   subroutine book(self, m, f, du, v)
       class(newmark_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: r(:, :)            !! internal forces at the start, condensed [N], (ndim, n_points)
       real(dp), intent(in) :: f(:, :)            !! loads at the end [N], (ndim, n_points)
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
@@ -287,17 +302,18 @@ contains
       logical :: moves
       allocate (drag, gain, rest, mold=du)
       moves = m%constraints%move()
-      associate (n => m%grid%n_nodes, v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix)
-         m%external_work = m%external_work + sum(du(:, :n)*(self%f(:, :n) + f(:, :n)))/2
+      associate (n => m%grid%n_nodes, v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix, &
+                 f_0 => self%now%force)
+         m%external_work = m%external_work + sum(du(:, :n)*(f_0(:, :n) + f(:, :n)))/2
          drag = 0
          if (m%damping_rate > 0) then
-            call multiply_by_mass(m%grid, matrix, self%mass, m%damping_rate*(v_0 + v)/2, drag)
+            call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
             m%damping_loss = m%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
          if (.not. moves) return
          call internal_force(m, r_end)
-         call multiply_by_mass(m%grid, matrix, self%mass, v - v_0, gain)
-         rest = drag - (r + r_end + self%f + f)/2
+         call multiply_by_mass(m%grid, matrix, self%outer%mass, v - v_0, gain)
+         rest = drag - (self%r + r_end + f_0 + f)/2
          m%external_work = m%external_work + sum((v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*rest(:, :n), &
                                                  mask=m%constraints%fixed)
       end associate
@@ -312,19 +328,12 @@ contains
       has_begun = allocated(self%a)
       call archive%keep('have_begun', has_begun)
       if (.not. has_begun) return
-      if (archive%is_read) allocate (self%a(ndim, m%grid%n_points), self%f(ndim, m%grid%n_points), &
-                                     self%way(ndim, m%grid%n_nodes), m%nodal_velocity(ndim, m%grid%n_points))
-      call archive%keep('factorised_dt', self%dt)
+      if (archive%is_read) allocate (self%a(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
+                                     self%now%way(ndim, m%grid%n_nodes), m%nodal_velocity(ndim, m%grid%n_points))
+      call archive%keep('last_dt', self%dt)
       call archive%keep_reals('nodal_velocity', size(m%nodal_velocity), m%nodal_velocity)
       call archive%keep_reals('nodal_acceleration', size(self%a), self%a)
-      call archive%keep_reals('nodal_load', size(self%f), self%f)
-      call archive%keep_reals('nodal_way', size(self%way), self%way)
+      call archive%keep_reals('nodal_load', size(self%now%force), self%now%force)
+      call archive%keep_reals('nodal_way', size(self%now%way), self%now%way)
    end subroutine keep
-
-   !> Give back the memory of the matrix.
-   subroutine release(self)
-      class(newmark_t), intent(inout) :: self
-      call self%k%release()
-      self%layout = 0
-   end subroutine release
 end module hampm_newmark

@@ -18,6 +18,7 @@ module hampm_newton
    use hampm_face_springs, only: stretch_springs, add_spring_resistance, spring_states, have_friction, hold_friction, free_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
+   use hampm_newmark, only: outer_forces_t
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all
@@ -55,8 +56,10 @@ module hampm_newton
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
       integer, allocatable, private :: states(:) !! and what springs did
       real(dp), private :: caution = 0           !! see `face_springs_t`
+      real(dp), private :: mass_factor = 0       !! of the matrix [1/s2]
    contains
       procedure :: balance
+      procedure :: solve_at_once
       procedure :: is_stable
       procedure :: release
    end type newton_t
@@ -67,10 +70,10 @@ contains
    !>
    !> With friction what it can hold stays for some iterations: then forces are those of a convex potential, and a displacement that
    !> is shortened until it lessens that always helps. What friction can hold then follows the pressure.
-   subroutine balance(self, m, applied, way, pins, moved, failure)
+   subroutine balance(self, m, outer, way, pins, moved, failure)
       class(newton_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
       type(pin_t), intent(in) :: pins(:)
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
@@ -88,24 +91,27 @@ contains
       last = huge(last)
       do iteration = 1, most
          if (rubs .and. iteration == 1) call hold_friction(m%springs)
-         call find_residual()
-         call factorise_now(self, m, pins, failure)
+         call internal_force(m, r)
+         call less_offset(m, outer, way, moved, r, offset, has_offset)
+         call factorise_now(self, m, outer, pins, failure)
          if (failure%failed()) exit
          largest = maxval(abs(self%k%on_unknowns(r)))
          scale = largest_force(m, r)
          if (rubs .and. iteration > 1 .and. largest <= max(settled*when_held, balanced*scale)) then
             call hold_friction(m%springs)
-            call find_residual()
-            call factorise_now(self, m, pins, failure)
+            call internal_force(m, r)
+            call less_offset(m, outer, way, moved, r, offset, has_offset)
+            call factorise_now(self, m, outer, pins, failure)
             if (failure%failed()) exit
             largest = maxval(abs(self%k%on_unknowns(r)))
             scale = largest_force(m, r)
             when_held = largest
          end if
+         scale = max(scale, outer%inertia)
          if (iteration == 1) at_first = scale
          done = .not. has_offset .and. largest <= balanced*scale
          if (done .and. any(m%materials%is_finite())) then
-            call turn_until_balanced(self, m, applied, pins, r, balanced*scale, last, moved, turned, failure)
+            call turn_until_balanced(self, m, outer, pins, r, balanced*scale, last, moved, turned, failure)
             if (failure%failed()) exit
             if (turned) done = .false.
             if (turned) cycle
@@ -118,9 +124,9 @@ contains
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
          if (all(m%materials%linear)) then
             call displace(m, du)
-            if (m%springs%n_contact > 0 .and. .not. has_offset) call go_back_to_least(m, applied, work_of(m, r, du), du)
+            if (m%springs%n_contact > 0 .and. .not. has_offset) call go_back_to_least(m, outer, moved, work_of(m, r, du), du)
          else
-            call displace_with_care(self, m, applied, work_of(m, r, du - offset), has_offset, du, failure)
+            call displace_with_care(self, m, outer, moved, work_of(m, r, du - offset), has_offset, du, failure)
          end if
          if (failure%failed()) exit
          moved = moved + du
@@ -139,27 +145,38 @@ contains
                              ' iterations a node'//place_of(m, r)//' is out of balance by '//three_digits(largest)//' N'// &
                              likely_cause(m))
       end if
-
-   contains
-
-      !> What is out of balance, less what it takes to move nodes as they have to.
-      subroutine find_residual()
-         real(dp), allocatable :: resisting(:, :)
-         call out_of_balance(m, applied, r)
-         call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
-         if (.not. has_offset) return
-         call forces_of(m, offset, resisting)
-         r = r - resisting
-      end subroutine find_residual
    end subroutine balance
+
+   !> By how much the nodes move where all is linear, which one solution tells. The particles do not follow yet. Fails where it is not
+   !> found.
+   subroutine solve_at_once(self, m, outer, internal, way, moved, failure)
+      class(newton_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
+      real(dp), intent(in) :: internal(:, :)     !! internal forces, condensed [N], (ndim, n_points)
+      real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
+      real(dp), allocatable, intent(out) :: moved(:, :) !! [m], (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      type(pin_t), allocatable :: none(:)
+      real(dp), allocatable :: r(:, :), offset(:, :)
+      logical :: has_offset
+      allocate (none(0))
+      call factorise_now(self, m, outer, none, failure)
+      if (failure%failed()) return
+      allocate (r, source=internal)
+      call less_offset(m, outer, way, 0*r, r, offset, has_offset)
+      call self%k%solve(m, r, moved, failure)
+      self%solutions = self%solutions + 1
+      moved = moved + offset
+   end subroutine solve_at_once
 
    !> Turn the pieces of material whose pins feel how they turn, and what the tangent at the start of the load step, where there may be no stress
    !> to resist it, points to. A piece whose loads have a moment before it is deformed stays: no path of states at rest leads to where it comes to
    !> rest. Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
-   subroutine turn_until_balanced(self, m, applied, pins, r, rounding, last, moved, turned, failure)
+   subroutine turn_until_balanced(self, m, outer, pins, r, rounding, last, moved, turned, failure)
       class(newton_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       type(pin_t), intent(in) :: pins(:)
       real(dp), intent(in) :: r(:, :)            !! what is out of balance, balanced but for pins [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
@@ -175,7 +192,7 @@ contains
          associate (force => r(pins(k)%direction, pins(k)%node))
             if (.not. pins(k)%turns() .or. abs(force) <= rounding .or. abs(force) > last(k)/2) cycle
             call turn_with(m, pins(k), turn)
-            if (abs(work_of(m, applied, turn)) > abs(force)/2) cycle
+            if (abs(work_of(m, outer%applied, turn)) > abs(force)/2) cycle
             call forces_of(m, turn, resisting)
             call add_spring_resistance(m%springs, turn, resisting)
             call self%k%solve(m, -resisting, follow, failure)
@@ -233,14 +250,16 @@ contains
    end function likely_cause
 
    !> Factorise the tangent of the present state, if it is not there.
-   subroutine factorise_now(self, m, pins, failure)
+   subroutine factorise_now(self, m, outer, pins, failure)
       class(newton_t), intent(inout) :: self
       type(motion_t), intent(in) :: m
+      type(outer_forces_t), intent(in) :: outer
       type(pin_t), intent(in) :: pins(:)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       logical :: fits
-      fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied)
+      fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied) &
+             .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
       if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
       if (fits) fits = all(self%states == spring_states(m%springs)) .and. .not. abs(self%caution - m%springs%caution) > 0
@@ -250,7 +269,9 @@ contains
       self%states = spring_states(m%springs)
       self%caution = m%springs%caution
       self%layout = m%fields%layout
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins), self%tied, self%k, unsolved)
+      self%mass_factor = outer%mass_factor
+      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins, outer%mass_factor), self%tied, self%k, &
+                               unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
                                                  ', as where cells hold too few particles')
    end subroutine factorise_now
@@ -268,14 +289,33 @@ contains
       self%layout = 0
    end subroutine release
 
-   !> What is out of balance at the nodes under the forces of the loads, condensed [N].
-   subroutine out_of_balance(m, applied, r)
+   !> What is out of balance at the nodes that have been displaced in this load step, condensed [N].
+   subroutine out_of_balance(m, outer, moved, r)
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! condensed [N], (ndim, n_points)
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
+      real(dp), intent(in) :: moved(:, :)        !! by which they have been [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
       call internal_force(m, r)
-      r = r + applied
+      r = r + outer%at(m, moved)
    end subroutine out_of_balance
+
+   !> Add to internal forces those from outside, less what it takes to move nodes as they have to by `offset`.
+   subroutine less_offset(m, outer, way, moved, r, offset, has_offset)
+      type(motion_t), intent(in) :: m
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
+      real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
+      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
+      real(dp), intent(inout) :: r(:, :)         !! condensed [N], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: offset(:, :) !! [m], (ndim, n_points)
+      logical, intent(out) :: has_offset
+      real(dp), allocatable :: resisting(:, :)
+      call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
+      r = r + outer%at(m, moved + offset)
+      if (.not. has_offset) return
+      call forces_of(m, offset, resisting)
+      call add_spring_resistance(m%springs, offset, resisting)
+      r = r - resisting
+   end subroutine less_offset
 
    !> Work of condensed forces on a displacement [J].
    pure real(dp) function work_of(m, force, u)
@@ -336,10 +376,11 @@ contains
 
    !> Move the particles by a displacement, made shorter until it lessens what is out of balance. Fails where it strains a cell by more
    !> than one at once, or where no shorter one helps.
-   subroutine displace_with_care(self, m, applied, work, has_offset, du, failure)
+   subroutine displace_with_care(self, m, outer, moved, work, has_offset, du, failure)
       class(newton_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
+      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
       real(dp), intent(in) :: work               !! r . du before [J]
       logical, intent(in) :: has_offset          !! whether nodes had to move
       real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
@@ -357,7 +398,7 @@ contains
          good = crushed == 0
          if (.not. good) good = determinant_of(m%particles, crushed) > 0
          if (good) then
-            call out_of_balance(m, applied, r)
+            call out_of_balance(m, outer, moved + du, r)
             good = has_offset .or. abs(work_of(m, r, du)) <= left*abs(work) &
                    .or. maxval(abs(self%k%on_unknowns(r))) <= sqrt(balanced)*largest_force(m, r)
          end if
@@ -372,9 +413,10 @@ contains
    !> Make a displacement that has been made shorter, to where forces have about no work left to do along it: faces that touch on the way are
    !> not in the tangent. The forces have a convex potential, so that this always lessens it. Where that is is found by the rule of
    !> false position, the value at an end that stays halved each time (Illinois).
-   subroutine go_back_to_least(m, applied, work, du)
+   subroutine go_back_to_least(m, outer, moved, work, du)
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: applied(:, :)      !! forces of the loads, condensed [N], (ndim, n_points)
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
+      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
       real(dp), intent(in) :: work               !! r . du before [J]
       real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
       real(dp), parameter :: beyond = 0.1_dp     ! part of the work that forces may do against the displacement at its end
@@ -390,7 +432,7 @@ contains
       long = 1
       part = 1
       do trial = 1, most_trials
-         call out_of_balance(m, applied, r)
+         call out_of_balance(m, outer, moved + part*du, r)
          left = work_of(m, r, du)/work
          if (left >= -beyond .and. (left <= 1 - beyond .or. part >= 1)) exit
          if (left < 0) then

@@ -83,8 +83,6 @@ module hampm_rules
              "&material law = 'j2_plastic' and &run plane = 'strain' and &grid order = 1", mechanics, &
              "cells that yield in plane strain are too stiff, loads go on rising where the material has a limit", &
              "&material dilatation = 'cell' and &method frame = 'total'"), &
-      rule_t("&material law = 'neo_hookean' | 'j2_plastic' | 'viscoelastic'", not_with, "&method time = 'implicit'", not_built, &
-             "its steps solve linear equations", "&method time = 'explicit'"), &
       rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
       rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&grid order = 2", not_built, &
