@@ -3,7 +3,9 @@
 !> Displacement, its gradient and velocity of the n x n particles of a quadratic cell are biquadratic there, each component: in the total
 !> frame they follow the nodes of their cell from the start. So the biquadratic function that fits them best, which is the one through
 !> them where n = 3, is that field, and its values at the children's places are again those of one field, which the finer cells
-!> represent. Momentum stays, as the weights of the particles integrate it exactly in the coarse cell and in the finer ones.
+!> represent. Momentum stays, as the weights of the particles integrate it exactly in the coarse cell and in the finer ones. What particles
+!> remember goes the same way, so that stress does not jump where strain does not; of it what has one sign in the cell keeps it, as the
+!> equivalent plastic strain does.
 module hampm_quadratic_children
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_forest, only: corner_offset
@@ -15,12 +17,12 @@ module hampm_quadratic_children
    private
    public :: values_of_children, give_to_children
 
-   integer, parameter :: n_values = 2*ndim + ndim**2  !! u, v and H
+   integer, parameter :: n_fields = 2*ndim + ndim**2  !! u, v and H; behind them is what particles remember
    integer, parameter :: terms = 3                    !! of a quadratic function of one coordinate
 
 contains
 
-   !> The values of the children of the marked particles, (n_values, corners, marked). Of particles that do not fill a cell, as none are
+   !> The values of the children of the marked particles, (values, corners, marked). Of particles that do not fill a cell, as none are
    !> whose cells are divided, the children have what extrapolates them linearly.
    function values_of_children(m, marked) result(values)
       type(motion_t), intent(in) :: m
@@ -30,7 +32,7 @@ contains
       integer, allocatable :: cell_of(:), particle(:), last(:), place(:)
       integer :: i, k, cell, status
       particle = pack([(i, i=1, m%particles%n)], marked)
-      allocate (values(n_values, corners, size(particle)), cell_of(size(particle)), place(size(particle)))
+      allocate (values(n_fields + m%particles%columns(), corners, size(particle)), cell_of(size(particle)), place(size(particle)))
       call cells%reserve(size(particle), status)
       do k = 1, size(particle)
          call cells%enter(place_of_cell(m, particle(k)), cell_of(k))
@@ -71,19 +73,19 @@ contains
       size_of_cell = scale(m%grid%forest%cell, -m%particles%level(i))
    end function size_of_cell
 
-   !> The values of the children of the particles of a cell, (n_values, corners, members).
+   !> The values of the children of the particles of a cell, (values, corners, members).
    function children_in_cell(m, members) result(values)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: members(:)
-      real(dp) :: values(n_values, corners, size(members))
+      real(dp) :: values(n_fields + m%particles%columns(), corners, size(members))
       real(dp) :: rows(2*nint(sqrt(real(size(members), dp))), nint(sqrt(real(size(members), dp))))
-      real(dp) :: own(n_values, size(members)), xi(ndim), size_of
+      real(dp) :: own(size(values, 1), size(members)), xi(ndim), size_of
       integer :: at(ndim, size(members)), child(ndim), n, k, j, c
       n = size(rows, 2)
       size_of = size_of_cell(m, members(1))
       do k = 1, size(members)
          associate (p => m%particles, i => members(k))
-            own(:, k) = [p%displacement(i, :), p%velocity(i, :), reshape(p%gradient_of(i), [ndim**2])]
+            own(:, k) = [p%displacement(i, :), p%velocity(i, :), reshape(p%gradient_of(i), [ndim**2]), p%history_of(i)]
             xi = (p%reference(i, :) - m%grid%forest%lower)/size_of
             at(:, k) = min(int((xi - floor(xi))*n), n - 1)
          end associate
@@ -107,6 +109,10 @@ contains
                values(:, c, k) = values(:, c, k) + rows(child(1), at(1, j) + 1)*rows(child(2), at(2, j) + 1)*own(:, j)
             end do
          end do
+      end do
+      do j = n_fields + 1, size(values, 1)
+         if (all(own(j, :) >= 0)) values(j, :, :) = max(values(j, :, :), 0.0_dp)
+         if (all(own(j, :) <= 0)) values(j, :, :) = min(values(j, :, :), 0.0_dp)
       end do
    end function children_in_cell
 
@@ -136,7 +142,7 @@ contains
 
    !> Give these values to the children.
    subroutine give_to_children(values, marked, first_child, m)
-      real(dp), intent(in) :: values(:, :, :)            !! (n_values, corners, marked)
+      real(dp), intent(in) :: values(:, :, :)            !! (values, corners, marked)
       logical, intent(in) :: marked(:)                   !! the particles that were split
       integer, intent(in) :: first_child(:)              !! see `split`
       type(motion_t), intent(inout) :: m
@@ -149,7 +155,8 @@ contains
             associate (p => m%particles, child => first_child(i) + c - 1)
                p%displacement(child, :) = values(:ndim, c, k)
                p%velocity(child, :) = values(ndim + 1:2*ndim, c, k)
-               p%gradient(child, :, :) = reshape(values(2*ndim + 1:, c, k), [ndim, ndim])
+               p%gradient(child, :, :) = reshape(values(2*ndim + 1:n_fields, c, k), [ndim, ndim])
+               if (allocated(p%history)) p%history(child, :) = values(n_fields + 1:, c, k)
             end associate
          end do
       end do

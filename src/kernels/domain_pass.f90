@@ -20,6 +20,7 @@ module hampm_domain_pass
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: prepare_cell, floor_of_domains
    use hampm_material, only: material_t
+   use hampm_remembering, only: remember
    use hampm_nodal_fields, only: nodal_fields_t, list_active_nodes, finish_sums
    use hampm_particle_pass, only: pass_report_t
    use hampm_particles, only: particles_t
@@ -181,13 +182,12 @@ contains
       type(nodal_fields_t), intent(in) :: f
       type(pass_report_t), intent(out) :: report
       real(dp) :: n(corners), change(ndim), before(ndim, ndim), kicked(p%n), strained(p%n), at(ndim)
-      real(dp), allocatable :: past(:)
       logical :: left, jumped
       integer :: i, c
       left = .false.
       jumped = .false.
       if (.not. (pass%kick .or. pass%strain_fraction > 0)) return
-      !$omp parallel do schedule(static) private(c, n, change, before, at, past) reduction(.or.: left, jumped)
+      !$omp parallel do schedule(static) private(c, n, change, before, at) reduction(.or.: left, jumped)
       do i = 1, p%n
          kicked(i) = 0
          before = p%gradient(i, :, :)
@@ -207,11 +207,7 @@ contains
          strained(i) = 0
          if (pass%audit .and. pass%strain_fraction > 0) strained(i) = p%volume(i) &
             *work_of_change(materials(p%material(i)), before, p%gradient_of(i) - before, pass%strain_fraction*dt, p, i)
-         if (pass%strain_fraction > 0 .and. materials(p%material(i))%has_history()) then
-            past = p%history(i, :)
-            call materials(p%material(i))%follow(p%gradient_of(i), pass%strain_fraction*dt, past)
-            p%history(i, :) = past
-         end if
+         if (pass%strain_fraction > 0) call remember(materials(p%material(i)), pass%strain_fraction*dt, p, i)
          at = grid%local_coordinate(p%cell(i), p%position(i))
          left = left .or. .not. all(at >= 0 .and. at < 1)
          jumped = jumped .or. .not. all(at >= -1 .and. at < 2)

@@ -13,6 +13,7 @@ module hampm_mean_dilatation
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, lanes
    use hampm_material, only: material_t
+   use hampm_remembering, only: remember
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, trace
    implicit none
@@ -32,7 +33,6 @@ contains
       integer, intent(in) :: listed(:)           !! blocks
       logical, intent(in) :: keeps_history
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp) :: past(p%columns())
       integer :: k, l, i
       do k = 1, size(listed)
          do l = 1, count(blocks%cells(:, listed(k)) > 0)
@@ -40,9 +40,7 @@ contains
                call share_in_cell(materials, p, blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))
                if (.not. keeps_history) cycle
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  past = p%history(i, :)
-                  call materials(p%material(i))%follow(p%gradient_of(i), dt, past)
-                  p%history(i, :) = past
+                  call remember(materials(p%material(i)), dt, p, i)
                end do
             end associate
          end do

@@ -11,6 +11,7 @@ module hampm_quadratic_pass
    use hampm_cell_blocks, only: cell_blocks_t, quadratic_cell_t, of_mass, of_momentum, of_force
    use hampm_mass_matrix, only: mass_matrix_t, prepare_cell, floor_of_quadratic
    use hampm_material, only: material_t
+   use hampm_remembering, only: remember
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
@@ -103,6 +104,7 @@ contains
          if (pass%audit) sums%stress_work = sums%stress_work + p%volume(i)*work_of_change(material, p%gradient_of(i), change, &
                                                                                           pass%strain_fraction*dt, p, i)
          p%gradient(i, :, :) = p%gradient(i, :, :) + change
+         if (pass%keeps_history) call remember(material, pass%strain_fraction*dt, p, i)
       end if
       if (pass%move) p%displacement(i, :) = p%displacement(i, :) + dt*matmul(new_velocity(:, cell%points), n)
       if (pass%map_mass) sums%mass = sums%mass + p%mass(i)*n

@@ -18,6 +18,7 @@ module hampm_motion
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
+   use hampm_remembering, only: remember
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_particles, only: particles_t
@@ -168,16 +169,13 @@ contains
    !> Keep the present states of particles whose laws have a history: a step has ended.
    subroutine keep_history(m)
       type(motion_t), intent(inout) :: m
-      real(dp) :: past(m%particles%columns())
       integer :: i
       if (.not. any(m%materials%has_history())) return
-      associate (p => m%particles)
-         do i = 1, p%n
-            past = p%history(i, :)
-            call m%materials(p%material(i))%follow(p%gradient_of(i), m%materials(p%material(i))%elapsed, past)
-            p%history(i, :) = past
-         end do
-      end associate
+      do i = 1, m%particles%n
+         associate (material => m%materials(m%particles%material(i)))
+            call remember(material, material%elapsed, m%particles, i)
+         end associate
+      end do
       m%materials%elapsed = 0
    end subroutine keep_history
 

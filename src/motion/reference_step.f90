@@ -17,6 +17,7 @@ module hampm_reference_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, inside_cell
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
+   use hampm_remembering, only: remember
    use hampm_motion, only: motion_t
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
@@ -157,17 +158,14 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp) :: l(ndim, ndim), past(m%particles%columns())
+      real(dp) :: l(ndim, ndim)
       integer :: i
       associate (p => m%particles)
          do i = 1, p%n
             l = matmul(v(:, m%grid%element_nodes(:, p%cell(i))), shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i))))
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
-            if (p%columns() == 0) cycle
-            past = p%history(i, :)
-            call m%materials(p%material(i))%follow(p%gradient_of(i), dt, past)
-            p%history(i, :) = past
+            call remember(m%materials(p%material(i)), dt, p, i)
          end do
       end associate
    end subroutine strain

@@ -85,8 +85,6 @@ module hampm_rules
              "&material dilatation = 'cell' and &method frame = 'total'"), &
       rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
-      rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&grid order = 2", not_built, &
-             "particles of quadratic cells remember nothing", "&grid order = 1"), &
       rule_t("&material law = 'neo_hookean'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "stiffness and mass of what is cut are those of linear laws", "&method time = 'static'"), &
