@@ -85,9 +85,6 @@ module hampm_rules
              "&material dilatation = 'cell' and &method frame = 'total'"), &
       rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
-      rule_t("&material law = 'neo_hookean'", not_with, &
-             "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
-             "stiffness and mass of what is cut are those of linear laws", "&method time = 'static'"), &
       rule_t("&material law = 'neo_hookean'", not_with, "&growth law = 'quasi_static'", not_built, &
              "loads are scaled to the toughness, which needs a linear answer", "&material law = 'linear_elastic'"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth", not_built, &
@@ -124,10 +121,6 @@ module hampm_rules
              "with fewer than 3 some motions of the nodes strain no particle", "&body points_per_cell = 3"), &
       rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
       rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
-      rule_t("&body spin", not_with, "&grid order = 2", not_built, &
-             "the nodes of quadratic cells begin with one velocity for each body", ""), &
-      rule_t("&body eigenstrain", not_with, "&grid order = 2", not_built, &
-             "particles of quadratic cells have no strain of their own", ""), &
       rule_t("&body eigenstrain", requires, "a linear elastic material", not_built, "of other laws no strain is taken off", ""), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value", ""), &

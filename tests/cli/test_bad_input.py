@@ -352,8 +352,6 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
      "&crack contact = 'frictionless' requires kind = 'line' or 'path'"),
     ("'domain_integral'", "'stress_closure'", "'stress_closure' is not allowed with &grid order = 2"),
     ("&damping", "&refine indicator = 'gradient' r_coarsen = 0.01 /\n&damping", "&refine r_coarsen = 0.01 is not allowed with indicator = 'gradient' and &grid order = 2"),
-    ("velocity = 0.0, 0.0", "spin = 1.0", "&body spin = 1.0 is not allowed with &grid order = 2"),
-    ("velocity = 0.0, 0.0", "eigenstrain = 1e-4, 1e-4, 0", "eigenstrain = 1e-4, 1e-4, 0 is not allowed with &grid order = 2"),
 ])
 def test_what_quadratic_cells_do_not_go_with(hampm, tmp_path, old, new, phrase):
     text = changed((old, new), scene=changed(*QUADRATIC))

@@ -60,6 +60,38 @@ def test_a_body_in_flight_keeps_momentum_and_energy(hampm, tmp_path, shape, meth
     assert np.max(row["strain_energy"]) < 1e-20 * row["kinetic_energy"][0]
 
 
+@pytest.mark.parametrize("method", [IMPLICIT, EXPLICIT, EXPLICIT + " scheme = 'usl'"])
+@pytest.mark.parametrize("degrees", [0, 27])
+def test_a_square_that_spins_has_the_energy_of_a_rigid_one(hampm, tmp_path, degrees, method):
+    """Linear velocities are fields of quadratic cells: m (2 a)**2/12 omega**2, and no strain of a law for small rotations."""
+    shape = polygon(square_of(degrees, (1.3e-3, -2.1e-3))) if degrees else "lower = -0.05, -0.05 upper = 0.05, 0.05"
+    row = run(hampm, tmp_path, moving(shape, method, 5e-5, body="spin = 0.5"))
+    assert row["kinetic_energy"] == pytest.approx(8000 * 0.1**4 / 12 * 0.5**2, rel=1e-5 if degrees else 1e-10)  # the weights in cut cells
+    assert row["kinetic_energy"] == pytest.approx(row["kinetic_energy"][0], rel=1e-10)
+    assert np.max(row["strain_energy"]) < 1e-20 * row["kinetic_energy"][0]
+
+
+def test_rubber_that_is_cut_vibrates_as_rubber_that_is_not(hampm, tmp_path):
+    """A square that is turned in its cells and pulled by much, against one along the grid."""
+    rubber = {"young = 200e9": "law = 'neo_hookean' young = 1e6", "density = 8000": "density = 1000"}
+    turned, along = square_of(27, (1.3e-3, -2.1e-3)), square_of(0, (0.0, 0.0))
+    rows = []
+    for corners, shape in ((turned, polygon(turned)), (along, "lower = -0.05, -0.05 upper = 0.05, 0.05")):
+        text = moving(shape, EXPLICIT, 8e-3, tension(corners, 3e4).replace(" /", " history = 'ramp' rise_time = 3e-3 /")
+                      + "&output history_interval = 2e-4 snapshot_interval = 8e-3 /\n&energy_release estimators = 'energy_balance' /\n")
+        for old, new in rubber.items():
+            text = text.replace(old, new)
+        rows.append(run(hampm, tmp_path, text))
+    cut, whole = rows
+    assert np.max(whole["displacement"][:, 0]) > 7e-3
+    for name in ("strain_energy", "kinetic_energy", "external_work"):
+        off = np.max(np.abs(cut[name] - whole[name])) / np.max(whole["external_work"])
+        print(name, off)
+        assert off < 2e-3, name
+    balance = cut["kinetic_energy"] + cut["strain_energy"] + cut["numerical_loss"] - cut["external_work"]
+    assert np.max(np.abs(balance)) < 1e-6 * np.max(cut["external_work"])
+
+
 @pytest.mark.parametrize("degrees", [0, 27])
 def test_implicit_steps_keep_energy_to_rounding(hampm, tmp_path, degrees):
     """A thousand steps, in which a wave crosses the square fifty times."""
