@@ -31,7 +31,7 @@ module hampm_newmark
    use hampm_failure, only: failure_t
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_motion, only: motion_t, refresh_grid, stored_energy, dissipated_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all
@@ -71,6 +71,7 @@ module hampm_newmark
       type(drive_t) :: now                       !! what drives the nodes at the present time
       type(outer_forces_t) :: outer              !! in the step that is tried
       real(dp), allocatable :: r(:, :)           !! internal forces at its start, condensed [N], (ndim, n_points)
+      real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
       integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
       real(dp), allocatable, private :: a(:, :)  !! acceleration at the present time [m/s2], (ndim, n_points)
       ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in the step that is tried
@@ -162,6 +163,7 @@ contains
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
       call internal_force(m, self%r)
+      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m)
       call external_force(m, time, drive%force)
       drive%way = self%now%way
       if (m%constraints%move()) drive%way = m%constraints%way(time)
@@ -290,32 +292,38 @@ contains
 
    !> Book what a step has done: the work of the loads by the means of the forces at both ends, with that of the forces R by which
    !> nodes are driven, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
-   !> (v + v')/2 . M (v' - v), the strain energy du . K (u + u')/2; at free nodes the sum is what loads and damping do there, and at
-   !> driven ones, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
+   !> (v + v')/2 . M (v' - v), the strain energy of linear laws du . K (u + u')/2; at free nodes the sum is what loads and damping do there,
+   !> and at driven ones, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
+   !>
+   !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, and what
+   !> the means of the internal forces work more than the material stores and dissipates.
    subroutine book(self, m, f, du, v)
       class(newmark_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: f(:, :)            !! loads at the end [N], (ndim, n_points)
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
-      real(dp), allocatable :: drag(:, :), gain(:, :), rest(:, :), r_end(:, :)
-      logical :: moves
-      allocate (drag, gain, rest, mold=du)
-      moves = m%constraints%move()
-      associate (n => m%grid%n_nodes, v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix, &
-                 f_0 => self%now%force)
-         m%external_work = m%external_work + sum(du(:, :n)*(f_0(:, :n) + f(:, :n)))/2
+      real(dp), allocatable, dimension(:, :) :: drag, gain, r ! of damping, of momentum, mean of internal forces
+      integer :: n
+      n = m%grid%n_nodes
+      allocate (drag, mold=du)
+      associate (v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + f)/2, &
+                 fixed => m%constraints%fixed)
+         m%external_work = m%external_work + sum(du(:, :n)*mean(:, :n))
          drag = 0
          if (m%damping_rate > 0) then
             call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
             m%damping_loss = m%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
-         if (.not. moves) return
-         call internal_force(m, r_end)
+         if (.not. (m%audit .or. m%constraints%move())) return
+         allocate (gain, mold=du)
+         call internal_force(m, r)
+         r = (self%r + r)/2
          call multiply_by_mass(m%grid, matrix, self%outer%mass, v - v_0, gain)
-         rest = drag - (self%r + r_end + f_0 + f)/2
-         m%external_work = m%external_work + sum((v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*rest(:, :n), &
-                                                 mask=m%constraints%fixed)
+         gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
+         m%external_work = m%external_work + sum(gain(:, :n), mask=fixed)
+         if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n), mask=.not. fixed) - sum(du(:, :n)*r(:, :n)) &
+                                         - (stored_energy(m) + dissipated_energy(m) - self%stored)
       end associate
    end subroutine book
 

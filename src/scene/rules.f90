@@ -446,8 +446,6 @@ module hampm_rules
              "it takes faces for free", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&growth", not_built, "it is for tips that rest", &
              "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'energy_balance'", not_with, "&method time = 'implicit'", not_built, &
-             "the audit books explicit steps", ""), &
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, "&material law = 'j2_plastic' | 'viscoelastic'", &
              mechanics, &
              "where material yields or creeps J depends on its domain, K, modes and errors are not recorded; J_near_tip and "// &

@@ -318,7 +318,6 @@ IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'u
     ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local' is not allowed with time = 'implicit'"),
     ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "&method mass = 'fmpm' is not allowed with time = 'implicit': it is a series for the inverse"),
     ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6 is not allowed with time = 'implicit' and courant = 4"),
-    ("'stress_closure'", "'energy_balance'", "estimators", "'energy_balance' is not allowed with &method time = 'implicit'"),
     ("&damping", "&refine indicator = 'zz' /\n&damping", "indicator", "&refine indicator = 'zz' is not allowed with &method time = 'implicit'"),
     ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "nodes would jump; use history = 'ramp', or a velocity"),
     ("time = 'implicit'", "time = 'explicit'", "time_step", "&method time_step = 1e-6 requires time = 'implicit': the step of"),

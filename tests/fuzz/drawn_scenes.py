@@ -380,7 +380,7 @@ class Drawing:
             names += [name for name in ("nodal_force", "stress_closure") if chance.random() < 0.4]
         if self.crack == "path" and not self.grows and chance.random() < 0.15:
             names.append("crack_closure")
-        if self.time != "implicit" and chance.random() < 0.5:
+        if chance.random() < 0.5:
             names.append("energy_balance")
         keys = {"estimators": names}
         if "domain_integral" in names and chance.random() < 0.2:

@@ -333,3 +333,53 @@ def test_a_step_that_is_not_found_fails_and_says_where(hampm, tmp_path):
     result = hampm("case.nml", "--quiet", "--set", "load.force=0,-1e8", "--set", "method.time_step=0.5")
     assert result.returncode == 3
     assert "no equilibrium was found" in result.stderr and "method time_step" in result.stderr
+
+
+# --- the audit ----------------------------------------------------------------------------------------------------------
+
+AUDIT = "energy_release.estimators='domain_integral','energy_balance'"
+
+
+def unexplained(columns):
+    """What is missing in the energy balance with all losses, over the largest energy."""
+    taken = sum(columns[name] for name in ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "plastic_dissipation",
+                                           "viscous_dissipation") if name in columns)
+    energy = taken - columns["external_work"]
+    return np.max(np.abs(energy - energy[0])) / np.max(columns["kinetic_energy"] + columns["strain_energy"])
+
+
+@pytest.mark.parametrize("settings", [(), ("method.mass=full", "damping.rate=3e3"), DRIVEN["ramp"]],
+                         ids=" ".join)
+def test_the_audit_has_no_loss_without_alpha_and_all_of_it_with(columns, settings):
+    """With average acceleration and a linear law nothing is lost; with alpha below 0 the loss closes the balance, and falls with
+    the square of the steps or faster."""
+    lost = {}
+    for alpha in (0.0, -0.1):
+        for dt in (1e-5, 5e-6):
+            found = columns(BEAM, *REFINED, AUDIT, *settings, f"method.time_step={dt}", f"method.hht_alpha={alpha}",
+                            "load.history=sine", "load.frequency=5e2")
+            assert unexplained(found) < 1e-10
+            lost[alpha, dt] = np.max(np.abs(found["numerical_loss"])) / np.max(found["kinetic_energy"] + found["strain_energy"])
+    print(settings, lost)
+    assert max(lost[0.0, 1e-5], lost[0.0, 5e-6]) < 1e-10
+    assert 1e-9 < lost[-0.1, 5e-6] < 0.5 * lost[-0.1, 1e-5]
+
+
+def test_the_loss_of_a_single_mode_is_that_of_its_amplitude(columns):
+    """One degree of freedom under a sudden force: the energy of its swing around rest, by the equations of Hilber, Hughes and Taylor."""
+    alpha, dt, steps = -0.2, 1e-6, 40
+    found = columns(CELL, f"method.hht_alpha={alpha}", "energy_release.estimators='energy_balance'")
+    u = STRETCHED * hht(FREQUENCY["lumped"], 0.0, alpha, dt, steps)
+    assert unexplained(found) < 1e-12
+    assert np.allclose(found["external_work"], FORCE * u, rtol=0, atol=1e-9 * FORCE * STRETCHED)
+    lost = FORCE * u - E * SECTION / LENGTH * u**2 / 2 - found["kinetic_energy"]
+    assert np.allclose(found["numerical_loss"], lost, rtol=0, atol=1e-9 * FORCE * STRETCHED)
+    assert found["numerical_loss"][-1] > 0.01 * FORCE * STRETCHED
+
+
+@pytest.mark.parametrize("law", DISSIPATES)
+def test_the_audit_closes_the_balance_of_laws_that_remember(columns, law):
+    scene = PULLED.format(law=law, constants=DISSIPATES[law], dilatation="cell")
+    found = columns(scene, "method.time_step=1e-5", "method.hht_alpha=-0.05", "energy_release.estimators='energy_balance'")
+    assert unexplained(found) < 1e-8
+    assert np.max(np.abs(found["numerical_loss"])) > 1e-6 * np.max(found["external_work"])
