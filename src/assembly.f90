@@ -33,6 +33,7 @@ module hampm_assembly
    use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t, mass_used
+   use hampm_reference, only: reference_t
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
@@ -139,6 +140,8 @@ contains
          implicit%equilibrium%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
          implicit%fixed_step = scene%method%time_step
          allocate (integrator, source=implicit)
+      else if (scene%method%path == 'reference') then
+         allocate (reference_t :: integrator)
       else if (takes_leapfrog_steps(scene)) then
          allocate (integrator, source=local_leapfrog_t(time_between_outputs=time_between_outputs(scene)))
       else if (scene%method%time_steps == 'local') then

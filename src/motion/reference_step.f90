@@ -1,6 +1,7 @@
 !> One explicit step of the material point method as docs/theory.md has it, with nothing done for speed: a pass is one loop over the
-!> particles, an equation one loop over the nodes. The program does not step this way, but every way in which it does gives the same
-!> motion but for rounding (`tests/unit/test_reference_step.f90`): this is the file in which to read what a step is.
+!> particles, an equation one loop over the nodes. This is the file in which to read what a step is, and what `&method path =
+!> 'reference'` does. Every other way in which the program steps gives the same motion but for rounding
+!> (`tests/unit/test_reference_step.f90`, `tests/program/test_reference_path.py`).
 !>
 !> A step leads from t^n to t^(n+1) = t^n + dt:
 !>
@@ -11,11 +12,13 @@
 !>   5. strain  usl: by v^(n+1); musl, and half of it usavg: by v^(n+1) as it is mapped anew from the particles;
 !>   6. G2P     displacements of the particles by v^(n+1).
 !>
-!> Here masses are lumped, and the faces of cracks do not touch. A hanging node has no equation of motion: what is summed there goes
-!> to its masters, and its values are means of theirs.
+!> A particle acts on the nodes of its support, the four of a bilinear or the nine of a quadratic cell, by their shape functions N_i.
+!> Here masses are lumped, and the faces of cracks do not touch: at most springs hold them, ahead of a tip. A hanging node has no
+!> equation of motion: what is summed there goes to its masters, and its values are means of theirs.
 module hampm_reference_step
-   use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions, shape_gradients, inside_cell
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: inside_cell
+   use hampm_face_springs, only: add_spring_forces, stretch_springs
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_remembering, only: remember
    use hampm_motion, only: motion_t
@@ -27,8 +30,8 @@ module hampm_reference_step
 
 contains
 
-   !> Advance the particles by one step, and book the work of the loads and what the damping takes. Where the particles are then in
-   !> cells is not found: only the cell of each is.
+   !> Advance the particles by one step, and book the work of the loads and what the damping takes. In which cells the particles then
+   !> are is left to be found.
    subroutine reference_step(m, dt)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
@@ -52,8 +55,10 @@ contains
       if (m%scheme%name == 'musl' .or. m%scheme%name == 'usavg') then
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
+         call stretch_springs(m%springs, v_mapped, dt)
          call book_work(m%loads, m%time, dt, v_mapped, work)
       else
+         call stretch_springs(m%springs, v_next, dt)
          call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, v, work)
       end if
       do i = 1, m%particles%n
@@ -64,9 +69,6 @@ contains
       m%external_work = m%external_work + work
       m%time = m%time + dt
       m%steps = m%steps + 1
-      do i = 1, m%particles%n
-         m%particles%cell(i) = m%grid%element_at(m%particles%place_in_grid(i), body=m%particles%body(i))
-      end do
    end subroutine reference_step
 
    !> P2G. The lumped masses m_i = sum m_p N_i (9) [kg].
@@ -76,8 +78,8 @@ contains
       integer :: i
       mass = 0
       do i = 1, m%particles%n
-         associate (nodes => m%grid%element_nodes(:, m%particles%cell(i)))
-            mass(nodes) = mass(nodes) + m%particles%mass(i)*shape_functions(local(m, i))
+         associate (nodes => support(m, i))
+            mass(nodes) = mass(nodes) + m%particles%mass(i)*functions(m, i)
          end associate
       end do
       call condense(m, 1, mass)
@@ -89,15 +91,14 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: mass(:)
       real(dp), intent(out) :: v(:, :)           !! (ndim, n_points)
-      real(dp) :: n(corners)
-      integer :: i, c
+      real(dp) :: n(m%grid%n_functions)
+      integer :: nodes(m%grid%n_functions), i, c
       v = 0
       do i = 1, m%particles%n
-         n = shape_functions(local(m, i))
-         do c = 1, corners
-            associate (node => m%grid%element_nodes(c, m%particles%cell(i)))
-               v(:, node) = v(:, node) + m%particles%mass(i)*m%particles%velocity(i, :)*n(c)
-            end associate
+         nodes = support(m, i)
+         n = functions(m, i)
+         do c = 1, size(nodes)
+            v(:, nodes(c)) = v(:, nodes(c)) + m%particles%mass(i)*m%particles%velocity(i, :)*n(c)
          end do
       end do
       call condense(m, ndim, v)
@@ -109,17 +110,16 @@ contains
    subroutine map_force(m, force)
       type(motion_t), intent(in) :: m
       real(dp), intent(out) :: force(:, :)       !! (ndim, n_points)
-      real(dp) :: gradient(corners, ndim), stress(ndim, ndim)
-      integer :: i, c
+      real(dp) :: gradient(m%grid%n_functions, ndim), stress(ndim, ndim)
+      integer :: nodes(m%grid%n_functions), i, c
       force = 0
       associate (p => m%particles)
          do i = 1, p%n
-            gradient = shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i)))
+            nodes = support(m, i)
+            gradient = gradients(m, i)
             stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, p%history_of(i))
-            do c = 1, corners
-               associate (node => m%grid%element_nodes(c, p%cell(i)))
-                  force(:, node) = force(:, node) - p%volume(i)*matmul(stress, gradient(c, :))
-               end associate
+            do c = 1, size(nodes)
+               force(:, nodes(c)) = force(:, nodes(c)) - p%volume(i)*matmul(stress, gradient(c, :))
             end do
          end do
       end associate
@@ -134,6 +134,7 @@ contains
       real(dp), intent(out) :: a(:, :)           !! (ndim, n_points)
       a = force
       call condense(m, ndim, a)
+      call add_spring_forces(m%springs, a)
       call divide_by_mass(m, mass, a)
       a = a - m%damping_rate*v
    end subroutine find_acceleration
@@ -162,7 +163,7 @@ contains
       integer :: i
       associate (p => m%particles)
          do i = 1, p%n
-            l = matmul(v(:, m%grid%element_nodes(:, p%cell(i))), shape_gradients(local(m, i), 1/m%grid%element_size(p%cell(i))))
+            l = matmul(v(:, support(m, i)), gradients(m, i))
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
             call remember(m%materials(p%material(i)), dt, p, i)
@@ -176,8 +177,32 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
       real(dp) :: value(ndim)
-      value = matmul(x(:, m%grid%element_nodes(:, m%particles%cell(i))), shape_functions(local(m, i)))
+      value = matmul(x(:, support(m, i)), functions(m, i))
    end function at_particle
+
+   !> The nodes on which a particle acts.
+   pure function support(m, i) result(nodes)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      integer :: nodes(m%grid%n_functions)
+      nodes = m%grid%support_of(m%particles%cell(i))
+   end function support
+
+   !> Their shape functions N_i at the particle.
+   pure function functions(m, i) result(n)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: n(m%grid%n_functions)
+      n = m%grid%functions_in(m%particles%cell(i), local(m, i))
+   end function functions
+
+   !> And the gradients of these with respect to position [1/m].
+   pure function gradients(m, i) result(gradient)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: gradient(m%grid%n_functions, ndim)
+      gradient = m%grid%gradients_in(m%particles%cell(i), local(m, i))
+   end function gradients
 
    !> Where a particle is in its cell, 0 to 1: by its present position, in the total frame by its reference position.
    pure function local(m, i) result(xi)

@@ -26,6 +26,8 @@ module hampm_method_group
             'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
       key_t('method', 'courant', type_real, 1, 1, may, '0.0', '', '', &
             '[0, 1000]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
+      key_t('method', 'path', type_name, 1, 1, may, 'fastest', '', '', &
+            'fastest|reference', 'of explicit steps: the fastest one for the scene, or the step that is there to be read'), &
       key_t('method', 'wave_speed', type_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed courant refers to'), &
       key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &
@@ -58,6 +60,7 @@ module hampm_method_group
       real(dp) :: hht_alpha = 0                  !! of 'implicit' [-]
       integer :: load_steps = 1                  !! of 'static'
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
+      character(name_len) :: path = 'fastest'    !! 'fastest' or 'reference'
       real(dp) :: courant = 0                    !! [-]
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
       character(name_len) :: time_steps = 'global' !! 'global' or 'local'
@@ -93,6 +96,7 @@ contains
       method%hht_alpha = settings%number(entry, 'hht_alpha')
       method%load_steps = nint(settings%number(entry, 'load_steps'))
       method%scheme = settings%text(entry, 'scheme')
+      method%path = settings%text(entry, 'path')
       method%courant = settings%number(entry, 'courant')
       method%wave_speed = settings%text(entry, 'wave_speed')
       method%time_steps = settings%text(entry, 'time_steps')

@@ -255,6 +255,27 @@ module hampm_rules
              not_built, "bonds are let go in steps that are the same for all", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
              "the loss of the method is not known with them", "&method time_steps = 'global'"), &
+      rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, "it is an explicit step", &
+             "&method time = 'explicit'"), &
+      rule_t("&method path = 'reference'", not_with, "&method time_steps = 'local'", by_meaning, "it is one step of all cells", &
+             "&method time_steps = 'global'"), &
+      rule_t("&method path = 'reference'", not_with, "&method functions = 'cpdi'", not_built, &
+             "its particles are points of cells", "&method functions = 'linear'"), &
+      rule_t("&method path = 'reference'", not_with, "&method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
+             "it divides by the masses of nodes", "&method mass = 'lumped'"), &
+      rule_t("&method path = 'reference'", not_with, "&material dilatation = 'cell'", not_built, &
+             "its particles have a dilatation each", "&material dilatation = 'point'"), &
+      rule_t("&constraint displacement", not_with, "&method path = 'reference'", not_built, "what it holds rests", &
+             "&method path = 'fastest'"), &
+      rule_t("&constraint velocity", not_with, "&method path = 'reference'", not_built, "what it holds rests", &
+             "&method path = 'fastest'"), &
+      rule_t("&method path = 'reference'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
+             "it has one velocity field", "&contact bodies = 'joined'"), &
+      rule_t("&method path = 'reference'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
+             "its faces do not touch", "&crack contact = 'none'"), &
+      rule_t("&method path = 'reference'", not_with, "&growth", not_built, "its cracks stay", ""), &
+      rule_t("&method path = 'reference'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
+             "it books no losses of the method", ""), &
       rule_t("&method mass = 'fmpm'", not_with, "&method time = 'implicit'", mechanics, &
              "it is a series for the inverse, and these steps use the matrix", "&method mass = 'full'"), &
       rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &

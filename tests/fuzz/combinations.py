@@ -670,6 +670,22 @@ def threads(case):
     bytes_of(case, case.bench.run(case.scene, threads=2, keep_data=True))
 
 
+def reference(case):
+    """By the step that is there to be read, where that can do the scene."""
+    case.need(case.time == "explicit" and case.base.row["step"][-1] * np.max(case.base.row["particles"]) < 20 * MANY)
+    scene = copy_of(case.scene)
+    if not groups(scene, "method"):
+        scene.append(["method", {}])
+    group(scene, "method")["path"] = "reference"
+    if "energy_balance" in group(scene, "energy_release").get("estimators", []):
+        group(scene, "energy_release")["estimators"].remove("energy_balance")
+    run = case.bench.run(scene)
+    case.need(run.code != 2)
+    if run.code:
+        raise Fault(f"ends with {run.code}: {' '.join(run.said.split())[:300]}")
+    case.same({name: values for name, values in case.base.row.items() if name in run.row}, run)
+
+
 def resume(case):
     """Stopped twice and resumed."""
     steps = int(case.base.row["step"][-1])
@@ -695,7 +711,7 @@ def builds(case):
 OWN = {"finite": finite, "energies": energies, "forces": forces}
 SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "thickness": thickness,
           "halved": halved, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
-          "slow": slow, "damped": damped, "finer": finer, "threads": threads, "resume": resume, "check": check, "builds": builds}
+          "slow": slow, "damped": damped, "finer": finer, "reference": reference, "threads": threads, "resume": resume, "check": check, "builds": builds}
 
 
 def accept(bench, chance):

@@ -19,7 +19,7 @@ CHOICES = {
     "load": {"face": ["none", "left", "right"]},
     "contact": {"bodies": ["joined", "stick", "frictionless", "friction"]},
     "method": {"time": ["explicit", "implicit", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
-               "time_steps": ["global", "global", "local"], "frame": ["total", "updated"], "functions": ["linear", "linear", "cpdi"],
+               "time_steps": ["global", "global", "local"], "path": ["fastest", "reference"], "frame": ["total", "updated"], "functions": ["linear", "linear", "cpdi"],
                "mass": ["lumped", "lumped", "full", "partial", "fmpm", "blend"], "solver": ["auto", "cg", "umfpack", "banded"],
                "full_region": ["box", "refined"], "order": [1, 2, 3], "blend": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],

@@ -15,7 +15,7 @@ program test_reference_step
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, update_particles
    use hampm_particles, only: new_particles
-   use hampm_reference_step, only: reference_step
+   use hampm_reference, only: reference_t
    use hampm_refined, only: refine_box
    use hampm_samples, only: schemes, start, run_steps, thickness
    use hampm_sorting, only: sort_into_cells
@@ -52,11 +52,13 @@ contains
       logical, intent(in) :: total_frame
       integer, intent(in) :: levels
       type(motion_t) :: first, reference, m
+      type(reference_t) :: by_reference
+      type(failure_t) :: failure
       integer :: k, threads, audited
       call place(scheme, total_frame, levels, first)
       reference = first
       do k = 1, steps
-         call reference_step(reference, dt)
+         call by_reference%advance(reference, dt, failure)
       end do
       do threads = 1, 2
          call use_threads(threads, 0)

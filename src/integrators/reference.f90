@@ -1,0 +1,34 @@
+!> Explicit integration by the step that is there to be read (`hampm_reference_step`), with all that a run is besides.
+module hampm_reference
+   use hampm_kinds, only: dp
+   use hampm_failure, only: failure_t
+   use hampm_integrator, only: integrator_t
+   use hampm_motion, only: motion_t, sort_anew
+   use hampm_reference_step, only: reference_step
+   use hampm_step, only: report_jump
+   implicit none
+   private
+   public :: reference_t
+
+   !> It keeps nothing from step to step.
+   type, extends(integrator_t) :: reference_t
+   contains
+      procedure :: advance
+   end type reference_t
+
+contains
+
+   !> Advance by a step, and find the particles that have moved to other cells.
+   subroutine advance(self, m, dt, failure)
+      class(reference_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      call reference_step(m, dt)
+      m%mapped = .false.
+      m%sorted = .not. m%particles%total_frame
+      if (.not. m%sorted) return
+      call report_jump(m, failure)
+      if (.not. failure%failed()) call sort_anew(m, failure)
+   end subroutine advance
+end module hampm_reference
