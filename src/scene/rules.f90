@@ -164,8 +164,7 @@ module hampm_rules
       rule_t("&constraint push_only = .true.", not_with, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
              "which supports push is tried by turns, and particles would remember each try", ""), &
       rule_t("&constraint push_only = .true.", not_with, "&growth", not_built, &
-             "loads are scaled, which is not what a support does", ""), &
-      rule_t("&constraint push_only = .true.", not_with, "&grid order = 2", not_built, "", "&grid order = 1")]
+             "loads are scaled, which is not what a support does", "")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
       rule_t("&load rise_time", requires, "&load history = 'ramp'", by_meaning, "", ""), &
@@ -202,8 +201,10 @@ module hampm_rules
              "J and K are those of a superposition in isotropic linear material", ""), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
              "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
-      rule_t("&load on = 'crack'", not_with, "&grid order = 2", not_built, "", "&grid order = 1"), &
-      rule_t("&load face = 'left' | 'right'", not_with, "&grid order = 2", not_built, "", "&grid order = 1"), &
+      rule_t("&load on = 'crack'", not_with, "&grid order = 2", not_built, &
+             "what closes the nodes at a tip would be off by what presses them", "&grid order = 1"), &
+      rule_t("&load face = 'left' | 'right'", not_with, "&grid order = 2", not_built, &
+             "what closes the nodes at a tip would be off by what presses them", "&grid order = 1"), &
       rule_t("&load start < 0", no_effect_with, "&load history = 'step'", by_meaning, &
              "what begins before the run is there from its beginning", "")]
 

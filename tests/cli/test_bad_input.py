@@ -346,7 +346,6 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("time = 'static'", "time = 'implicit' courant = 4", "&method courant = 4 is not allowed with time = 'implicit' and &grid order = 2"),
     ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2 is not allowed with &grid order = 2: with fewer than 3 some"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
-    ("fix = 'y'", "fix = 'y' push_only = .true.", "&constraint push_only = .true. is not allowed with &grid order = 2"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
      "&crack contact = 'frictionless' requires kind = 'line' or 'path'"),
     ("'domain_integral'", "'stress_closure'", "'stress_closure' is not allowed with &grid order = 2"),

@@ -7,9 +7,9 @@ import pytest
 
 BEAM = """
 &run plane = 'stress'  thickness = 0.01  end_time = 1.0 /
-&grid lower = 0.0, 0.0  cell = {cell}  cells = {nx}, {ny} /
+&grid lower = 0.0, 0.0  cell = {cell}  cells = {nx}, {ny}  order = {order} /
 &material name = 'a'  young = 70e9  poisson = 0.3  density = 2700  law = '{law}' /
-&body material = 'a'  lower = 0.0, 0.0  upper = 0.2, 0.01 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.2, 0.01  points_per_cell = {points} /
 &constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'x' /
 &constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'y'  push_only = .true.  name = 'a' /
 &constraint lower = 0.1, 0.0  upper = 0.1, 0.0  fix = 'y'  push_only = .true.  name = 'b' /
@@ -19,12 +19,12 @@ BEAM = """
 &method time = 'static'  load_steps = {steps}  solver = '{solver}' /
 """
 VALUES = {"cell": 2.5e-3, "law": "linear_elastic", "push": ".true.", "at": 0.05, "force": -10.0, "refine": "none", "steps": 1,
-          "solver": "auto", "motion": ""}
+          "solver": "auto", "motion": "", "order": 1}
 
 
 def run(hampm, tmp_path, code=0, **values):
     values = VALUES | values
-    (tmp_path / "beam.nml").write_text(BEAM.format(nx=round(0.2 / values["cell"]), ny=round(0.01 / values["cell"]) + 1, **values))
+    (tmp_path / "beam.nml").write_text(BEAM.format(nx=round(0.2 / values["cell"]), ny=round(0.01 / values["cell"]) + 1, points=1 + values["order"], **values))
     result = hampm("beam.nml", "--force", "--quiet")
     assert result.returncode == code, result.stderr
     if code:
@@ -33,7 +33,8 @@ def run(hampm, tmp_path, code=0, **values):
         return {name: column[:] for name, column in file["history"].items()}
 
 
-WAYS = [{}, {"steps": 4}, {"law": "neo_hookean"}, {"refine": "zz"}, {"solver": "banded"}, {"solver": "cg"}]
+WAYS = [{}, {"steps": 4}, {"law": "neo_hookean"}, {"refine": "zz"}, {"solver": "banded"}, {"solver": "cg"}, {"order": 2},
+        {"order": 2, "law": "neo_hookean", "steps": 4}, {"order": 2, "refine": "zz"}]
 
 
 @pytest.mark.parametrize("values", WAYS, ids=str)
@@ -71,7 +72,7 @@ def test_material_that_is_pulled_off_all_supports_is_named(hampm, tmp_path):
 
 
 def test_it_takes_time_static_and_an_edge(hampm, tmp_path):
-    text = BEAM.format(nx=80, ny=5, **VALUES)
+    text = BEAM.format(nx=80, ny=5, points=2, **VALUES)
     (tmp_path / "a.nml").write_text(text.replace("time = 'static'  load_steps = 1", "time = 'explicit' frame = 'total'"))
     result = hampm("a.nml")
     assert result.returncode == 2
@@ -104,12 +105,13 @@ WHOLE = """&load kind = 'traction'  lower = 0.005, -0.02  upper = 0.01, -0.02  f
 &crack kind = 'line'  tip = 0.03, 0.0  direction = 1.0, 0.0  contact = 'frictionless' /"""
 
 
-def test_half_a_body_on_a_support_is_half_of_a_body_with_a_crack_in_contact(hampm, tmp_path):
+@pytest.mark.parametrize("order", [(), ("--set", "grid.order=2", "--set", "body.points_per_cell=3")], ids=["bilinear", "quadratic"])
+def test_half_a_body_on_a_support_is_half_of_a_body_with_a_crack_in_contact(hampm, tmp_path, order):
     """A part of the faces opens. Pressed nodes are tied on one way, fixed on the other."""
     energy = {}
     for name, bottom, ny, rest in ("half", 0.0, 8, HALF), ("whole", -0.02, 16, WHOLE):
         (tmp_path / f"{name}.nml").write_text(BLOCK.format(bottom=bottom, ny=ny, rest=rest))
-        result = hampm(f"{name}.nml", "--force", "--quiet")
+        result = hampm(f"{name}.nml", "--force", "--quiet", *order)
         assert result.returncode == 0, result.stderr
         with h5py.File(tmp_path / f"{name}.h5") as file:
             energy[name] = file["history/strain_energy"][-1]
