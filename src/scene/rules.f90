@@ -291,7 +291,6 @@ module hampm_rules
       rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", ""), &
       rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", by_meaning, &
              "both are the length of a step", "one of both"), &
-      rule_t("&method courant > 0", not_with, "&method time = 'implicit' and &grid order = 2", not_built, "", "a time_step"), &
       rule_t("&method full_region = 'refined' and &method mass = 'partial'", requires, &
              "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "it is full in the cells that are refined", ""), &
       rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &

@@ -343,7 +343,6 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("order = 2", "order = 3", "&grid order = 3: must be an integer in [1, 2]"),
     ("frame = 'total'", "frame = 'updated' wave_speed = 'shear'", "&method frame = 'updated' is not allowed with &grid order = 2"),
     ("time = 'static'", "time_steps = 'local'", "&method time_steps = 'local' is not allowed with &grid order = 2"),
-    ("time = 'static'", "time = 'implicit' courant = 4", "&method courant = 4 is not allowed with time = 'implicit' and &grid order = 2"),
     ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2 is not allowed with &grid order = 2: with fewer than 3 some"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
