@@ -20,12 +20,6 @@ debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # counted by procedure
 counted := $(subst -march=native,$(if $(filter x86_64,$(shell uname -m)),-march=x86-64-v3),$(release)) -g
 counted_simulation := -fno-lto -fno-inline
-# One loop with switches, of which the passes of the schemes are to be made loops of their own: it is larger than what compilers put
-# in the place of a call by themselves
-one_for_each := -fno-lto -finline-limit=20000 --param inline-unit-growth=5000 --param large-function-growth=5000 \
-                --param large-function-insns=100000 --param large-stack-frame-growth=100000
-release_interleaved_kernels := $(one_for_each)
-counted_interleaved_kernels := $(one_for_each)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
 checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan
@@ -115,7 +109,7 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 	$(PYTHON) tests/fuzz/rest_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/meeting_scenes.py --program build/checked/hampm --cases 10000 --seed 100
-	$(PYTHON) tests/fuzz/interleaved_scenes.py --program build/checked/hampm --cases 10000 --seed 100
+	$(PYTHON) tests/fuzz/plain_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/local_scenes.py --program build/checked/hampm --cases 2000 --seed 100
 	$(PYTHON) tests/fuzz/sweep_files.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/checkpoint_files.py --program build/checked/hampm --cases 10000 --seed 100

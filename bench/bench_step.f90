@@ -186,7 +186,7 @@ contains
             if (failure%failed()) error stop 'bench_step: the scene has failed'
          end if
       end do
-      call update_particles(c%motion, failure)
+      call update_particles(c%motion)
    end subroutine take_steps
 
    !> Bytes of particle data that the sweeps of a step read and write, 8 a real: what has to be moved where nothing of a tile

@@ -22,7 +22,6 @@ module hampm_needs
    real(dp), parameter :: of_particle = 156, of_cell = 520, of_full_cell = 465
    real(dp), parameter :: of_quadratic_cell = 1840, of_full_quadratic_cell = 1060, of_domain = 270
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
-   real(dp), parameter :: of_interleaved_particle = 190, of_interleaved_cell = 130  !! where they move on; at rest less
    real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
    real(dp), parameter :: of_quadratic_mass = 3350, of_quadratic_cg = 1600, of_viewed_quadratic_cell = 2000
    real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
@@ -110,17 +109,6 @@ contains
       end do
    end subroutine refine_around_tips
 
-   !> Whether particles may be interleaved between two looks (`hampm_interleaved`).
-   pure logical function may_be_interleaved(scene)
-      type(scene_t), intent(in) :: scene
-      associate (method => scene%method)
-         may_be_interleaved = method%frame == 'updated' .and. method%time == 'explicit' .and. method%mass == 'lumped' &
-                              .and. method%functions == 'linear' .and. scene%refine%indicator == 'none' &
-                              .and. .not. scene%crack%present .and. size(scene%paths) + size(scene%loads) == 0 &
-                              .and. all(scene%materials%law == 'linear_elastic')
-      end associate
-   end function may_be_interleaved
-
    !> Memory of a run with so many particles, cells and cells with particles [bytes].
    pure real(dp) function memory_of(scene, particles, cells, occupied) result(bytes)
       type(scene_t), intent(in) :: scene
@@ -135,7 +123,6 @@ contains
          fill = fill_of(occupied)
       end if
       if (scene%method%functions == 'cpdi') bytes = bytes + of_domain*particles
-      if (may_be_interleaved(scene)) bytes = bytes + of_interleaved_particle*particles + of_interleaved_cell*cells
       if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &

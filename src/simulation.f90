@@ -314,7 +314,7 @@ contains
          s%steps_left = s%steps_left - 1
          if (abs(s%longest_step - s%limit) > 0 .or. s%integrator%has_to_choose(s%motion)) s%steps_left = 0
       end do
-      call update_particles(s%motion, failure)
+      call update_particles(s%motion)
       s%motion%time = time
    end subroutine advance_to
 
@@ -340,7 +340,7 @@ contains
          return
       end if
       if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) then
-         call update_particles(s%motion, failure)
+         call update_particles(s%motion)
          call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
          if (failure%failed()) return
          call note_look(s%growing, s%cracks, s%measurements%crack)
@@ -348,7 +348,7 @@ contains
       end if
       call plan_ways(s%growing, s%scene, s%motion, s%cracks, s%dt, have_planned, s%warning)
       if (.not. have_planned) return
-      call update_particles(s%motion, failure)
+      call update_particles(s%motion)
       call change_cut(s, failure)
    end subroutine prepare_growth
 
@@ -487,7 +487,7 @@ contains
          call limit_time_step(s)
       end if
       if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
-      call update_particles(s%motion, failure)
+      call update_particles(s%motion)
       call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine adapt

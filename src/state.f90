@@ -14,7 +14,6 @@ module hampm_state
    use hampm_element_operators, only: keep_gains
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
-   use hampm_interleaved, only: give_interleaved, keep_interleaved
    use hampm_loads, only: keep_loads
    use hampm_mass_solver, only: keep_solver
    use hampm_motion, only: motion_t, rebuild_on_grid, rebuild_operators
@@ -49,8 +48,6 @@ contains
       call c%keep('fracture_energy', m%fracture_energy)
       call c%keep('numerical_loss', m%numerical_loss)
       call keep_grid(c, cracks, m%grid)
-      if (m%interleaved%is_active .and. .not. c%is_read) &
-         call give_interleaved(m%interleaved, .false., m%last_dt, m%particles, m%fields)
       call keep_particles(m%particles, c)
       call keep_loads(m%loads, c)
       if (c%is_read .and. .not. c%failure%failed()) call form_order(c, m)
@@ -64,7 +61,6 @@ contains
          call keep_gains(m%operators, c)
       end if
       if (c%failure%failed()) return
-      call keep_interleaved(m%interleaved, m%particles, m%materials, m%grid, m%constraints, m%scheme, c)
       call keep_contact(m%contact, c)
       call keep_body_contact(m%body_contact, c)
       call keep_supports(m%constraints, c)

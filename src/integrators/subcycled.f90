@@ -95,7 +95,7 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       integer :: k
-      call update_particles(m, failure)
+      call update_particles(m)
       if (.not. m%mapped) call map_to_grid(m)
       call rebuild_batches(c, m)
       if (.not. m%particles%total_frame) call map_matrices(c, m%particles, m%blocks)

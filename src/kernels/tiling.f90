@@ -12,7 +12,7 @@ module hampm_tiling
    use hampm_cell_blocks, only: cell_blocks_t
    implicit none
    private
-   public :: tiling_t, plan_tiles, plan_for_sums
+   public :: tiling_t, plan_tiles
 
    integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
 
@@ -54,23 +54,11 @@ contains
       if (allocated(plan%stages)) deallocate (plan%stages)
       allocate (plan%stages(2*n_passes))
       if (plan%is_lasting) then
-         call plan_in_tiles(blocks, n_passes, .false., plan)
+         call plan_in_tiles(blocks, n_passes, plan)
       else
          call plan_whole(blocks, active, n_passes, plan)
       end if
    end subroutine plan_tiles
-
-   !> Plan steps of `n_passes` passes in which blocks add to sums at their nodes: no two regions may do so at once at a node.
-   subroutine plan_for_sums(blocks, n_passes, plan)
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: n_passes
-      type(tiling_t), intent(inout) :: plan
-      plan = tiling_t()
-      plan%layout = blocks%layout
-      plan%is_lasting = .true.
-      allocate (plan%stages(2*n_passes))
-      call plan_in_tiles(blocks, n_passes, .true., plan)
-   end subroutine plan_for_sums
 
    !> Plan steps in one tile.
    subroutine plan_whole(blocks, active, n_passes, plan)
@@ -94,12 +82,10 @@ contains
 
    !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid: as many as the root of
    !> all. With the number of regions growing like the root of the number of tiles, the part of the work that waits stays the same.
-   !> It is even, so that two threads have equal shares. With sums at nodes, blocks of the first pass wait, too, where they add to
-   !> nodes of an earlier region; then all that adds to these nodes later waits with them.
-   subroutine plan_in_tiles(blocks, n_passes, sums_at_nodes, plan)
+   !> It is even, so that two threads have equal shares.
+   subroutine plan_in_tiles(blocks, n_passes, plan)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: n_passes
-      logical, intent(in) :: sums_at_nodes
       type(tiling_t), intent(inout) :: plan
       integer, allocatable :: node_tile(:), block_tile(:), first_tile(:)
       integer :: b, r, s
@@ -110,7 +96,6 @@ contains
       allocate (node_tile(blocks%n_points))
       call nodes_first(plan, blocks, first_tile, node_tile)
       block_tile = first_tile
-      if (sums_at_nodes) call wait_for_earlier_regions(plan, blocks, block_tile)
       do s = 1, n_passes
          if (s > 1) then
             call nodes_after_blocks(plan, blocks, block_tile, node_tile)
@@ -145,26 +130,6 @@ contains
          end associate
       end do
    end subroutine nodes_first
-
-   !> Let blocks with nodes of an earlier region wait for all regions.
-   subroutine wait_for_earlier_regions(plan, blocks, block_tile)
-      type(tiling_t), intent(in) :: plan
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(inout) :: block_tile(:)
-      integer, allocatable :: first_region(:)
-      integer :: b, region
-      allocate (first_region(blocks%n_points), source=0)
-      region = 1
-      do b = 1, blocks%n
-         do while (block_tile(b) >= plan%first_tile(region + 1))
-            region = region + 1
-         end do
-         associate (around => nodes_of(blocks, b))
-            if (any(first_region(around) > 0 .and. first_region(around) < region)) block_tile(b) = plan%n_tiles + 1
-            where (first_region(around) == 0) first_region(around) = region
-         end associate
-      end do
-   end subroutine wait_for_earlier_regions
 
    !> When nodes can be done after their blocks.
    subroutine nodes_after_blocks(plan, blocks, block_tile, node_tile)

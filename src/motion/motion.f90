@@ -13,7 +13,6 @@ module hampm_motion
    use hampm_face_springs, only: face_springs_t, spring_energy, mass_ties_of, add_spring_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
-   use hampm_interleaved, only: interleaved_t, give_interleaved
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
@@ -61,7 +60,6 @@ module hampm_motion
       type(sorting_t) :: sorting                 !! how they got there
       type(tiling_t) :: plan                     !! of steps in tiles
       type(element_operators_t) :: operators     !! of cells that are passed without their particles
-      type(interleaved_t) :: interleaved         !! particles of steps that are done apart from those here
       logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
       logical :: weighed = .false.               !! whether the nodes have the masses that these give
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
@@ -112,7 +110,6 @@ contains
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%plan = tiling_t()
       m%operators = element_operators_t()
-      m%interleaved = interleaved_t()
       m%corners = corner_map_t()
       if (allocated(m%grid%bodies) .and. m%springs%are_bounded .and. .not. m%grid%is_quadratic()) & ! explicit steps have to be stable
          call soften_thin_cells(m%particles, m%grid, m%materials)
@@ -179,17 +176,10 @@ contains
       m%materials%elapsed = 0
    end subroutine keep_history
 
-   !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind, and those that are
-   !> interleaved. Fails where the memory does not suffice.
-   subroutine update_particles(m, failure)
+   !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
+   subroutine update_particles(m)
       type(motion_t), intent(inout) :: m
-      type(failure_t), intent(inout) :: failure
       call give_to_particles(m%operators, m%materials, m%particles, m%blocks, m%fields)
-      m%interleaved%steps_unseen = 0
-      if (.not. m%interleaved%is_active) return
-      call give_interleaved(m%interleaved, m%interleaved%have_moved, m%last_dt, m%particles, m%fields)
-      m%interleaved%is_active = .false.
-      if (m%interleaved%have_moved) call sort_anew(m, failure)
    end subroutine update_particles
 
    !> Map the particles to the grid at the start of a step, where the last step has not done so.

@@ -5,7 +5,6 @@
 !> internal force and loads together, the way to rest is K^-1 r, and its energy r . K^-1 r/2. So a run that is damped so much that
 !> it hardly moves is seen to be far from rest all the same.
 module hampm_rest
-   use hampm_failure, only: failure_t
    use hampm_kinds, only: dp, ndim
    use hampm_contact, only: pressed_pairs
    use hampm_kinetic, only: kinetic_energy
@@ -36,15 +35,13 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(out) :: distance
       type(stiffness_t) :: k
-      type(failure_t) :: failure
       real(dp), parameter :: least = 1e-6_dp     ! of the present strain energy
       real(dp), allocatable :: force(:, :), internal(:, :), way(:, :)
       real(dp) :: stored, missing
       logical :: done
       distance = -1
       if (m%body_contact%wanted) return          ! where bodies rest on each other is not known beforehand
-      call update_particles(m, failure)
-      if (failure%failed()) return
+      call update_particles(m)
       stored = stored_energy(m)
       if (.not. stored > 0) return
       call unbalanced_force(m, force, internal)

@@ -2,11 +2,9 @@
 !>
 !>   in tiles   where a node needs no more than the cells around it: nodes and particles of a part of the grid after each other;
 !>   in stages  elsewhere: with other mass matrices than the lumped one, hanging nodes, faces in contact, or the energy audit, first
-!>              all nodes and then all particles;
-!>   interleaved  in the updated frame, in tiles and between looks at the particles, where there is nothing but linear material on a
-!>              grid of equal cells (`hampm_interleaved`).
+!>              all nodes and then all particles.
 !>
-!> On the first two, cells that have element operators are passed without their particles (`hampm_element_operators`).
+!> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
@@ -15,9 +13,6 @@ module hampm_step
    use hampm_driven_nodes, only: impose, drive
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_interleaved, only: can_be_interleaved, interleave, give_interleaved
-   use hampm_interleaved_moves, only: move_leavers, moves_t
-   use hampm_interleaved_step, only: step_interleaved, map_interleaved
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on
@@ -33,10 +28,6 @@ module hampm_step
    private
    public :: advance, take_step, report_jump, end_step
 
-   !> Steps after a look at the particles, and before the first, that are done without interleaving: it takes about as long as it
-   !> saves in so many.
-   integer, parameter :: seen_steps = 4
-
 contains
 
    !> Advance by one step `dt`, with all particles. Fails where a particle leaves the grid or jumps.
@@ -45,7 +36,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       call take_step(m, dt, failure)
-      if (.not. failure%failed()) call update_particles(m, failure)
+      if (.not. failure%failed()) call update_particles(m)
    end subroutine advance
 
    !> As `advance`, but particles may stay behind until `update_particles`.
@@ -55,12 +46,6 @@ contains
       type(failure_t), intent(inout) :: failure
       type(pass_report_t) :: report
       logical :: new_masses
-      m%interleaved%steps_unseen = m%interleaved%steps_unseen + 1
-      call interleave_where_it_pays(m)
-      if (m%interleaved%is_active) then
-         call step_interleaved_particles(m, dt, failure)
-         return
-      end if
       if (.not. m%mapped) call map_to_grid(m, failure)
       if (failure%failed()) return
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
@@ -78,47 +63,6 @@ contains
       if (m%springs%n > 0) call follow_springs(m, dt)
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
-
-   !> Interleave the particles (`hampm_interleaved`) where that can be and pays: steps are local and have nothing to do besides, and
-   !> nobody has looked at the particles for some of them.
-   subroutine interleave_where_it_pays(m)
-      type(motion_t), intent(inout) :: m
-      if (m%interleaved%is_active .or. m%particles%total_frame .or. m%interleaved%steps_unseen <= seen_steps) return
-      if (.not. is_local(m) .or. size(m%loads) + m%springs%n > 0 .or. m%blocks%by_group) return
-      if (.not. can_be_interleaved(m%particles, m%materials, m%grid)) return
-      call interleave(m%particles, m%materials, m%grid, m%blocks, m%constraints, m%scheme, m%interleaved)
-      if (.not. m%interleaved%is_active) return
-      m%mapped = .false.
-      call map_interleaved(m%scheme, m%interleaved)
-   end subroutine interleave_where_it_pays
-
-   !> Do a step with interleaved particles.
-   subroutine step_interleaved_particles(m, dt, failure)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: dt                 !! [s]
-      type(failure_t), intent(inout) :: failure
-      type(moves_t) :: moves
-      real(dp) :: loss
-      call step_interleaved(m%scheme, dt, m%damping_rate, m%interleaved, loss)
-      m%last_dt = dt
-      m%damping_loss = m%damping_loss + loss
-      call move_leavers(m%scheme%map_at_start, m%particles, m%grid, m%interleaved, moves)
-      if (moves%jumped .or. .not. moves%fit) call give_up_places(m)
-      if (moves%jumped) call report_jump(m, failure)
-      if (failure%failed()) return
-      m%time = m%time + dt
-      m%steps = m%steps + 1
-      m%sorted = .false.
-      if (.not. moves%fit) call sort_anew(m, failure)
-   end subroutine step_interleaved_particles
-
-   !> Bring the particles up to date, and interleave them anew the next time, with a margin for those that move on.
-   subroutine give_up_places(m)
-      type(motion_t), intent(inout) :: m
-      call give_interleaved(m%interleaved, .true., m%last_dt, m%particles, m%fields)
-      m%interleaved%is_active = .false.
-      m%interleaved%has_margin = .true.
-   end subroutine give_up_places
 
    !> Find which bodies are near each other, and where.
    subroutine look_around(m)

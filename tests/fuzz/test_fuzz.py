@@ -10,11 +10,11 @@ import combinations
 import every_key
 import growth_scenes
 import h5py
-import interleaved_scenes
 import local_scenes
 import meeting_scenes
 import mutations
 import numpy as np
+import plain_scenes
 import pytest
 import rest_scenes
 import shape_scenes
@@ -86,10 +86,10 @@ def test_cracks_that_grow_at_random(program, cases):
 
 @pytest.mark.parametrize(("program", "cases"), [(PROGRAM, 8), pytest.param(CHECKED_PROGRAM, 20, marks=pytest.mark.verify)],
                          ids=["release", "checked"])
-@pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes, interleaved_scenes], ids=["shapes", "meeting", "rest", "interleaved"])
+@pytest.mark.parametrize("scenes", [shape_scenes, meeting_scenes, rest_scenes, plain_scenes], ids=["shapes", "meeting", "rest", "plain"])
 def test_bodies_at_random(program, cases, scenes):
-    """Shapes have their areas, bodies that meet keep their momentum, energy balances close, cracks at rest grow at their toughness, and interleaved particles
-    move as others do."""
+    """Shapes have their areas, bodies that meet keep their momentum, energy balances close, cracks at rest grow at their toughness, and particles of
+    plain scenes move by steps in tiles as by steps in stages."""
     ends, findings = try_scenes(program, cases, 1, scenes.scene, scenes.look)
     assert not findings
     assert ends[0] >= cases // 4

@@ -99,8 +99,8 @@ MANY_CELLS = """\
 &load kind = 'traction' lower = 2e-3, 2e-3 upper = 2e-3, 47e-3 force = 1e5, 0 /
 &output history_interval = 1e-7 snapshot_interval = 1e-6 /
 """
-# The same without a load, which turns too: its particles are interleaved between the samples, and change their cells
-INTERLEAVED = "\n".join(line for line in MANY_CELLS.splitlines() if "&load" not in line).replace("velocity =", "spin = 1e4 velocity =")
+# The same without a load, which turns too, so that its particles change their cells
+TURNING = "\n".join(line for line in MANY_CELLS.splitlines() if "&load" not in line).replace("velocity =", "spin = 1e4 velocity =")
 SCENES = {
     "lumped musl": (FLIGHT, "method.scheme=musl"),
     "total frame": (FLIGHT, "method.scheme=usavg", *TOTAL),
@@ -127,9 +127,9 @@ SCENES = {
                               "constraint.velocity=1,0", "constraint.history=ramp", "constraint.rise_time=1e-5"),
     "tiles": (MANY_CELLS,),
     "tiles without particles": (MANY_CELLS, "method.frame=total", "body(1).velocity=0,0", "output.history_interval=5e-7"),
-    "interleaved": (INTERLEAVED, "method.scheme=musl", "output.history_interval=5e-7"),
-    "interleaved usl": (INTERLEAVED, "method.scheme=usl", "output.history_interval=1e-6"),
-    "interleaved usavg": (INTERLEAVED, "method.scheme=usavg", "output.history_interval=5e-7", "body(1).velocity=3,2"),
+    "turning": (TURNING, "method.scheme=musl", "output.history_interval=5e-7"),
+    "turning usl": (TURNING, "method.scheme=usl", "output.history_interval=1e-6"),
+    "turning usavg": (TURNING, "method.scheme=usavg", "output.history_interval=5e-7", "body(1).velocity=3,2"),
     "refined without particles": (CLOSED, "method.frame=total", "refine.indicator=tip", "refine.max_level=2",
                                   "energy_release.estimators='nodal_force'"),
     "static": (CLOSED, "method.time=static", "method.load_steps=40", "load.history=sine", "load.frequency=1.1e5"),
@@ -379,8 +379,8 @@ WRONG = {
     "damaged": (damage, "it has changed since it was written: its checksum does not fit"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", "99.1"),
-                      "it was written by hampm 99.1 (format 12), this is hampm 1.0.0 (format 12); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 1.0.0 (format 12)"),
+                      "it was written by hampm 99.1 (format 13), this is hampm 1.0.0 (format 13); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 1.0.0 (format 13)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),

@@ -78,7 +78,7 @@ def test_memory_and_size_of_results_are_as_foretold(hampm, tmp_path, text):
 
 
 @pytest.mark.parametrize("velocity", ["0.0, 0.0", "500.0, 300.0"], ids=["resting", "moving"])
-def test_memory_of_interleaved_particles_is_as_foretold(hampm, tmp_path, velocity):
+def test_memory_of_plain_particles_is_as_foretold(hampm, tmp_path, velocity):
     text = SCENE.format(171, 171, 150, 2).replace("end_time = 1e-7", "end_time = 1e-5")
     text = re.sub("&load.*\n", "", text).replace("points_per_cell", f"velocity = {velocity} points_per_cell")
     (tmp_path / "case.nml").write_text(text.replace(PLAIN_METHOD, "&method courant = 0.1 frame = 'updated' /\n"))

@@ -61,7 +61,7 @@ contains
          call c%advance(m, dt, failure)
          if (failure%failed()) exit
       end do
-      if (.not. failure%failed()) call update_particles(m, failure)
+      if (.not. failure%failed()) call update_particles(m)
       if (failure%failed()) call check(.false., failure%message)
    end subroutine run_coarsely
 

@@ -87,7 +87,7 @@ contains
       integer :: k
       do k = 1, steps
          call take_step(m, dt, failure)
-         if (mod(k, interval) == 0) call update_particles(m, failure)
+         if (mod(k, interval) == 0) call update_particles(m)
       end do
       call check(.not. failure%failed(), 'the steps are done')
    end subroutine run_and_look

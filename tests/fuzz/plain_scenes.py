@@ -1,9 +1,9 @@
 """Plain scenes of the updated frame at random: bodies side by side that rest, fly and turn, each run twice.
 
-Between two looks at the particles the first run has them interleaved; the second looks at them in each step, as the estimator `energy_balance` asks for, and has
-them where they stand. Both have to end with the same code, and where that is 0 with the same velocities, displacements and energies.
+The steps of the first run are done in tiles, those of the second in stages, as the estimator `energy_balance` asks for. Both have to end with the same code, and where
+that is 0 with the same velocities, displacements and energies.
 
-    .venv/bin/python tests/fuzz/interleaved_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
+    .venv/bin/python tests/fuzz/plain_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
 """
 
 import sys
@@ -65,12 +65,12 @@ def result(path):
 def look(folder, text):
     """What is wrong with a result; '' where nothing is."""
     program = Path(sys.argv[sys.argv.index("--program") + 1]).resolve() if "--program" in sys.argv else PROGRAM
-    interleaved = result(folder / "case.h5")
+    in_tiles = result(folder / "case.h5")
     (folder / "case.h5").unlink()
     code, fault = try_run(program, folder, text + "&energy_release estimators = 'energy_balance' /\n", [])
     if fault or code:
-        return fault or f"ends with {code} where particles are where they stand"
-    for name, one, other in zip(("velocity", "displacement", "energy"), interleaved, result(folder / "case.h5")):
+        return fault or f"ends with {code} in stages"
+    for name, one, other in zip(("velocity", "displacement", "energy"), in_tiles, result(folder / "case.h5")):
         if not np.max(np.abs(one - other)) <= SAME * np.max(np.abs(other)):
             return f"{name} differs by {np.max(np.abs(one - other)):.1e} of {np.max(np.abs(other)):.1e}"
     return ""

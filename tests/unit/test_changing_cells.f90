@@ -1,5 +1,5 @@
-!> Steps with interleaved particles move them as steps over the particles where they stand do, whether or not they change their cells.
-program test_interleaved
+!> Steps in tiles move particles as steps in stages do, whether or not they change their cells.
+program test_changing_cells
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: fill_rectangle
    use hampm_constraints, only: constrain_box
@@ -8,7 +8,7 @@ program test_interleaved
    use hampm_grid, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_motion, only: motion_t
    use hampm_particles, only: new_particles
    use hampm_samples, only: schemes, start, thickness
    use hampm_sorting, only: sort_into_cells
@@ -23,14 +23,13 @@ program test_interleaved
    call use_threads(1, 0)
    call repeat_random_numbers()
    do k = 1, size(schemes)
-      call as_where_they_stand(trim(schemes(k)), 0.0_dp, 1, 300)
-      call as_where_they_stand(trim(schemes(k)), 1.0_dp, 1, 300)
+      call as_in_stages(trim(schemes(k)), 0.0_dp, 1, 300)
+      call as_in_stages(trim(schemes(k)), 1.0_dp, 1, 300)
    end do
-   call as_where_they_stand('musl', 0.0_dp, 5, 30)
-   call as_where_they_stand('usf', 20.0_dp, 5, 60)
+   call as_in_stages('musl', 0.0_dp, 5, 30)
+   call as_in_stages('usf', 20.0_dp, 5, 60)
    call same_bytes_with_two_threads('musl', 1)
    call same_bytes_with_two_threads('usf', 5)
-   call looks_at_each_step_do_not_interleave()
    call who_leaves_the_grid_is_named()
    call who_jumps_is_named()
    call finish()
@@ -78,18 +77,17 @@ contains
       call check(.not. failure%failed(), 'the bodies are in the grid')
    end subroutine place
 
-   !> Do steps, looking at the particles at an interval.
-   subroutine run_and_look(m, steps, interval)
+   !> Do steps.
+   subroutine run(m, steps)
       type(motion_t), intent(inout) :: m
-      integer, intent(in) :: steps, interval
+      integer, intent(in) :: steps
       type(failure_t) :: failure
       integer :: k
       do k = 1, steps
          call take_step(m, time_step(m), failure)
-         if (mod(k, interval) == 0) call update_particles(m, failure)
       end do
       call check(.not. failure%failed(), 'the steps are done: '//failure%message)
-   end subroutine run_and_look
+   end subroutine run
 
    !> A length of steps that is stable [s].
    pure real(dp) function time_step(m)
@@ -97,8 +95,8 @@ contains
       time_step = 0.05_dp*m%grid%element_size(1)/4
    end function time_step
 
-   !> With the audit all particles are passed where they stand.
-   subroutine as_where_they_stand(scheme, speed, finer, steps)
+   !> With the audit steps are done in stages.
+   subroutine as_in_stages(scheme, speed, finer, steps)
       character(*), intent(in) :: scheme
       real(dp), intent(in) :: speed
       integer, intent(in) :: finer, steps
@@ -109,14 +107,11 @@ contains
       call place(scheme, speed, finer, m)
       other = m
       other%audit = .true.
-      call run_and_look(m, steps - 7, steps - 7)
-      call run_and_look(m, 6, 7)
-      call check(m%interleaved%is_active, scheme//': particles are interleaved')
-      call check((m%interleaved%plan%n_regions > 1) .eqv. finer > 1, scheme//': in as many regions as there should be')
-      call run_and_look(m, 1, 1)
-      call check(.not. m%interleaved%is_active, scheme//': and given back')
-      call run_and_look(other, steps, 1)
-      call check(.not. other%interleaved%is_active, scheme//': those of the other are not')
+      call run(m, steps)
+      call check(m%plan%n_tiles > 0, scheme//': steps are done in tiles')
+      if (.not. speed > 0) call check((m%plan%n_regions > 1) .eqv. finer > 1, scheme//': in as many regions as there should be')
+      call run(other, steps)
+      call check(other%plan%n_tiles == 0, scheme//': those of the other are not')
       allocate (of_id(other%particles%n))
       of_id(other%particles%id) = [(i, i=1, other%particles%n)]
       associate (a => m%particles, b => other%particles, j => of_id(m%particles%id))
@@ -130,39 +125,26 @@ contains
       write (*, '(2a,3es9.1,a,i0)') scheme, ': differences of v, u and H, over the largest', error, '; in other cells ', &
          changes
       call check((changes > m%particles%n/2) .eqv. speed > 0, scheme//': bodies that fly and turn change their cells')
-      call check_close(maxval(error), 0.0_dp, rounding, scheme//': interleaved particles move as the others do')
+      call check_close(maxval(error), 0.0_dp, rounding, scheme//': particles move as those of the other do')
       call check_close(m%damping_loss, other%damping_loss, rounding*abs(other%damping_loss), scheme//': loss by damping')
       call check(abs(m%time - other%time) <= 0 .and. m%steps == other%steps, scheme//': and in the same steps')
-   end subroutine as_where_they_stand
+   end subroutine as_in_stages
 
-   !> The order of all sums is that of the blocks and the leavers.
+   !> The order of all sums is that of the blocks.
    subroutine same_bytes_with_two_threads(scheme, finer)
       character(*), intent(in) :: scheme
       integer, intent(in) :: finer
       type(motion_t) :: one, two
       call place(scheme, 1.0_dp*finer, finer, one)
       two = one
-      call run_and_look(one, 150/finer, 50)
+      call run(one, 150/finer)
       call use_threads(2, 0)
-      call run_and_look(two, 150/finer, 50)
+      call run(two, 150/finer)
       call use_threads(1, 0)
       call check(all(one%particles%id == two%particles%id) .and. all(abs(one%particles%velocity - two%particles%velocity) <= 0) &
                  .and. all(abs(one%particles%gradient - two%particles%gradient) <= 0) &
                  .and. abs(one%damping_loss - two%damping_loss) <= 0, scheme//': the same bytes on two threads')
    end subroutine same_bytes_with_two_threads
-
-   !> Where particles are looked at often it would not pay.
-   subroutine looks_at_each_step_do_not_interleave()
-      type(motion_t) :: m
-      type(failure_t) :: failure
-      integer :: k
-      call place('musl', 0.0_dp, 1, m)
-      do k = 1, 20
-         call take_step(m, time_step(m), failure)
-         call check(.not. m%interleaved%is_active, 'not interleaved for a step')
-         call update_particles(m, failure)
-      end do
-   end subroutine looks_at_each_step_do_not_interleave
 
    !> A body that flies out of its grid.
    subroutine who_leaves_the_grid_is_named()
@@ -189,4 +171,4 @@ contains
       call take_step(m, 1000*time_step(m), failure)
       call check(index(failure%message, 'moved by more than a cell') > 0, 'a particle has jumped: '//failure%message)
    end subroutine who_jumps_is_named
-end program test_interleaved
+end program test_changing_cells
