@@ -1,12 +1,10 @@
 """What time steps that fit the size of the cells cost and change on the refined double cantilever beam.
 
     cost       user time and instructions against those of common steps, measured in turn
-    adaptive   the same and G(t) where the mesh adapts by a gradient while the beam moves
     motion     first frequency and G(t) without damping, against common steps of half the length
-    energy     total energy over 1000 periods of the undamped beam: two and three sizes of cells, in the total frame three and seven, about
-               eight minutes
+    energy     total energy over 1000 periods of the undamped beam of three and seven sizes of cells, about eight minutes
 
-Run by `make local_steps`, about twenty minutes, or for one part: .venv/bin/python bench/local_time_steps.py cost. Instructions
+Run by `make local_steps`, about ten minutes, or for one part: .venv/bin/python bench/local_time_steps.py cost. Instructions
 need `make build=counted program` and valgrind, which takes fifty times as long as the program: they are counted on a short
 piece of the runs on 5 mm cells.
 """
@@ -20,32 +18,20 @@ from tables import ROOT, command_line, write
 
 sys.path.insert(0, str(ROOT / "postprocess"))
 CASE = ROOT / "tests/regression/dcb_refined/case.nml"
-FIGURE = ROOT / "input/fig10_adaptive.nml"
 COUNTED = ROOT / "build/counted/hampm"
 FINE = ["grid.cell=2.5e-3", "grid.cells=40,5", "refine.max_level=4", "refine.rings=8"]
-TOTAL = ["method.frame=total", "run.end_time=2.4e-3"]  # to rest
+REST = "run.end_time=2.4e-3"
 BEAMS = {  # name: settings, courant, end times of what is counted [s]
     "5 mm, 6 levels, 4 rings": ([], 0.5, (2e-5, 4e-5)),
-    "2.5 mm, 4 levels, 8 rings": (FINE, 0.5, None),
-    "total frame, 5 mm, 6 levels": (TOTAL, 0.5, (2e-5, 4e-5)),
-    "total frame, 5 mm, 6 levels, courant 0.8": (TOTAL, 0.8, (2e-5, 4e-5)),
-    "total frame, 2.5 mm, 4 levels": ([*TOTAL, *FINE], 0.8, None)}
+    "5 mm, 6 levels, 4 rings, courant 0.8": ([], 0.8, (2e-5, 4e-5)),
+    "2.5 mm, 4 levels, 8 rings": (FINE, 0.8, None)}
 STEPS = ("global", "local")
 ASKED = 0.5  # of the work of common steps, at most
 HEAD = ("common: CPU [s]", "local", "ratio", "common: instructions", "local", "ratio")
 
-# Meshes that adapt by the gradient of the stress while a ramp loads the beam; r_crit and energy_floor say how far around the tip
-GRADIENT = ["refine.indicator=gradient", "refine.field=stress_norm", "refine.region_lower=0.04,0", "refine.region_upper=0.06,0.01",
-            "refine.start=5e-5", "load.history=ramp", "load.rise_time=4e-4", "run.end_time=1e-3"]
-ADAPTIVE = {  # name: scene, settings, courant, end times of what is counted [s]
-    "gradient, floor 0.5": (CASE, [*GRADIENT, "refine.r_crit=0.01", "refine.energy_floor=0.5"], 0.5, (1e-4, 2e-4)),
-    "gradient, floor 0.2": (CASE, [*GRADIENT, "refine.r_crit=0.03", "refine.energy_floor=0.2"], 0.5, None),
-    "fig10_adaptive": (FIGURE, [], 0.5, None),
-    "fig10_adaptive, its courant": (FIGURE, [], 0.1, None)}
-
 
 def settings(steps, courant=0.5, interval=1e-5):
-    return [f"method.time_steps={steps}", f"method.courant={courant}", f"output.history_interval={interval}",
+    return ["method.frame=total", f"method.time_steps={steps}", f"method.courant={courant}", f"output.history_interval={interval}",
             "energy_release.estimators='nodal_force'", "output.file=local.h5"]
 
 
@@ -87,52 +73,21 @@ def cost(program, repeats):
     """What local steps cost, and G at the end of the run over that of common steps."""
     rows = [("beam", "courant", *HEAD, "target", "met", "G at the end over that of common steps, less 1")]
     for name, (beam, courant, ends) in BEAMS.items():
-        words = {steps: [*beam, *settings(steps, courant)] for steps in STEPS}
+        words = {steps: [REST, *beam, *settings(steps, courant)] for steps in STEPS}
         columns, ratio = costs(program, CASE, words, repeats, ends)
         last = {steps: history(program, CASE, words[steps])["G_nodal_force_I"][-1] for steps in STEPS}
         rows.append((name, courant, *columns, ASKED, "yes" if ratio <= ASKED else "NO", f"{last['local'] / last['global'] - 1:+.1e}"))
     return rows
 
 
-def share_of_work(path):
-    """What local steps would take of the work of common ones if every particle cost the same, by the last mesh of a run."""
-    import h5py
-    import numpy as np
-    with h5py.File(path) as file:
-        mesh = file["VTKHDF/mesh"]
-        first = int(mesh["Steps/CellOffsets"][-1])
-        level, particles = mesh["CellData/level"][first:], mesh["CellData/particles"][first:]
-    finest = level[particles > 0].max()
-    return np.sum(particles * 2.0**(level - finest)) / np.sum(particles)
-
-
-def adaptive(program, repeats):
-    """G(t) against common steps of half the length, whose mesh adapts for itself, too."""
-    rows = [("mesh", "courant", "particles", "share", *HEAD, "target", "met", "G(t): common", "local", "G at the end: common", "local")]
-    for name, (scene, beam, courant, ends) in ADAPTIVE.items():
-        words = {steps: [*beam, *settings(steps, courant, 1e-5 if beam else 2e-6)] for steps in STEPS}
-        columns, ratio = costs(program, scene, words, repeats if ends else 1, ends)
-        reference = history(program, scene, [*words["global"], f"method.courant={courant / 2}"])
-        runs = [history(program, scene, [*words[steps], "output.snapshot_interval=5e-4"]) for steps in STEPS]
-        share = share_of_work(program.folder / "local.h5")
-        end = reference["G_nodal_force_I"][-1]
-        rows.append((name, courant, f"{runs[1]['particles'][-1]:.0f}", f"{share:.2f}", *columns, ASKED,
-                     "yes" if ratio <= ASKED else "NO", *(f"{difference(run, reference):.4f}" for run in runs),
-                     *(f"{run['G_nodal_force_I'][-1] / end - 1:+.4f}" for run in runs)))
-    return rows
-
-
 def motion(program):
     from history import first_frequency
-    rows = [("frame", "steps", "courant", "f1 [Hz]", "rms difference of G(t)")]
-    for frame in ("updated", "total"):
-        beam = [*FINE, "damping.rate=0", "run.end_time=1.2e-3", f"method.frame={frame}"]
-        reference = history(program, CASE, [*beam, *settings("global", 0.25, 2e-6)])
-        courants = (0.5, 0.25) if frame == "updated" else (0.8, 0.4)
-        for steps, courant in (("global", courants[0]), ("local", courants[0]), ("local", courants[1])):
-            columns = history(program, CASE, [*beam, *settings(steps, courant, 2e-6)])
-            rows.append((frame, steps, courant, f"{first_frequency(columns['time'], columns['crack_opening']):.2f}",
-                         f"{difference(columns, reference):.4f}"))
+    rows = [("steps", "courant", "f1 [Hz]", "rms difference of G(t)")]
+    beam = [*FINE, "damping.rate=0", "run.end_time=1.2e-3"]
+    reference = history(program, CASE, [*beam, *settings("global", 0.25, 2e-6)])
+    for steps, courant in (("global", 0.8), ("local", 0.8), ("local", 0.4)):
+        columns = history(program, CASE, [*beam, *settings(steps, courant, 2e-6)])
+        rows.append((steps, courant, f"{first_frequency(columns['time'], columns['crack_opening']):.2f}", f"{difference(columns, reference):.4f}"))
     return rows
 
 
@@ -142,18 +97,16 @@ def energy(program, periods):
     motion is 0. The first frequency of the first and of the last tenth."""
     import numpy as np
     period = 1 / 2530
-    rows = [("sizes of cells", "frame", "steps", "periods", "change", "largest", "rms, first tenth", "last tenth", "f1 [Hz]", "in the end")]
-    for levels, rings, frame, courant, kinds in ((1, 2, "updated", 0.5, STEPS), (2, 2, "updated", 0.5, STEPS), (2, 2, "total", 0.8, STEPS),
-                                                 (6, 4, "total", 0.8, ("local",))):
-        beam = ["damping.rate=0", f"refine.max_level={levels}", f"refine.rings={rings}", f"run.end_time={periods * period}",
-                f"method.frame={frame}"]
+    rows = [("sizes of cells", "steps", "periods", "change", "largest", "rms, first tenth", "last tenth", "f1 [Hz]", "in the end")]
+    for levels, rings, kinds in ((2, 2, STEPS), (6, 4, ("local",))):
+        beam = ["damping.rate=0", f"refine.max_level={levels}", f"refine.rings={rings}", f"run.end_time={periods * period}"]
         for steps in kinds:
-            columns = history(program, CASE, [*beam, *settings(steps, courant)])
+            columns = history(program, CASE, [*beam, *settings(steps, 0.8)])
             unit = np.mean(columns["external_work"]) / 2
             total = (columns["kinetic_energy"] + columns["strain_energy"] - columns["external_work"]) / unit
             n = len(total) // 10
             first, last = total[:n], total[-n:]
-            rows.append((levels + 1, frame, steps, periods, f"{last.mean() - first.mean():+.1e}", f"{np.max(np.abs(total)):.1e}",
+            rows.append((levels + 1, steps, periods, f"{last.mean() - first.mean():+.1e}", f"{np.max(np.abs(total)):.1e}",
                          f"{np.std(first):.1e}", f"{np.std(last):.1e}",
                          *(f"{peak(columns['time'][part], columns['mouth_opening'][part]):.2f}"
                            for part in (slice(n), slice(-n, None)))))
@@ -170,14 +123,12 @@ def peak(times, values):
 
 
 def main():
-    arguments = command_line(__doc__, ["cost", "adaptive", "motion", "energy"], "results/local_time_steps",
+    arguments = command_line(__doc__, ["cost", "motion", "energy"], "results/local_time_steps",
                              repeats=(3, "measurements of a time, of which the median; long runs are measured once"),
                              periods=(1000, "length of the runs of `energy`, in periods of the beam"))
     program = Program(arguments.program, arguments.output.resolve())
     if "cost" in arguments.part:
         write(cost(program, arguments.repeats), "cost", arguments.output)
-    if "adaptive" in arguments.part:
-        write(adaptive(program, arguments.repeats), "adaptive", arguments.output)
     if "motion" in arguments.part:
         write(motion(program), "motion", arguments.output)
     if "energy" in arguments.part:

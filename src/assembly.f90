@@ -20,9 +20,9 @@ module hampm_assembly
    use hampm_largest_step, only: courant_limit, default_part
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
    use hampm_local_leapfrog, only: local_leapfrog_t
-   use hampm_local_step_choice, only: takes_leapfrog_steps, time_between_outputs
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
    use hampm_joints, only: sheets_of_bodies
+   use hampm_output_times, only: time_between_outputs
    use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
@@ -39,7 +39,6 @@ module hampm_assembly
    use hampm_sorting, only: sort_into_cells
    use hampm_spring_placement, only: eigenvalue_left
    use hampm_static, only: static_t
-   use hampm_subcycled, only: subcycled_t
    use hampm_supports, only: check_supports
    use hampm_text, only: to_text
    implicit none
@@ -142,10 +141,8 @@ contains
          allocate (integrator, source=implicit)
       else if (scene%method%path == 'reference') then
          allocate (reference_t :: integrator)
-      else if (takes_leapfrog_steps(scene)) then
-         allocate (integrator, source=local_leapfrog_t(time_between_outputs=time_between_outputs(scene)))
       else if (scene%method%time_steps == 'local') then
-         allocate (subcycled_t :: integrator)
+         allocate (integrator, source=local_leapfrog_t(time_between_outputs=time_between_outputs(scene)))
       else
          allocate (explicit_t :: integrator)
       end if

@@ -312,7 +312,7 @@ contains
          if (failure%failed()) return
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1
-         if (abs(s%longest_step - s%limit) > 0 .or. s%integrator%has_to_choose(s%motion)) s%steps_left = 0
+         if (abs(s%longest_step - s%limit) > 0) s%steps_left = 0
       end do
       call update_particles(s%motion)
       s%motion%time = time

@@ -5,7 +5,6 @@ module hampm_summary
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
    use hampm_integrator, only: steps_for
-   use hampm_local_step_choice, only: takes_leapfrog_steps
    use hampm_loads, only: all_settle, settling_time
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_placement, only: point_text, length_text
@@ -145,11 +144,6 @@ contains
       else
          text = 'time step       '//to_text(s%longest_step)//' s at most'//nl// &
                 'steps           '//to_text(steps_for(s%scene%run%end_time, s%longest_step))//' at least'//nl
-         if (takes_leapfrog_steps(s%scene)) then
-            text = text//'local steps     leapfrog steps, cell by cell'//nl
-         else if (s%scene%method%time_steps == 'local') then
-            text = text//'local steps     impulses, particle by particle'//nl
-         end if
       end if
    end function steps_summary
 

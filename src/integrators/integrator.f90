@@ -17,7 +17,6 @@ module hampm_integrator
    contains
       procedure :: choose_steps
       procedure(advance), deferred :: advance
-      procedure :: has_to_choose
       procedure :: settle
       procedure :: rescale
       procedure :: finish
@@ -49,13 +48,6 @@ contains
       steps = steps_for(time, limit)
       dt = time/steps
    end subroutine choose_steps
-
-   !> Whether the steps that were chosen no longer fit the cells.
-   pure logical function has_to_choose(self, m)
-      class(integrator_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
-      has_to_choose = m%blocks%groups%largest < self%largest
-   end function has_to_choose
 
    !> Find what steps begin with at the present time, at the start or on another mesh, where it does not follow from the particles:
    !> equilibrium, or the motion of the nodes. Here nothing.

@@ -1,5 +1,5 @@
 !> Local time stepping by leapfrog steps (Diaz & Grote 2009), in the total frame with laws that are linear: time steps that fit the
-!> size of the cells, without a particle.
+!> size of the cells, without a particle. Cells of group g (`hampm_step_groups`) take 2**g of the finest steps at once.
 !>
 !> There the material point method is a finite element method, whose quadrature points are the particles
 !> (`hampm_element_operators`): a step of `musl` kicks the particles by q = D**-1 f, maps them, by which the nodes gain B f with B
@@ -8,12 +8,13 @@
 !> (`hampm_mean_force`). So all else is as in ordinary steps, particles are brought up to date at looks only, and what is at rest
 !> by these is so by common steps.
 module hampm_local_leapfrog
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
+   use hampm_integrator, only: integrator_t, steps_for
    use hampm_loads, only: place_loads, add_load, book_work
-   use hampm_local_steps, only: local_steps_t
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change
    use hampm_motion, only: motion_t, map_to_grid, assemble_sums, pass_on
    use hampm_nodal_fields, only: v_n, v_next, v_mapped
@@ -27,14 +28,68 @@ module hampm_local_leapfrog
    public :: local_leapfrog_t
 
    !> What changes within a coarse step, with its workspace.
-   type, extends(local_steps_t) :: local_leapfrog_t
+   type, extends(integrator_t) :: local_leapfrog_t
+      real(dp) :: time_between_outputs = 0       !! of which times to the next one are multiples, by steps of one length [s]
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
       type(mean_force_t), private :: mean
    contains
+      procedure :: choose_steps
       procedure :: advance
    end type local_leapfrog_t
 
 contains
+
+   !> Choose how many finest steps a coarse one takes, and how many coarse ones fill a time: those that do the least work.
+   subroutine choose_steps(self, m, time, limit, steps, dt)
+      class(local_leapfrog_t), intent(inout) :: self
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: limit              !! longest that a finest step may be [s]
+      integer(long), intent(out) :: steps        !! coarse ones
+      real(dp), intent(out) :: dt                !! finest step [s]
+      real(dp) :: work, least, part
+      integer(long) :: k, parts
+      integer :: g
+      call divide(self, time, parts, part)
+      self%largest = 0
+      steps = steps_for(part, limit)
+      least = steps*turns(m%blocks, 0)
+      do g = 1, m%blocks%groups%largest
+         k = steps_for(part, 2**g*limit)
+         work = k*turns(m%blocks, g)
+         if (work >= least) cycle
+         least = work
+         self%largest = g
+         steps = k
+      end do
+      dt = part/(steps*2**self%largest)
+      steps = parts*steps
+   end subroutine choose_steps
+
+   !> Divide a time into parts for which steps are chosen, always the same where it is a multiple of that between outputs.
+   subroutine divide(self, time, parts, part)
+      class(local_leapfrog_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      integer(long), intent(out) :: parts
+      real(dp), intent(out) :: part              !! [s]
+      real(dp), parameter :: rounding = 1e-6_dp  ! of a part, that is no time of its own
+      parts = max(1_long, nint(time/self%time_between_outputs, long))
+      part = self%time_between_outputs
+      if (abs(parts*part - time) <= rounding*part) return
+      parts = 1
+      part = time
+   end subroutine divide
+
+   !> How many turns the blocks have in all in a coarse step of 2**largest finest ones.
+   pure real(dp) function turns(blocks, largest)
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: largest
+      integer :: b
+      turns = 0
+      do b = 1, blocks%n
+         turns = turns + 2.0_dp**(largest - min(largest, blocks%groups%by_size(blocks%cells(1, b))))
+      end do
+   end function turns
 
    !> Advance by a coarse step, of 2**largest steps `dt`. Velocities are those of the middle between two places; at the start of a run,
    !> at which they are given, they are kicked for half a step.

@@ -2,7 +2,7 @@
 !> that.
 !>
 !> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a pass does the cells of a block side by side.
-!> With subcycling those of a block are of one group, and blocks stand in the order of the groups (`hampm_step_groups`). Where all
+!> With local time steps those of a block are of one group, and blocks stand in the order of the groups (`hampm_step_groups`). Where all
 !> cells of a block have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so
 !> on. In other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to `last_in(e)`
 !> at a stride of `stride_in(e)`, and nothing outside the kernels needs to know more.
@@ -14,7 +14,7 @@ module hampm_cell_blocks
    use hampm_dofs, only: element_of_slot, corner_of_slot
    use hampm_grid, only: grid_t
    use hampm_text, only: to_text
-   use hampm_step_groups, only: step_groups_t, find_groups, plain, waiting
+   use hampm_step_groups, only: step_groups_t, find_groups
    implicit none
    private
    public :: cell_blocks_t, quadratic_cell_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
@@ -72,7 +72,7 @@ module hampm_cell_blocks
       integer, allocatable :: crowded(:, :)             !! nodes with more occupied cells than that, and where the contributions of the
                                                         !! other cells to the mass stand, in the order of the cells; (2, cells)
       logical, allocatable :: is_crowded(:)             !! whether a node is one of these; not allocated where there are none
-      ! With subcycling
+      ! With local time steps
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
       type(quadratic_cell_t), allocatable :: quadratic(:) !! the leaves with particles, where these are quadratic; else not allocated
@@ -147,36 +147,42 @@ contains
       end do
    end subroutine count_cells
 
-   !> Order cells by group, the finest first, and in a group those that wait first. The last block of a group is filled up with 0.
+   !> Order cells by group, the finest first, and in a group those first that are kicked between their turns. The last block of a group is filled up with 0.
    pure subroutine order_by_group(groups, occupied, cells, n)
       type(step_groups_t), intent(in) :: groups
       integer, intent(in) :: occupied(:)
       integer, allocatable, intent(out) :: cells(:)
       integer, intent(out) :: n                         !! number of `cells`, with those that are 0
-      integer :: next(plain:waiting, 0:groups%largest)  ! where the next cell of a group and role stands
-      integer :: g, role, k
+      integer :: next(2, 0:groups%largest)              ! where the next cell stands of a group, and of a kind: kicked so or not
+      integer :: g, kind, k
       next = 0
       do k = 1, size(occupied)
-         associate (total => next(groups%role(occupied(k)), groups%of_cell(occupied(k))))
+         associate (total => next(kind_of(occupied(k)), groups%of_cell(occupied(k))))
             total = total + 1
          end associate
       end do
       n = 0
       do g = 0, groups%largest
-         do role = waiting, plain, -1
-            k = next(role, g)
-            next(role, g) = n + 1
+         do kind = 1, 2
+            k = next(kind, g)
+            next(kind, g) = n + 1
             n = n + k
          end do
          n = lanes*((n + lanes - 1)/lanes)
       end do
       allocate (cells(n), source=0)
       do k = 1, size(occupied)
-         associate (place => next(groups%role(occupied(k)), groups%of_cell(occupied(k))))
+         associate (place => next(kind_of(occupied(k)), groups%of_cell(occupied(k))))
             cells(place) = occupied(k)
             place = place + 1
          end associate
       end do
+   contains
+      !> 1 for a cell that is kicked between its turns, else 2.
+      pure integer function kind_of(e)
+         integer, intent(in) :: e
+         kind_of = merge(1, 2, groups%kick_interval(e) < groups%of_cell(e))
+      end function kind_of
    end subroutine order_by_group
 
    !> Fill blocks with listed cells, note whether that changes them, and find where the particles of these will stand.

@@ -3,8 +3,8 @@
 !>
 !>    v = p/m (8), (10),     a = f/m - alpha v (5),     v^(n+1) = v^n + a dt,
 !>
-!> fixed components being 0. They stand here once, as functions of one component of one node; steps in tiles, steps in stages and
-!> subcycling differ in the list of nodes, and in whether the sums are assembled on the way.
+!> fixed components being 0. They stand here once, as functions of one component of one node; steps in tiles and steps in stages
+!> differ in the list of nodes, and in whether the sums are assembled on the way.
 module hampm_nodal_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force

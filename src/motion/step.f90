@@ -230,7 +230,7 @@ contains
       m%steps = m%steps + steps
       m%sorted = left_cell
       if (.not. left_cell) return
-      if (m%blocks%by_group .or. m%has_domains()) then
+      if (m%has_domains()) then
          call sort_anew(m, failure)
       else
          call change_cells(m, failure)

@@ -2,7 +2,6 @@
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
-   use hampm_local_step_choice, only: takes_leapfrog_steps
    use hampm_material, only: material_t
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
@@ -36,8 +35,8 @@ module hampm_largest_step
    !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
    !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
-   !> What steps that fit the size of the cells leave of the limit, by impulses and by leapfrog steps (docs/local_time_steps.md)
-   real(dp), parameter :: of_impulses = 0.54_dp, of_leapfrog_steps = 0.9_dp
+   !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
+   real(dp), parameter :: of_local_steps = 0.9_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and bonds at tips: of 800 at random
@@ -76,7 +75,7 @@ contains
          if (several_materials(scene)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(scene%growth) > 0) limit = limit*of_growth
-         if (method%time_steps == 'local') limit = limit*merge(of_leapfrog_steps, of_impulses, takes_leapfrog_steps(scene))
+         if (method%time_steps == 'local') limit = limit*of_local_steps
          if (scene%grid%order > 1) then
             if (cuts_cells(scene)) limit = limit*of_cut_quadratic
          else if (size(scene%paths) > 0 .or. size(scene%growth) > 0) then
@@ -111,7 +110,7 @@ contains
       speed = largest_wave_speed(materials_of(scene), scene%method%wave_speed)
    end function chosen_speed
 
-   !> Size of the cells that the first step is for: those around a tip are there from the start, and with subcycling the
+   !> Size of the cells that the first step is for: those around a tip are there from the start, and with local steps the
    !> largest cells take the longest step [m].
    pure real(dp) function smallest_cell(scene) result(cell)
       type(scene_t), intent(in) :: scene

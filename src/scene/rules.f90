@@ -232,22 +232,22 @@ module hampm_rules
              "bonds ahead of a tip are between nodes that keep their material", "&method frame = 'total'"), &
       rule_t("&method functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
              "in the total frame particles stay in their cells, whose own functions are the better ones", ""), &
+      rule_t("&method time_steps = 'local'", requires, "&method frame = 'total'", mechanics, &
+             "cells take their steps by mass matrices and moments that stay only where particles stay in their cells", ""), &
       rule_t("&method time_steps = 'local'", requires, "&method scheme = 'musl'", not_built, &
-             "batches of cells update their stress by it", ""), &
+             "its coarse steps are of that scheme", ""), &
       rule_t("&method time_steps = 'local'", requires, "&method mass = 'lumped'", not_built, &
              "cells that step apart need masses of their own", ""), &
       rule_t("&method time_steps = 'local'", not_with, "&method time = 'static'", mechanics, "all cells rest at once", &
              "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&method time = 'implicit'", mechanics, &
              "all nodes are solved for at once", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&method functions = 'cpdi'", not_built, &
-             "a domain is in several cells, which step together", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&grid order = 2 and &method time = 'explicit' | 'implicit'", not_built, &
              "", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "bodies that meet exchange momentum at one time", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
-             "what a particle remembers is kept after steps that are the same for all", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&material law = 'neo_hookean' | 'j2_plastic' | 'viscoelastic'", mechanics, &
+             "cells take their steps by a linear relation of forces to displacements", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
+             "where the mesh changes, vibrations of the small cells grow", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'path'", not_built, &
              "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&crack contact = 'frictionless' | 'friction' and &crack kind = 'line'", &

@@ -5,6 +5,7 @@ module hampm_stability_consistency
    use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
    use hampm_load_consistency, only: bodies_good
    use hampm_mistakes, only: mistakes_t
+   use hampm_output_times, only: time_between_outputs
    use hampm_placement, only: particle_number, most_particles
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -43,6 +44,10 @@ contains
       if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings))) return
       call check_resolution(scene, settings, mistakes)
       if (scene%method%time /= 'explicit') return
+      if (scene%method%time_steps == 'local' .and. .not. time_between_outputs(scene) > 0) &
+         call settings%complain(mistakes, entry, 'time_steps', 'requires an &output history_interval and snapshot_interval '// &
+                                'that are multiples of one time, not less than a thousandth of the shorter: steps whose length '// &
+                                'changes are unstable. Use others, or time_steps = ''global''')
       undamped = scene
       undamped%damping%rate = 0
       limit = courant_limit(undamped)

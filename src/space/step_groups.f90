@@ -5,18 +5,12 @@
 !> that share a node differ by one at most.
 !>
 !> The intervals of nodes follow: a node gets forces as often as the finest cell around it exerts them, and its velocity changes as
-!> often as that of any particle around it is known to. Cells among nodes that are faster than they are have to sum up what these
-!> do.
+!> often as that of any particle around it is known to.
 module hampm_step_groups
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: step_groups_t, find_groups, limit_groups, plain, summing, waiting
-
-   ! The kinds of cells
-   integer, parameter :: plain = 0               !! all around it happens at its own turns
-   integer, parameter :: summing = 1             !! velocities of its nodes change between its turns
-   integer, parameter :: waiting = 2             !! and so do the forces on them: an interface between groups
+   public :: step_groups_t, find_groups, limit_groups
 
    !> Groups and, as exponents of 2, the intervals in finest steps. A turn of g comes every 2**g of these.
    type :: step_groups_t
@@ -24,7 +18,6 @@ module hampm_step_groups
       integer, allocatable :: by_size(:)         !! group of each cell with particles, (n_elements)
       integer, allocatable :: of_cell(:)         !! the same, not above a limit, (n_elements)
       integer, allocatable :: kick_interval(:)   !! when forces meet a node of the cell, (n_elements)
-      integer, allocatable :: role(:)            !! `plain`, `summing` or `waiting`, (n_elements)
       integer, allocatable :: force_interval(:)  !! when forces act on a node, (n_points)
       integer, allocatable :: velocity_interval(:) !! when the velocity of a node changes, (n_points)
    end type step_groups_t
@@ -38,10 +31,10 @@ contains
       type(step_groups_t), intent(inout) :: groups
       integer, allocatable :: least(:)           ! group at a point
       integer :: k, finest
-      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_interval, groups%role, &
+      if (allocated(groups%by_size)) deallocate (groups%by_size, groups%of_cell, groups%kick_interval, &
                                                  groups%force_interval, groups%velocity_interval)
       allocate (groups%by_size(grid%n_elements), groups%of_cell(grid%n_elements), groups%kick_interval(grid%n_elements), &
-                groups%role(grid%n_elements), source=0)
+                source=0)
       allocate (least(grid%n_points), groups%force_interval(grid%n_points), groups%velocity_interval(grid%n_points), source=0)
       finest = exponent(minval(grid%element_size(occupied)))
       do k = 1, size(occupied)
@@ -70,13 +63,6 @@ contains
          groups%kick_interval(occupied(k)) = minval(groups%force_interval(grid%element_nodes(:, occupied(k))))
       end do
       call least_at_points(grid, occupied, groups%kick_interval, groups%velocity_interval)
-      do k = 1, size(occupied)
-         associate (e => occupied(k))
-            groups%role(e) = plain
-            if (minval(groups%velocity_interval(grid%element_nodes(:, e))) < groups%of_cell(e)) groups%role(e) = summing
-            if (groups%kick_interval(e) < groups%of_cell(e)) groups%role(e) = waiting
-         end associate
-      end do
    end subroutine limit_groups
 
    !> The least value of the cells around each node. Those around a hanging node are around its masters, too, and its value is the

@@ -333,7 +333,7 @@ class Drawing:
             keys["scheme"] = chance.choice(["musl", "usf", "usl", "usavg"])
         if self.frame == "updated" and self.crack == "none" and chance.random() < 0.3:
             keys["functions"] = "cpdi"
-        if self.time == "explicit" and chance.random() < 0.1 and self.order == 1:
+        if self.time == "explicit" and chance.random() < 0.1 and self.order == 1 and self.frame == "total":
             keys["time_steps"] = "local"
         if self.order == 2 and self.time != "static" and (self.shaped or self.crack == "path"):
             keys |= {"mass": "full", "solver": "umfpack"}

@@ -9,6 +9,7 @@ program test_crowded_nodes
    use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
+   use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of, dense_matrix
    use hampm_material, only: new_material
@@ -19,7 +20,6 @@ program test_crowded_nodes
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
    use hampm_sorting, only: sort_into_cells
-   use hampm_subcycled, only: subcycled_t
    implicit none
 
    character(7), parameter :: frames(2) = ['updated', 'total  '], solvers(3) = ['cg     ', 'umfpack', 'banded ']
@@ -40,7 +40,7 @@ program test_crowded_nodes
          call check_steps('full, '//solvers(k), 'musl', choice_of('full', solvers(k)), trim(frames(f)))
       end do
    end do
-   call check_subcycling()
+   call check_local_steps()
    call finish()
 
 contains
@@ -279,7 +279,7 @@ contains
    end subroutine load_and_damp
 
    !> So it is with time steps that fit the size of the cells, also where elements of hanging nodes are doubled.
-   subroutine check_subcycling()
+   subroutine check_local_steps()
       type(motion_t) :: plain, doubled
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -301,14 +301,14 @@ contains
       call run_coarsely(plain, 5)
       call run_coarsely(doubled, 5)
       call check_close(difference(plain, doubled, plain%particles%velocity, doubled%particles%velocity), 0.0_dp, &
-                       1.0e-11_dp, 'subcycling: velocities are those with one element')
-   end subroutine check_subcycling
+                       1.0e-11_dp, 'local steps: velocities are those with one element')
+   end subroutine check_local_steps
 
    !> Do some coarse steps of four finest ones.
    subroutine run_coarsely(m, steps)
       type(motion_t), intent(inout) :: m
       integer, intent(in) :: steps
-      type(subcycled_t) :: c
+      type(local_leapfrog_t) :: c
       type(failure_t) :: failure
       integer :: k
       c%largest = 2

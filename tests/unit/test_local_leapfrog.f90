@@ -1,5 +1,8 @@
 !> Local time stepping by leapfrog steps:
 !>
+!>    groups      differ by one at most between cells that share a node, and no rate is slower than what it follows;
+!>    choice      coarse steps fill the time to the next output;
+!>    momentum    of a free body is conserved, whatever the mesh;
 !>    definition  the mean force is that of a plain recursion over particles;
 !>    stability   no vibration of the mesh grows, up to 0.9 of the limit of common steps;
 !>    rest        equilibrium by statics and by common steps is equilibrium;
@@ -7,7 +10,7 @@
 !>    motion      is that of short common steps, the closer the shorter the steps: with second order;
 !>    same bytes  on any number of threads.
 program test_local_leapfrog
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
@@ -26,6 +29,9 @@ program test_local_leapfrog
    implicit none
 
    call repeat_random_numbers()
+   call test_groups()
+   call test_choice()
+   call test_momentum()
    call test_definition()
    call test_stability()
    call test_rest()
@@ -45,6 +51,88 @@ contains
       call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
       call start(m, 'musl')
    end subroutine place
+
+   subroutine test_groups()
+      type(motion_t) :: m
+      integer :: b, e, k, c
+      integer, allocatable :: least(:), most(:)
+      real(dp) :: size_of_group
+      call place_graded(4, 'linear_elastic', 'total', m)
+      associate (g => m%blocks%groups, grid => m%grid)
+         call check(g%largest >= 3, 'there are groups')
+         allocate (least(grid%n_points), source=huge(1))
+         allocate (most(grid%n_points), source=-1)
+         do k = 1, m%blocks%n_occupied
+            e = m%blocks%occupied(k)
+            size_of_group = cell*2.0_dp**(g%of_cell(e) - 4)
+            call check(size_of_group < 1.01_dp*grid%element_size(e), 'no cell takes a step that its size does not allow')
+            call check(size_of_group > 0.49_dp*grid%element_size(e), 'or less than half of that')
+            do c = 1, 4
+               least(grid%element_nodes(c, e)) = min(least(grid%element_nodes(c, e)), g%of_cell(e))
+               most(grid%element_nodes(c, e)) = max(most(grid%element_nodes(c, e)), g%of_cell(e))
+            end do
+            call check(g%kick_interval(e) == minval(g%force_interval(grid%element_nodes(:, e))), &
+                       'a cell is kicked when its nodes are')
+         end do
+         call check(all(most - least <= 1 .or. most < 0), 'cells that share a node differ by one group at most')
+         call check(all(g%force_interval <= least .and. g%velocity_interval <= g%force_interval), &
+                    'nodes are as fast as the cells around them')
+         do b = 1, m%blocks%n
+            associate (cells => m%blocks%cells(:, b))
+               do k = 2, count(cells > 0)
+                  call check(g%by_size(cells(k)) == g%by_size(cells(1)), 'blocks are of one group')
+               end do
+               if (b > 1) call check(g%by_size(cells(1)) >= g%by_size(m%blocks%cells(1, b - 1)), 'blocks stand in order')
+            end associate
+         end do
+      end associate
+   end subroutine test_groups
+
+   !> Coarse steps fill a time, none being longer than the limit, and a time between outputs has steps of one length.
+   subroutine test_choice()
+      type(motion_t) :: m
+      type(local_leapfrog_t) :: c
+      integer(long) :: steps
+      real(dp) :: dt
+      integer :: k
+      call place(3, m)
+      do k = 1, 40
+         c%time_between_outputs = real(k, dp)
+         call c%choose_steps(m, 3*real(k, dp), 1.0_dp, steps, dt)
+         call check(steps*2**c%largest >= 3*k .and. c%largest <= m%blocks%groups%largest .and. mod(steps, 3_long) == 0, &
+                    'the coarse steps fill the time')
+         call check_close(steps*2**c%largest*dt, 3*real(k, dp), 1.0e-12_dp*k, 'to its end')
+      end do
+      c%time_between_outputs = 1.0e9_dp
+      call c%choose_steps(m, 1.0e9_dp, 1.0_dp, steps, dt)
+      call check(c%largest == m%blocks%groups%largest, 'a long time has the longest coarse steps')
+      call c%choose_steps(m, 0.5_dp, 1.0_dp, steps, dt)
+      call check(c%largest == 0 .and. steps == 1, 'a short time is one step')
+   end subroutine test_choice
+
+   !> Random velocities of a body that nothing holds.
+   subroutine test_momentum()
+      type(motion_t) :: m
+      type(local_leapfrog_t) :: c
+      real(dp) :: before(ndim), after(ndim), scale
+      real(dp), allocatable :: noise(:, :)
+      integer :: levels
+      do levels = 1, 3
+         call place_graded(levels, 'linear_elastic', 'total', m)
+         allocate (noise(m%particles%n, ndim))
+         call random_number(noise)
+         m%particles%velocity = 1.0e-4_dp*(noise - 0.4_dp)
+         deallocate (noise)
+         call start(m, 'musl')
+         before = matmul(m%particles%mass, m%particles%velocity)
+         scale = sum(m%particles%mass)*maxval(abs(m%particles%velocity))
+         c = local_leapfrog_t()
+         call run_coarsely(c, m, 0.5_dp*cell*2.0_dp**(-levels)/limit, levels, 100/2**levels)
+         after = matmul(m%particles%mass, m%particles%velocity)
+         call check_close(maxval(abs(after - before))/scale, 0.0_dp, 1.0e-13_dp, &
+                          to_text(levels)//' levels: momentum is conserved')
+      end do
+   end subroutine test_momentum
 
    !> The mean force is the one that the definition has, for random forces, whatever the levels and the limit of the groups.
    subroutine test_definition()

@@ -1,24 +1,14 @@
-!> Which time steps that fit the size of the cells a scene takes: leapfrog steps, or impulses (docs/local_time_steps.md).
-module hampm_local_step_choice
+!> The times at which a run writes.
+module hampm_output_times
    use hampm_kinds, only: dp
    use hampm_scene, only: scene_t
    implicit none
    private
-   public :: takes_leapfrog_steps, time_between_outputs
+   public :: time_between_outputs
 
    real(dp), parameter :: same = 1e-9_dp         !! part of a time by which a multiple of another may be off
 
 contains
-
-   !> Whether steps of one length by element operators do: in the total frame with linear laws, where the mesh stays and outputs are
-   !> evenly spaced. Where the length of leapfrog steps changes often, vibrations of the small cells grow.
-   pure logical function takes_leapfrog_steps(scene)
-      type(scene_t), intent(in) :: scene
-      takes_leapfrog_steps = scene%method%time_steps == 'local' .and. scene%method%frame == 'total' &
-                             .and. (scene%refine%indicator == 'none' .or. scene%refine%indicator == 'tip')
-      if (.not. takes_leapfrog_steps) return
-      takes_leapfrog_steps = all(scene%materials%is_linear()) .and. time_between_outputs(scene) > 0
-   end function takes_leapfrog_steps
 
    !> The longest time of which the times between samples and between snapshots are multiples, 0 if it is less than a thousandth of
    !> one of them [s].
@@ -45,4 +35,4 @@ contains
          time = merge(minval(times)/parts, 0.0_dp, parts <= most)
       end associate
    end function time_between_outputs
-end module hampm_local_step_choice
+end module hampm_output_times
