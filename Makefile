@@ -8,7 +8,7 @@ PYTHON := .venv/bin/python
 HDF5_COMPILE ?= -I/usr/include/hdf5/serial
 HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serialhl_fortran -lhdf5_serial_fortran \
              -lhdf5_serial_hl -lhdf5_serial
-ALGEBRA_LINK ?= -lumfpack -llapack -lblas
+ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
 # Vectors of 512 bits are no faster on the processors that have them: cells come in blocks of four

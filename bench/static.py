@@ -88,11 +88,11 @@ def price(folder):
 
 
 def size(folder):
-    print("| particles | unknowns | umfpack s | MiB | banded s | MiB | cg s | MiB |\n|---|---|---|---|---|---|---|---|")
+    print("| particles | unknowns | direct s | MiB | cg s | MiB |\n|---|---|---|---|---|---|")
     before, times = None, {}
     for n in (5, 16, 50, 158):
         taken = []
-        for solver in ("umfpack", "banded", "cg"):
+        for solver in ("direct", "cg"):
             settings = STATIC | cells(n) | {"method.solver": solver, "energy_release.estimators": "nodal_force"}
             seconds, memory, _ = run(settings, folder)
             times[n, solver] = seconds
@@ -101,7 +101,7 @@ def size(folder):
         print(f"| {particles} | {2 * (10 * n + 1) * (n + 1)} | {' | '.join(taken)} |", flush=True)
         if before:
             orders = {solver: np.log(times[n, solver] / times[before, solver]) / np.log((n / before)**2)
-                      for solver in ("umfpack", "banded", "cg")}
+                      for solver in ("direct", "cg")}
             print("|  | order in particles | " + " |  | ".join(f"{order:.2f}" for order in orders.values()) + " |  |", flush=True)
         before = n
 
@@ -112,7 +112,7 @@ def limit(folder):
     for n in 2, 8:
         for mesh in ("uniform", "refined"):
             for mass in ("lumped", "full"):
-                both = cells(n) | {"method.mass": mass, "method.solver": "banded",
+                both = cells(n) | {"method.mass": mass, "method.solver": "direct",
                                    "energy_release.estimators": "nodal_force,stress_closure,domain_integral"}
                 if mesh == "refined":
                     both |= {"refine.indicator": "tip", "refine.max_level": 2}

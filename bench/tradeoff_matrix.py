@@ -15,7 +15,7 @@ SLOW = COARSE[:-1]  # of settings that take several times as long
 FINE = (*COARSE, 20, 24, 28, 32, 40)
 BASE = {"method.frame": "total", "method.scheme": "musl", "method.mass": "lumped", "method.courant": 0}
 UPDATED = {"method.frame": "updated", "method.courant": 0.9}  # whose courant = 0 is that of the paper
-FULL = {"method.solver": "umfpack"}
+FULL = {"method.solver": "direct"}
 BEST_BLEND = 0.2778  # 5/18, of the least dispersion in small steps (docs/mass.md)
 
 
@@ -47,10 +47,9 @@ def uniform():
 def masses():
     """Uniform cells with the other mass matrices and solvers."""
     for name, settings in (("fmpm 2", {"method.order": 2}), ("fmpm 4", {"method.order": 4}),
-                           ("blend 0.5, banded", {"method.blend": 0.5, "method.solver": "banded"}),
-                           ("blend 5/18, banded", {"method.blend": BEST_BLEND, "method.solver": "banded"}),
-                           ("full, cg", FULL | {"method.solver": "cg"}), ("full, umfpack", FULL),
-                           ("full, banded", FULL | {"method.solver": "banded"})):
+                           ("blend 0.5, direct", {"method.blend": 0.5, "method.solver": "direct"}),
+                           ("blend 5/18, direct", {"method.blend": BEST_BLEND, "method.solver": "direct"}),
+                           ("full, cg", FULL | {"method.solver": "cg"}), ("full, direct", FULL)):
         yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, SLOW)
 
 
@@ -64,10 +63,10 @@ def refined():
     for name, cells, settings in (("updated frame", SLOW, UPDATED), ("usavg", SLOW, {"method.scheme": "usavg"}),
                                   ("local time steps", SLOW, {"method.time_steps": "local"}),
                                   ("fmpm 2", SLOW[:-1], {"method.mass": "fmpm"}),
-                                  ("blend 5/18, umfpack", SLOW[:-2], {"method.mass": "blend", "method.blend": BEST_BLEND,
-                                                                      "method.solver": "umfpack"}),
-                                  ("full, umfpack", SLOW[:-2], FULL | {"method.mass": "full"}),
-                                  ("partial, umfpack", SLOW[:-2], FULL | {"method.mass": "partial", "method.full_region": "refined"})):
+                                  ("blend 5/18, direct", SLOW[:-2], {"method.mass": "blend", "method.blend": BEST_BLEND,
+                                                                      "method.solver": "direct"}),
+                                  ("full, direct", SLOW[:-2], FULL | {"method.mass": "full"}),
+                                  ("partial, direct", SLOW[:-2], FULL | {"method.mass": "partial", "method.full_region": "refined"})):
         yield tip(other + name, 2, 2, cells, settings)
 
 

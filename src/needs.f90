@@ -141,19 +141,11 @@ contains
       end select
    end function memory_of
 
-   !> Memory of the factors of the mass matrix [bytes]: two directions, bands as wide as the narrower side of the material, or
-   !> the fill of nested dissection.
+   !> Memory of the factors of the mass matrix of two directions [bytes].
    pure real(dp) function factors_of(scene, occupied) result(bytes)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: occupied
-      real(dp) :: nodes, width                   ! of the bands
-      nodes = scene%grid%order**ndim*occupied
-      if (scene%method%solver == 'banded') then  ! of quadratic cells two nodes on, in lines of two nodes a cell
-         width = scene%grid%order**2*min(sqrt(occupied), minval(scene%grid%cells) + 1.0_dp) + 2
-         bytes = 2*8*nodes*width
-      else
-         bytes = 56*2*fill_of(nodes)*merge(of_quadratic_fill, 1.0_dp, scene%grid%order == 2)
-      end if
+      bytes = 56*2*fill_of(scene%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, scene%grid%order == 2)
    end function factors_of
 
    !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.

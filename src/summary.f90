@@ -30,7 +30,6 @@ contains
          if (solver%direct%factorisations == 0) return
          text = text//', '//to_text(solver%direct%analyses)//' analyses, '//to_text(solver%direct%factorisations)// &
                 ' factorisations'
-         if (solver%direct%bandwidth() > 0) text = text//', bandwidth '//to_text(solver%direct%bandwidth())
       end associate
    end function solver_report
 

@@ -57,7 +57,7 @@ is_present() {
         gnuplot-nox) has_command gnuplot ;;
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;
-        libsuitesparse-dev) any_installed libsuitesparse-dev || links umfpack ;;
+        libsuitesparse-dev) any_installed libsuitesparse-dev || { links umfpack && links cholmod; } ;;
         libhdf5-dev) any_installed libhdf5-dev || links hdf5_fortran ;;
     esac
 }

@@ -4,7 +4,7 @@ module hampm_lapack
    use hampm_kinds, only: dp
    implicit none
    private
-   public :: dposv, dpotrf, dpotri, dpbtrf, dpbtrs, dsyev
+   public :: dposv, dpotrf, dpotri, dsyev
 
    interface
       !> Solve a symmetric positive definite system.
@@ -33,25 +33,6 @@ module hampm_lapack
          real(dp), intent(inout) :: a(lda, *)
          integer, intent(out) :: info
       end subroutine dpotri
-
-      !> Factorise a symmetric positive definite band matrix (Cholesky).
-      pure subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, kd, ldab
-         real(dp), intent(inout) :: ab(ldab, *)
-         integer, intent(out) :: info
-      end subroutine dpbtrf
-
-      !> Solve with a band matrix that `dpbtrf` has factorised.
-      pure subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, kd, nrhs, ldab, ldb
-         real(dp), intent(in) :: ab(ldab, *)
-         real(dp), intent(inout) :: b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dpbtrs
 
       !> Eigenvalues of a symmetric matrix, ascending, and on request its eigenvectors.
       pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)

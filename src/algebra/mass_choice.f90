@@ -5,7 +5,7 @@ module hampm_mass_choice
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_nodal_rows, only: pattern_of_grid
-   use hampm_mass_solver, only: by_lumped, by_fmpm, by_cg, by_umfpack, by_banded
+   use hampm_mass_solver, only: by_lumped, by_fmpm, by_cg, by_direct
    implicit none
    private
    public :: mass_choice_t, new_mass_choice, choose_cells
@@ -27,20 +27,13 @@ contains
    !> 'blend' with a lumped part.
    pure function new_mass_choice(mass, solver, order, blend, lower, upper, refined_only) result(choice)
       character(*), intent(in) :: mass
-      character(*), intent(in) :: solver         !! 'cg', 'umfpack' or 'banded'
+      character(*), intent(in) :: solver         !! 'cg' or 'direct'
       integer, intent(in) :: order
       real(dp), intent(in) :: blend
       real(dp), intent(in) :: lower(ndim), upper(ndim)
       logical, intent(in), optional :: refined_only !! instead of the box
       type(mass_choice_t) :: choice
-      select case (solver)
-      case ('cg')
-         choice%by = by_cg
-      case ('umfpack')
-         choice%by = by_umfpack
-      case ('banded')
-         choice%by = by_banded
-      end select
+      choice%by = merge(by_cg, by_direct, solver == 'cg')
       select case (mass)
       case ('lumped')
          choice%by = by_lumped

@@ -25,7 +25,6 @@ module hampm_mass_factorisation
 
    !> The factors of a mass matrix, and which direction uses which.
    type :: mass_factorisation_t
-      logical :: by_umfpack = .true.             !! else by banded Cholesky
       integer :: analyses = 0                    !! how often the pattern has been analysed
       integer :: factorisations = 0              !! how often the numbers have been factorised
       type(mass_ties_t) :: ties                  !! of the grid
@@ -39,7 +38,6 @@ module hampm_mass_factorisation
       procedure :: factorise_values
       procedure :: fits
       procedure :: solve
-      procedure :: bandwidth
       procedure :: release
    end type mass_factorisation_t
 
@@ -55,7 +53,7 @@ contains
       integer, allocatable :: coupled(:)
       integer :: k
       allocate (coupled, source=coupled_cells(mass))
-      if (.not. same_pattern(self, coupled)) call analyse(self, grid, coupled, fixed, failure)
+      if (.not. same_pattern(self, coupled)) call analyse(self, grid, coupled, fixed)
       do k = 1, size(self%factors)
          if (failure%failed()) return
          associate (factor => self%factors(k))
@@ -76,8 +74,8 @@ contains
       call factor%factorised%factorise(factor%matrix, part)
       if (.not. part%failed()) return
       cause = 'masses of nodes are next to nothing, in cells with little material at an edge or a crack: use &method mass = '// &
-              '''lumped''; or the run is unstable: reduce courant, or time_step of implicit steps'
-      if (factor%factorised%by_umfpack) cause = cause//'; or the grid is too large for it: use &method solver = ''cg'''
+              '''lumped''; or the run is unstable: reduce courant, or time_step of implicit steps; or the grid is too large '// &
+              'for it: use &method solver = ''cg'''
       call failure%report(part%code, 'mass matrix: '//part%message//'. Likely cause: '//cause)
    end subroutine factorise_numbers
 
@@ -103,7 +101,7 @@ contains
       logical, intent(out) :: fits
       type(failure_t), intent(inout) :: failure
       integer :: k, first
-      call analyse(self, grid, coupled, fixed, failure)
+      call analyse(self, grid, coupled, fixed)
       first = 1
       do k = 1, size(self%factors)
          associate (factor => self%factors(k))
@@ -137,13 +135,12 @@ contains
       same_pattern = all(self%coupled == coupled)
    end function same_pattern
 
-   !> Number the unknowns and analyse the pattern of their matrices.
-   subroutine analyse(self, grid, coupled, fixed, failure)
+   !> Number the unknowns and find the pattern of their matrices.
+   subroutine analyse(self, grid, coupled, fixed)
       class(mass_factorisation_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: coupled(:)
       logical, intent(in) :: fixed(:, :)         !! (ndim, n_nodes)
-      type(failure_t), intent(inout) :: failure
       integer, allocatable :: nodes(:)
       integer :: d, same, k
       call self%release()
@@ -160,29 +157,23 @@ contains
       allocate (self%factors(k))
       do k = 1, size(self%factors)
          d = findloc(self%of_direction, k, dim=1)
-         call analyse_factor(self%factors(k), grid, coupled, nodes, fixed(d:d, :), self%by_umfpack, self%ties, failure)
+         call analyse_factor(self%factors(k), grid, coupled, nodes, fixed(d:d, :), self%ties)
       end do
       self%analyses = self%analyses + 1
    end subroutine analyse
 
-   !> Number the unknowns of a direction and analyse the pattern of their matrix.
-   subroutine analyse_factor(factor, grid, coupled, nodes, fixed, by_umfpack, ties, failure)
+   !> Number the unknowns of a direction and find the pattern of their matrix.
+   subroutine analyse_factor(factor, grid, coupled, nodes, fixed, ties)
       type(factor_t), intent(inout) :: factor
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: coupled(:)
       integer, intent(in) :: nodes(:)            !! of the coupled cells
       logical, intent(in) :: fixed(:, :)         !! (1, n_nodes)
-      logical, intent(in) :: by_umfpack
       type(mass_ties_t), intent(in) :: ties
-      type(failure_t), intent(inout) :: failure
-      type(failure_t) :: part
       call number_unknowns(nodes, fixed, factor%unknowns)
       if (factor%unknowns%n == 0) return
       call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_ties(ties))
       allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
-      factor%factorised%by_umfpack = by_umfpack
-      call factor%factorised%analyse(factor%matrix, part)
-      if (part%failed()) call failure%report(part%code, 'mass matrix: '//part%message)
    end subroutine analyse_factor
 
    !> Fill the matrix from its cells; what other cells add to its nodes is on the diagonal.
@@ -236,14 +227,6 @@ contains
          end associate
       end do
    end subroutine solve
-
-   !> Entries beside the diagonal of the banded matrices, to one side.
-   pure integer function bandwidth(self)
-      class(mass_factorisation_t), intent(in) :: self
-      integer :: k
-      bandwidth = 0
-      if (allocated(self%factors)) bandwidth = maxval([(self%factors(k)%factorised%bandwidth(), k=1, size(self%factors))])
-   end function bandwidth
 
    !> Give back the memory.
    subroutine release(self)

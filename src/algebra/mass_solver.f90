@@ -3,8 +3,8 @@
 !>   lumped   x = D^-1 b, D the lumped matrix (9);
 !>   fmpm     the first `order` terms of the series sum_j (I - D^-1 M)^j D^-1 b (Nairn & Hammerquist 2021);
 !>   cg       conjugate gradients preconditioned by the inverses of the cells' matrices (see `precondition`);
-!>   umfpack, banded   conjugate gradients preconditioned by a factorisation: one iterate while the matrix is the
-!>            factorised one; when it has changed so much that more than a few are needed, it is factorised anew.
+!>   direct   conjugate gradients preconditioned by a factorisation: one iterate while the matrix is the factorised one; when it
+!>            has changed so much that more than a few are needed, it is factorised anew.
 !>
 !> What an iteration leaves is divided by D: the sum of M x is then the sum of b to rounding, so that momentum is exact.
 !>
@@ -23,9 +23,9 @@ module hampm_mass_solver
    use hampm_text, only: to_text
    implicit none
    private
-   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_umfpack, by_banded, keep_solver
+   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_direct, keep_solver
 
-   integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_umfpack = 4, by_banded = 5
+   integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_direct = 4
 
    real(dp), parameter :: light = 1.0e-3_dp         !! mass of a light node over the mean mass of the nodes
    real(dp), parameter :: tolerance = 1.0e-13_dp    !! of the residual over the right-hand side, in the norm of D^-1: the
@@ -79,7 +79,6 @@ contains
       s = fresh
       s%by = by
       s%order = order
-      s%direct%by_umfpack = by == by_umfpack
       if (present(ties)) s%direct%ties = ties
       s%constraints = constraints
       if (.not. allocated(s%constraints%fixed)) allocate (s%constraints%fixed(ndim, grid%n_nodes), source=.false.)
@@ -256,7 +255,7 @@ contains
               '&method courant, or time_step of implicit steps'
       if (all(norm <= huge(norm)) .and. all(target > 0)) &
          found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side. Likely '// &
-                 'cause: nodes of cells with little material, at an edge or a crack; use &method solver = ''umfpack'' or '// &
+                 'cause: nodes of cells with little material, at an edge or a crack; use &method solver = ''direct'' or '// &
                  'mass = ''lumped'''
       call failure%report(exit_computation, 'mass matrix: the nodal equations are not solved after '//to_text(iterations)// &
                           ' iterations: '//found)

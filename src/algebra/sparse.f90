@@ -13,7 +13,6 @@ module hampm_sparse
       real(dp), allocatable :: value(:)          !! (entries)
    contains
       procedure :: add
-      procedure :: bandwidth
    end type sparse_t
 
 contains
@@ -75,17 +74,6 @@ contains
          end if
       end do
    end subroutine add
-
-   !> Largest |i - j| of the entries, with row i at place `place(i)`.
-   pure integer function bandwidth(self, place)
-      class(sparse_t), intent(in) :: self
-      integer, intent(in) :: place(:)
-      integer :: i
-      bandwidth = 0
-      do i = 1, self%n
-         bandwidth = max(bandwidth, maxval(abs(place(self%column(self%row_start(i):self%row_start(i + 1) - 1)) - place(i))))
-      end do
-   end function bandwidth
 
    !> Ascending order by insertion: rows are short.
    pure function sorted(values) result(s)

@@ -22,10 +22,8 @@ module hampm_umfpack
       real(c_double), allocatable :: value(:)
       real(c_double) :: control(n_control) = 0
    contains
-      procedure :: analyse
       procedure :: factorise
       procedure :: solve
-      procedure :: sign_of_determinant
       procedure :: release
    end type umfpack_t
 
@@ -63,13 +61,6 @@ module hampm_umfpack
          real(c_double), intent(out) :: info(*)
       end function umfpack_di_solve
 
-      integer(c_int) function umfpack_di_get_determinant(mantissa, exponent, numeric, info) bind(c)
-         import :: c_int, c_double, c_ptr
-         real(c_double), intent(out) :: mantissa, exponent   ! of ten
-         type(c_ptr), value :: numeric
-         real(c_double), intent(out) :: info(*)
-      end function umfpack_di_get_determinant
-
       subroutine umfpack_di_free_symbolic(symbolic) bind(c)
          import :: c_ptr
          type(c_ptr), intent(inout) :: symbolic
@@ -83,31 +74,31 @@ module hampm_umfpack
 
 contains
 
-   !> Analyse the pattern of a matrix. Fails where the memory does not suffice.
+   !> Analyse the pattern of a matrix and keep it. Fails where the memory does not suffice.
    subroutine analyse(self, matrix, failure)
       class(umfpack_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
       type(failure_t), intent(inout) :: failure
       real(c_double) :: info(n_info)
       integer(c_int) :: status
-      call self%release()
       call umfpack_di_defaults(self%control)
       self%control(refinement_steps) = 0         ! the caller's iteration does what refinement would
       self%column_start = matrix%row_start - 1   ! symmetric: its rows are its columns
       self%row = matrix%column - 1
-      self%value = matrix%value
-      status = umfpack_di_symbolic(matrix%n, matrix%n, self%column_start, self%row, self%value, self%symbolic, &
+      status = umfpack_di_symbolic(matrix%n, matrix%n, self%column_start, self%row, matrix%value, self%symbolic, &
                                    self%control, info)
       if (status /= 0) call failure%report(exit_computation, 'UMFPACK cannot analyse it (status '//to_text(int(status))//')')
    end subroutine analyse
 
-   !> Factorise a matrix of the pattern that was analysed. Fails where it is singular.
+   !> Factorise a matrix; its pattern is analysed at first, and after `release`. Fails where it is singular or memory does not suffice.
    subroutine factorise(self, matrix, failure)
       class(umfpack_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
       type(failure_t), intent(inout) :: failure
       real(c_double) :: info(n_info)
       integer(c_int) :: status
+      if (.not. c_associated(self%symbolic)) call analyse(self, matrix, failure)
+      if (failure%failed()) return
       if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
       self%value = matrix%value
       status = umfpack_di_numeric(self%column_start, self%row, self%value, self%symbolic, self%numeric, self%control, info)
@@ -125,16 +116,6 @@ contains
       status = umfpack_di_solve(solve_system, self%column_start, self%row, self%value, x, rhs, self%numeric, self%control, info)
       if (status /= 0) x = 0                     ! the caller checks the residual
    end subroutine solve
-
-   !> 1, -1, or 0 where it is not known.
-   integer function sign_of_determinant(self) result(sign_of)
-      class(umfpack_t), intent(in) :: self
-      real(c_double) :: mantissa, exponent, info(n_info)
-      integer(c_int) :: status
-      sign_of = 0
-      status = umfpack_di_get_determinant(mantissa, exponent, self%numeric, info)
-      if (status == 0 .and. abs(mantissa) > 0) sign_of = nint(sign(1.0_dp, mantissa))
-   end function sign_of_determinant
 
    !> Give back the memory.
    subroutine release(self)

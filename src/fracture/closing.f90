@@ -37,7 +37,7 @@ contains
    !> of them are there, one after the other.
    subroutine new_closing(m, rest, tips, cells, u, closing, found)
       type(motion_t), intent(in) :: m
-      type(stiffness_t), intent(in) :: rest
+      type(stiffness_t), intent(inout) :: rest
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: cells(:)            !! by tip
       real(dp), intent(in) :: u(:, :)            !! displacement by the loads [m], (ndim, n_points)

@@ -45,7 +45,7 @@ module hampm_newton
 
    !> How equilibrium is found, and what it took.
    type :: newton_t
-      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
+      character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       integer :: solutions = 0                   !! so far
       real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
       real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
@@ -277,7 +277,7 @@ contains
    end subroutine factorise_now
 
    !> Whether the equilibrium that was found is stable, see `is_stable` of `hampm_stiffness`.
-   logical function is_stable(self)
+   pure logical function is_stable(self)
       class(newton_t), intent(in) :: self
       is_stable = self%k%is_stable()
    end function is_stable

@@ -38,7 +38,7 @@ module hampm_stiffness
       logical :: is_tangent = .false.            !! that of the present state, with every particle as one point; else that of small
                                                  !! strain, where a particle alone in its cell is four points
       logical :: on_springs = .true.             !! see above
-      character(name_len) :: solver = 'umfpack'  !! 'umfpack', 'banded' or 'cg'
+      character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       type(pin_t), allocatable :: pins(:)        !! what is held beside what the constraints hold
       real(dp) :: mass_factor = 0                !! c of K + c M, M being the mass matrix of the run [1/s2]
    end type stiffness_kind_t
@@ -107,9 +107,7 @@ contains
          stiffness%matrix = matrix
          return
       end if
-      stiffness%factorised%by_umfpack = stiffness%kind%solver /= 'banded'
-      call stiffness%factorised%analyse(matrix, failure)
-      if (.not. failure%failed()) call stiffness%factorised%factorise(matrix, failure)
+      call stiffness%factorised%factorise(matrix, failure)
    end subroutine assemble_and_factorise
 
    !> Number the unknowns: a tied pair has one for both of its nodes.
@@ -502,7 +500,7 @@ contains
    !> Displacement of the points by forces on them; forces on hanging nodes go to their masters [m]. Fails where
    !> an iteration does not end.
    subroutine solve(self, m, force, u, failure)
-      class(stiffness_t), intent(in) :: self
+      class(stiffness_t), intent(inout) :: self
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
@@ -546,12 +544,10 @@ contains
       end do
    end function on_unknowns
 
-   !> Whether an equilibrium with this stiffness is stable, as far as the sign of its determinant tells: at a limit point one
-   !> eigenvalue changes its sign. (An iteration, and a banded factorisation, fail where it is not.)
-   logical function is_stable(self)
+   !> Whether an equilibrium with this stiffness is stable: it is positive definite. (An iteration fails where it is not.)
+   pure logical function is_stable(self)
       class(stiffness_t), intent(in) :: self
-      is_stable = .true.
-      if (self%unknowns%n > 0 .and. self%kind%solver /= 'cg') is_stable = self%factorised%sign_of_determinant() > 0
+      is_stable = self%unknowns%n == 0 .or. self%kind%solver == 'cg' .or. self%factorised%is_definite
    end function is_stable
 
    !> Forces by which the nodes resist a small displacement from the present state, K u, without springs, condensed [N].

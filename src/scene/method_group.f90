@@ -50,8 +50,8 @@ module hampm_method_group
       key_t('method', 'full_upper', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
             any_number, 'of full_region = ''box'': upper corner of this box; needed there'), &
       key_t('method', 'solver', type_name, 1, 1, may, 'auto', '', '', &
-            'auto|cg|umfpack|banded', &
-            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, umfpack')]
+            'auto|cg|direct', &
+            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, direct')]
 
    !> &method: how the equations of motion are integrated.
    type :: method_t
@@ -72,7 +72,7 @@ module hampm_method_group
       character(name_len) :: full_region = 'box' !! of a partial mass matrix: 'box' or 'refined'
       real(dp) :: full_lower(ndim) = 0           !! box in which it is full [m]
       real(dp) :: full_upper(ndim) = 0           !! [m]
-      character(name_len) :: solver = 'auto'     !! 'auto', 'cg', 'umfpack' or 'banded'
+      character(name_len) :: solver = 'auto'     !! 'auto', 'cg' or 'direct'
    contains
       procedure :: has_domains
    end type method_t

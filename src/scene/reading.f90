@@ -84,7 +84,7 @@ contains
       end if
       if (settings%text(method, 'solver') == 'auto') then
          solver = 'cg'
-         if (time == 'static' .or. time == 'implicit' .or. cuts_quadratic_cells(settings)) solver = 'umfpack'
+         if (time == 'static' .or. time == 'implicit' .or. cuts_quadratic_cells(settings)) solver = 'direct'
          call settings%set_text(method, 'solver', solver)
       end if
       if (settings%good(crack, 'direction')) then

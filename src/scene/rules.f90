@@ -285,7 +285,7 @@ module hampm_rules
       rule_t("&method solver = 'cg'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "it begins with inverses of the mass matrices of cells, and pieces of these may have none", &
-             "&method solver = 'umfpack'"), &
+             "&method solver = 'direct'"), &
       rule_t("&method time_step", requires, "&method time = 'implicit'", by_meaning, &
              "the step of 'explicit' is given by courant, those of 'static' by load_steps", ""), &
       rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", ""), &
@@ -318,7 +318,7 @@ module hampm_rules
              "the region is that of the cells that are refined", ""), &
       rule_t("&method full_upper", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
              "the region is that of the cells that are refined", ""), &
-      rule_t("&method solver = 'umfpack' | 'banded'", no_effect_with, &
+      rule_t("&method solver = 'direct'", no_effect_with, &
              "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "no equations are solved", ""), &
       rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "what rests is not damped", ""), &
       rule_t("&output history_interval", no_effect_with, "samples at other times than load steps", by_meaning, &

@@ -20,7 +20,7 @@ CHOICES = {
     "contact": {"bodies": ["joined", "stick", "frictionless", "friction"]},
     "method": {"time": ["explicit", "implicit", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
                "time_steps": ["global", "global", "local"], "path": ["fastest", "reference"], "frame": ["total", "updated"], "functions": ["linear", "linear", "cpdi"],
-               "mass": ["lumped", "lumped", "full", "partial", "fmpm", "blend"], "solver": ["auto", "cg", "umfpack", "banded"],
+               "mass": ["lumped", "lumped", "full", "partial", "fmpm", "blend"], "solver": ["auto", "cg", "direct"],
                "full_region": ["box", "refined"], "order": [1, 2, 3], "blend": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
@@ -336,7 +336,7 @@ class Drawing:
         if self.time == "explicit" and chance.random() < 0.1 and self.order == 1 and self.frame == "total":
             keys["time_steps"] = "local"
         if self.order == 2 and self.time != "static" and (self.shaped or self.crack == "path"):
-            keys |= {"mass": "full", "solver": "umfpack"}
+            keys |= {"mass": "full", "solver": "direct"}
         elif chance.random() < 0.5:
             keys["mass"] = chance.choice(["lumped", "full", "partial", "fmpm", "blend"])
             if keys["mass"] == "fmpm":
@@ -345,7 +345,7 @@ class Drawing:
                 box = self.box(1, 1, 5, 5)
                 keys |= {"full_lower": box["lower"], "full_upper": box["upper"]}
             if keys["mass"] in ("full", "partial", "blend") or self.time != "explicit":
-                keys["solver"] = chance.choice(["auto", "cg", "umfpack", "banded"])
+                keys["solver"] = chance.choice(["auto", "cg", "direct"])
         return keys
 
     def refine(self):

@@ -87,7 +87,7 @@ SCENES = {
     "friction at rest": plate() + HELD + PRESS.format("history = 'ramp' rise_time = 0.9") + PATH.format("contact = 'friction' friction = 0.05") + J.format("") + STATIC.format("load_steps = 2"),
     "friction in motion": plate(end="4e-6") + HELD + PRESS.format("") + PATH.format("contact = 'friction' friction = 0.05") + J.format("radii = 4e-3, 5e-3")
     + EVERY.format("1e-6"),
-    "pressed path": plate() + HELD + "&load kind = 'pressure' on = 'crack' crack = 'p' pressure = 1e6 /\n" + PATH.format("") + J.format("") + STATIC.format("solver = 'banded'"),
+    "pressed path": plate() + HELD + "&load kind = 'pressure' on = 'crack' crack = 'p' pressure = 1e6 /\n" + PATH.format("") + J.format("") + STATIC.format("solver = 'direct'"),
     "closure of a path": plate(shape="lower = -10e-3, -10e-3  upper = 10e-3, 10e-3") + HELD + PULL.format("") + PATH.format("")
     + "&energy_release estimators = 'crack_closure', 'domain_integral' radii = 4e-3 /\n&refine indicator = 'tip' max_level = 1 rings = 4 /\n" + STATIC.format(""),
     "growth at rest": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
@@ -129,7 +129,7 @@ SCENES = {
     "bodies that meet, frictionless, zz": TWO.format("", "") + "&method frame = 'updated' mass = 'fmpm' order = 3 /\n&contact bodies = 'frictionless' /\n"
     "&refine indicator = 'zz' max_level = 1 tolerance = 0.1 interval = 5 /\n",
     "two tips blend": plate(end="4e-6") + HELD + PULL.format("start = 1e-6") + LINE.format("length = 8e-3 direction = 0.0, 1.0")
-    + "&energy_release estimators = 'nodal_force', 'energy_balance' /\n&method mass = 'blend' blend = 0.4 scheme = 'usavg' wave_speed = 'dilatational' courant = 0.3 solver = 'umfpack' /\n"
+    + "&energy_release estimators = 'nodal_force', 'energy_balance' /\n&method mass = 'blend' blend = 0.4 scheme = 'usavg' wave_speed = 'dilatational' courant = 0.3 solver = 'direct' /\n"
     + EVERY.format("1e-6"),
     "full mass where refined": plate(end="2e-6") + HELD + PULL.format("") + PATH.format("") + J.format("") + "&refine indicator = 'tip' max_level = 1 rings = 2 /\n"
     + "&method mass = 'partial' full_region = 'refined' full_lower = -6e-3, -6e-3 full_upper = 6e-3, 6e-3 /\n" + EVERY.format("1e-6"),

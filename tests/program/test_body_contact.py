@@ -134,7 +134,7 @@ def test_a_crack_in_any_direction_is_that_along_the_grid(tmp_path):
 
 
 @pytest.mark.parametrize("options", [(), ("method.scheme='usf'",), ("method.scheme='usavg'",), ("method.mass='full'",),
-                                     ("method.mass='blend'", "method.solver='umfpack'"), ("method.mass='fmpm'",),
+                                     ("method.mass='blend'", "method.solver='direct'"), ("method.mass='fmpm'",),
                                      ("damping.rate=0.3",), ("contact.bodies='stick'", "contact.friction=0"), (CPDI,),
                                      (CPDI, "method.mass='full'"), (CPDI, "method.scheme='usf'"),
                                      ("refine.indicator='zz'", "refine.max_level=1", "refine.tolerance=0.1")], ids=str)

@@ -105,12 +105,12 @@ SCENES = {
     "lumped musl": (FLIGHT, "method.scheme=musl"),
     "total frame": (FLIGHT, "method.scheme=usavg", *TOTAL),
     "full cg": (FLIGHT, "method.scheme=usf", "method.mass=full"),
-    "full umfpack": (FLIGHT, "method.mass=full", "method.solver=umfpack"),
-    "blend banded": (FLIGHT, "method.scheme=usavg", "method.mass=blend", "method.solver=banded"),
+    "full direct": (FLIGHT, "method.mass=full", "method.solver=direct"),
+    "blend direct": (FLIGHT, "method.scheme=usavg", "method.mass=blend", "method.solver=direct"),
     "fmpm": (FLIGHT, "method.scheme=usl", "method.mass=fmpm"),
     "partial total": (FLIGHT, "method.mass=partial", "method.full_lower=0,0", "method.full_upper=4,4", *TOTAL),
     "refined lumped": (FLIGHT, *REFINED),
-    "refined full": (FLIGHT, "method.mass=full", "method.solver=umfpack", *REFINED),
+    "refined full": (FLIGHT, "method.mass=full", "method.solver=direct", *REFINED),
     "refined zz": (FLIGHT, "refine.indicator=zz", "refine.tolerance=0.1", "refine.max_level=2", "refine.interval=11",
                    "method.mass=blend"),
     "local steps": (TWO_TIPS, "method.time_steps=local", "refine.indicator=tip", "refine.max_level=3",
@@ -141,7 +141,7 @@ SCENES = {
     "domains": (FLIGHT, "method.functions=cpdi", "method.mass=full", "method.scheme=usl"),
     "domains refined": (FLIGHT, "method.functions=cpdi", "method.mass=fmpm", "method.scheme=usavg", *REFINED),
     "domains carried crack": (CARRIED.replace("-1e-4, 1e-4, 1e-3, 1.1e-3", "1e-3, 0").replace("-4e-3, 1e-4", "-4e-3, 0"), "method.functions=cpdi", "refine.indicator=tip", "refine.max_level=1", "refine.rings=3"),
-    "checked build": (FLIGHT, "method.mass=full", "method.solver=banded", *REFINED),
+    "checked build": (FLIGHT, "method.mass=full", "method.solver=direct", *REFINED),
 }
 
 

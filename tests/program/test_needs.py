@@ -27,14 +27,13 @@ SCENES = {
     "cells": SCENE.format(500, 500, 20, 2),
     "plain": PLAIN,
     "cg": PLAIN.replace(PLAIN_METHOD, MASS.format("cg")),
-    "banded": PLAIN.replace(PLAIN_METHOD, MASS.format("banded")),
-    "umfpack": PLAIN.replace(PLAIN_METHOD, MASS.format("umfpack")),
+    "direct": PLAIN.replace(PLAIN_METHOD, MASS.format("direct")),
     "refined": SCENE.format(101, 101, 100, 2) + CRACK + "&refine indicator = 'tip' rings = 40 max_level = 4 /\n",
     "quadratic": SCENE.format(151, 151, 150, 3).replace("151 /", "151 order = 2 /"),
     "quadratic_static": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD, "&method time = 'static' /\n")
     + "&constraint lower = 0.1, 0.0 upper = 0.1, 0.1 fix = 'xy' /\n",
     **{f"quadratic_{solver}": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD, MASS.format(solver).replace("0.1", "0.05"))
-       for solver in ("cg", "banded", "umfpack")},
+       for solver in ("cg", "direct")},
     "quadratic_fmpm": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD,
                                                                                                "&method courant = 0.1 mass = 'fmpm' /\n"),
     "quadratic_implicit": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(

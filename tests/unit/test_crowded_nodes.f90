@@ -22,7 +22,7 @@ program test_crowded_nodes
    use hampm_sorting, only: sort_into_cells
    implicit none
 
-   character(7), parameter :: frames(2) = ['updated', 'total  '], solvers(3) = ['cg     ', 'umfpack', 'banded ']
+   character(7), parameter :: frames(2) = ['updated', 'total  '], solvers(2) = ['cg     ', 'direct ']
    real(dp), parameter :: place(ndim) = [0.25_dp, 0.15_dp]  !! in the cell that is doubled [m]
    integer :: k, f
 

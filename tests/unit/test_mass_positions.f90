@@ -53,7 +53,7 @@ program test_mass_positions
 
    integer, parameter :: positions = 10000
    integer, parameter :: points(ndim, 3) = reshape([1, 1, 2, 1, 2, 2], [ndim, 3])  !! of a cell, in each direction
-   character(7), parameter :: solvers(3) = ['cg     ', 'umfpack', 'banded ']
+   character(6), parameter :: solvers(2) = ['cg    ', 'direct']
    real(dp), parameter :: slack = 1 + 1.0e-9_dp  !! for rounding
    real(dp), parameter :: drift(ndim) = [3.0_dp, -2.0_dp]
    integer :: n, k
@@ -105,8 +105,7 @@ contains
       do k = 1, size(solvers)
          call vibrate(choice_of(name, solvers(k), blend=b), velocity(:, :, k))
       end do
-      difference = max(maxval(abs(velocity(:, :, 2) - velocity(:, :, 1))), maxval(abs(velocity(:, :, 3) - velocity(:, :, 1)))) &
-                   /maxval(abs(velocity))
+      difference = maxval(abs(velocity(:, :, 2) - velocity(:, :, 1)))/maxval(abs(velocity))
       write (*, '(2a,es9.1)') name, ': particles at the nodes, difference between solvers after 200 steps', difference
       call check(difference <= 1.0e-8_dp, name//': solvers agree with particles at the nodes')
    end subroutine rest_on_lines

@@ -86,7 +86,7 @@ contains
       call check(cg%iterations <= most, 'from any guess as few iterations as the eigenvalues promise')
       call check_close(maxval(abs(sum(spread(m%fields%mass_matrix%lumped, 1, ndim)*x, dim=2) - sum(b, dim=2))), 0.0_dp, &
                        1.0e-13_dp*sum(abs(b)), 'the sum of M x is that of b')
-      m%mass = new_mass_choice('full', 'banded', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp])
+      m%mass = new_mass_choice('full', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp])
       call new_mass_solver(m%mass%by, 1, m%grid, constraints_t(), direct, failure)
       y = 0
       call solve_mass(direct, m%grid, m%fields%mass_matrix, b, y, failure)

@@ -31,8 +31,7 @@ program test_nodal_state
       call pushed_bar(trim(schemes(k)), choice_of('full', solver='cg'))
       call undisturbed(trim(schemes(k)), mass_choice_t(), 'lumped')
       call undisturbed(trim(schemes(k)), choice_of('full', solver='cg'), 'cg')
-      call undisturbed(trim(schemes(k)), choice_of('full', solver='umfpack'), 'umfpack')
-      call undisturbed(trim(schemes(k)), choice_of('full', solver='banded'), 'banded')
+      call undisturbed(trim(schemes(k)), choice_of('full', solver='direct'), 'direct')
       call undisturbed(trim(schemes(k)), choice_of('fmpm', order=3), 'fmpm')
       call after_refinement(trim(schemes(k)))
    end do

@@ -1,0 +1,199 @@
+!> Sparse Cholesky factorisation by CHOLMOD (Chen, Davis, Hager & Rajamanickam 2008), through its C interface for 32-bit indices:
+!> rows in the order of approximate minimum degree, L L^T by dense blocks of columns where these pay, else column by column.
+module hampm_cholmod
+   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_size_t, c_ptr, c_funptr, c_null_ptr, c_associated, c_loc, c_f_pointer
+   !$ use omp_lib, only: omp_get_max_active_levels, omp_set_max_active_levels
+   use hampm_kinds, only: dp
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_sparse, only: sparse_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: cholmod_t
+
+   integer(c_int), parameter :: solve_system = 0          ! CHOLMOD_A: A x = b
+   integer(c_int), parameter :: no = 0, yes = 1
+   integer(c_int), parameter :: upper = 1                 ! the triangle that is read
+   integer(c_int), parameter :: integers = 0, reals = 1, doubles = 0 ! CHOLMOD_INT, CHOLMOD_REAL, CHOLMOD_DOUBLE
+   integer(c_int), parameter :: given_or_amd = 2          ! methods of ordering: that of the caller, who has none, or AMD; else it
+                                                          ! tries METIS too, which takes longer than it saves
+
+   !> The first members of CHOLMOD's settings, in its order, and room for the others, which are 2500 bytes.
+   type, bind(c) :: settings_t
+      real(c_double) :: dbound, grow0, grow1
+      integer(c_size_t) :: grow2, maxrank
+      real(c_double) :: supernodal_switch
+      integer(c_int) :: supernodal, final_asis, final_super, final_ll, final_pack, final_monotonic, final_resymbol
+      real(c_double) :: zrelax(3)
+      integer(c_size_t) :: nrelax(3)
+      integer(c_int) :: prefer_zomplex, prefer_upper, quick_return_if_not_posdef, prefer_binary
+      integer(c_int) :: print, precise, try_catch
+      type(c_funptr) :: error_handler
+      integer(c_int) :: nmethods
+      integer(c_size_t) :: others(2000)
+   end type settings_t
+
+   !> CHOLMOD's description of a sparse matrix, by columns.
+   type, bind(c) :: columns_t
+      integer(c_size_t) :: nrow, ncol, nzmax
+      type(c_ptr) :: p, i, nz, x, z
+      integer(c_int) :: stype, itype, xtype, dtype, sorted, packed
+   end type columns_t
+
+   !> Its description of a full matrix.
+   type, bind(c) :: full_t
+      integer(c_size_t) :: nrow, ncol, nzmax, d
+      type(c_ptr) :: x, z
+      integer(c_int) :: xtype, dtype
+   end type full_t
+
+   !> The first members of its description of a factor.
+   type, bind(c) :: factor_t
+      integer(c_size_t) :: n
+      integer(c_size_t) :: minor                 !! columns before the first one that has failed
+   end type factor_t
+
+   !> A factorised matrix. The analysis belongs to the pattern and is kept until that changes.
+   type :: cholmod_t
+      private
+      type(c_ptr) :: factor = c_null_ptr
+      type(c_ptr) :: solution = c_null_ptr, work(2) = c_null_ptr
+   contains
+      procedure :: factorise
+      procedure :: solve
+      procedure :: release
+   end type cholmod_t
+
+   interface
+      integer(c_int) function cholmod_start(settings) bind(c)
+         import :: c_int, settings_t
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_start
+
+      type(c_ptr) function cholmod_analyze(a, settings) bind(c)
+         import :: c_ptr, columns_t, settings_t
+         type(columns_t), intent(in) :: a
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_analyze
+
+      integer(c_int) function cholmod_factorize(a, factor, settings) bind(c)
+         import :: c_int, c_ptr, columns_t, settings_t
+         type(columns_t), intent(in) :: a
+         type(c_ptr), value :: factor
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_factorize
+
+      integer(c_int) function cholmod_solve2(system, factor, b, b_set, x, x_set, y, e, settings) bind(c)
+         import :: c_int, c_ptr, full_t, settings_t
+         integer(c_int), value :: system
+         type(c_ptr), value :: factor, b_set, x_set
+         type(full_t), intent(in) :: b
+         type(c_ptr), intent(inout) :: x, y, e
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_solve2
+
+      integer(c_int) function cholmod_free_factor(factor, settings) bind(c)
+         import :: c_int, c_ptr, settings_t
+         type(c_ptr), intent(inout) :: factor
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_free_factor
+
+      integer(c_int) function cholmod_free_dense(x, settings) bind(c)
+         import :: c_int, c_ptr, settings_t
+         type(c_ptr), intent(inout) :: x
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_free_dense
+   end interface
+
+   type(settings_t), save :: settings
+   logical, save :: is_started = .false., is_known = .false.
+
+contains
+
+   !> Whether the library has its settings where they are expected: their defaults are found there. Sets them at the first call.
+   logical function is_ready()
+      if (.not. is_started) then
+         is_started = .true.
+         is_known = cholmod_start(settings) == yes
+         associate (s => settings)
+            if (is_known) is_known = &
+               s%supernodal == 1 .and. s%final_asis == yes .and. s%final_super == yes .and. s%final_ll == no .and. &
+               s%final_pack == yes .and. all(s%nrelax == [4, 16, 48]) .and. s%prefer_upper == yes .and. s%print == 3 .and. &
+               s%try_catch == no .and. .not. c_associated(s%error_handler) .and. s%nmethods == 0
+            s%final_ll = yes
+            s%quick_return_if_not_posdef = yes
+            s%print = 0
+            s%try_catch = yes                    ! says nothing of failures
+            s%nmethods = given_or_amd
+         end associate
+      end if
+      is_ready = is_known
+   end function is_ready
+
+   !> Factorise a matrix; its pattern is analysed at first, and after `release`. It is not `definite` where it has no factor. Fails
+   !> where the memory does not suffice.
+   subroutine factorise(self, matrix, definite, failure)
+      class(cholmod_t), intent(inout) :: self
+      type(sparse_t), intent(in), target :: matrix
+      logical, intent(out) :: definite
+      type(failure_t), intent(inout) :: failure
+      integer(c_int), allocatable, target :: column_start(:), row(:)
+      type(columns_t) :: a
+      type(factor_t), pointer :: factor
+      integer(c_int) :: status
+      !$ integer :: levels
+      definite = matrix%n == 0
+      if (definite) return
+      if (.not. is_ready()) then
+         call failure%report(exit_computation, 'this version of CHOLMOD has its settings elsewhere than expected')
+         return
+      end if
+      allocate (column_start, source=matrix%row_start - 1)   ! symmetric: its rows are its columns
+      allocate (row, source=matrix%column - 1)
+      a = columns_t(matrix%n, matrix%n, size(row), c_loc(column_start), c_loc(row), c_null_ptr, c_loc(matrix%value), c_null_ptr, &
+                    upper, integers, reals, doubles, yes, yes)
+      !$ levels = omp_get_max_active_levels()
+      !$ call omp_set_max_active_levels(0)          ! else it starts threads of its own
+      if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(a, settings)
+      status = no
+      if (c_associated(self%factor)) status = cholmod_factorize(a, self%factor, settings)
+      !$ call omp_set_max_active_levels(levels)
+      if (status == yes) then
+         call c_f_pointer(self%factor, factor)
+         definite = factor%minor == factor%n
+      else
+         call failure%report(exit_computation, 'CHOLMOD cannot factorise it: memory does not suffice for '// &
+                             to_text(matrix%n)//' rows')
+      end if
+   end subroutine factorise
+
+   !> Solve with the factorised matrix.
+   subroutine solve(self, rhs, x)
+      class(cholmod_t), intent(inout) :: self
+      real(dp), intent(in), contiguous, target :: rhs(:)
+      real(dp), intent(out) :: x(:)
+      type(full_t), pointer :: solution
+      real(c_double), pointer :: values(:)
+      integer(c_size_t) :: n
+      n = size(rhs)
+      if (n == 0) return
+      x = 0                                      ! the caller checks the residual
+      if (cholmod_solve2(solve_system, self%factor, full_t(n, 1, n, n, c_loc(rhs), c_null_ptr, reals, doubles), c_null_ptr, &
+                         self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
+      call c_f_pointer(self%solution, solution)
+      call c_f_pointer(solution%x, values, [n])
+      x = values
+   end subroutine solve
+
+   !> Give back the memory.
+   subroutine release(self)
+      class(cholmod_t), intent(inout) :: self
+      integer :: k
+      integer(c_int) :: status
+      if (c_associated(self%factor)) status = cholmod_free_factor(self%factor, settings)
+      if (c_associated(self%solution)) status = cholmod_free_dense(self%solution, settings)
+      do k = 1, size(self%work)
+         if (c_associated(self%work(k))) status = cholmod_free_dense(self%work(k), settings)
+      end do
+   end subroutine release
+end module hampm_cholmod
