@@ -27,7 +27,7 @@ module hampm_needs
    real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
 
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
-   real(dp), parameter :: of_stiffness = 336.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
+   real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
    real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
    real(dp), parameter :: most_at_rest = 2.5e5_dp   !! cells with particles for which it is found
 
@@ -145,7 +145,7 @@ contains
    pure real(dp) function factors_of(scene, occupied) result(bytes)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: occupied
-      bytes = 56*2*fill_of(scene%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, scene%grid%order == 2)
+      bytes = 28*2*fill_of(scene%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, scene%grid%order == 2)
    end function factors_of
 
    !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.
