@@ -21,7 +21,7 @@ module hampm_equilibrium
    use hampm_face_springs, only: face_springs_t, relax_springs, settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
-   use hampm_newmark, only: newmark_t, drive_t
+   use hampm_newmark, only: newmark_t, drive_t, is_linear
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace, work_of
    use hampm_nodal_state, only: external_force
    use hampm_rigid_motions, only: pin_t, find_pins
@@ -98,12 +98,12 @@ contains
             call go_to(self, m, between(first, last, done), between(first, last, done + part), part*(time - m%time), none)
             if (any(m%materials%is_finite()) .and. .not. none%failed()) call look_at_path(self, m, start, none)
          end if
-         too_long = divisions < most_for_work .and. may_turn(m) .and. .not. none%failed()
+         too_long = divisions < most_for_work .and. may_turn(m) .and. .not. (none%failed() .or. self%newmark%is_used)
          if (too_long) too_long = is_work_off(m, start)
          if (none%failed() .or. too_long) then
             divisions = divisions + 1
             part = part/2
-            if (none%failed() .and. all(m%materials%linear) &
+            if (none%failed() .and. all(m%materials%linear) .and. .not. (self%newmark%is_used .and. m%springs%n_contact > 0) &
                 .or. divisions > merge(most_in_motion, most_divisions, self%newmark%is_used)) exit
             call go_back(m, start)
          else
@@ -210,7 +210,7 @@ contains
       real(dp), intent(in) :: done               !! part of the step
       character(:), allocatable :: text
       text = ''
-      if (all(m%materials%linear)) return
+      if (all(m%materials%linear) .and. .not. self%newmark%is_used) return
       text = '. It was followed through '//three_digits(100*done)//' % of this load step, with '//to_text(self%newton%solutions)// &
              ' solutions so far. Likely cause: '
       if (self%newmark%is_used) then
@@ -225,7 +225,7 @@ contains
    subroutine remember(m, start)
       type(motion_t), intent(in) :: m
       type(start_t), intent(out) :: start
-      if (all(m%materials%linear) .and. .not. may_turn(m)) return ! there is no second try
+      if (is_linear(m) .and. .not. may_turn(m)) return ! there is no second try
       start%external_work = m%external_work
       start%stored = stored_energy(m) + dissipated_energy(m)
       if (m%springs%n > 0) start%springs = m%springs
@@ -312,7 +312,7 @@ contains
       associate (newmark => self%newmark)
          call newmark%begin(m, time, dt, drive)
          allocate (way, source=drive%way - newmark%now%way)
-         at_once = all(m%materials%linear)
+         at_once = is_linear(m)
          if (at_once) then
             call self%newton%solve_at_once(m, newmark%outer, newmark%r, way, self%moved, failure)
          else
@@ -320,6 +320,7 @@ contains
             self%moved = 0*newmark%r
             call let_pass(m, dt)
             call balance_with_contact(self, m, way, none, failure)
+            call settle_slip(m%springs)
          end if
          if (.not. failure%failed()) call newmark%finish(m, self%moved, drive, .not. at_once)
       end associate

@@ -40,7 +40,7 @@ module hampm_newmark
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: newmark_t, outer_forces_t, drive_t
+   public :: newmark_t, outer_forces_t, drive_t, is_linear
 
    real(dp), parameter :: same = 1e-9_dp         !! part by which a step may differ from the last one and be taken for it
 
@@ -163,7 +163,7 @@ contains
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
       call internal_force(m, self%r)
-      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m)
+      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
       call external_force(m, time, drive%force)
       drive%way = self%now%way
       if (m%constraints%move()) drive%way = m%constraints%way(time)
@@ -177,10 +177,16 @@ contains
          outer%given = driven%du
          outer%rest = (self%by_a + rate*((1 + alpha)*self%by_v - alpha*v))/(1 + alpha)
          outer%applied = drive%force - alpha/(1 + alpha)*(self%r + self%now%force)
-         if (all(m%materials%linear)) return
+         if (is_linear(m)) return
          outer%inertia = maxval(abs(outer%at(m, driven%du) - outer%applied))
       end associate
    end subroutine begin
+
+   !> Whether internal forces are linear in the displacement, so that one solution is a step.
+   pure logical function is_linear(m)
+      type(motion_t), intent(in) :: m
+      is_linear = all(m%materials%linear) .and. m%springs%n_contact == 0
+   end function is_linear
 
    !> The forces with a displacement of the nodes, condensed [N].
    function at(self, m, u) result(force)
@@ -323,7 +329,7 @@ contains
          gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
          m%external_work = m%external_work + sum(gain(:, :n), mask=fixed)
          if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n), mask=.not. fixed) - sum(du(:, :n)*r(:, :n)) &
-                                         - (stored_energy(m) + dissipated_energy(m) - self%stored)
+                                         - (stored_energy(m) + dissipated_energy(m) + m%springs%loss - self%stored)
       end associate
    end subroutine book
 

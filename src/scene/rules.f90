@@ -340,7 +340,7 @@ module hampm_rules
       rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
              "it takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
-             "&method time = 'static' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "&method time = 'static' | 'implicit' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
              "another mesh begins from material without loads, and forgets what has been", "&refine indicator = 'tip'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
@@ -395,12 +395,12 @@ module hampm_rules
              "&refine indicator = 'tip'"), &
       rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
              "what has slid is not carried over when cells are cut anew", "&crack contact = 'frictionless'"), &
-      rule_t("&crack contact = 'frictionless' | 'friction'", not_with, "&method time = 'implicit'", not_built, &
-             "whether faces touch would have to be found in each step", "&method time = 'explicit'"), &
+      rule_t("&crack contact = 'frictionless' and &crack kind = 'line'", not_with, "&method time = 'implicit'", not_built, &
+             "nodes of both faces that are tied would keep different velocities", "kind = 'path'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'"), &
       rule_t("&crack contact = 'frictionless' | 'friction'", not_with, &
-             "&method time = 'static' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "&method time = 'static' | 'implicit' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
              "which faces touch is tried by turns, and particles would remember each try", "&method time = 'explicit'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, &
              "&grid order = 2 and &method time = 'explicit'", not_built, "pairs of cut cells have lumped masses", &

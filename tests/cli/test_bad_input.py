@@ -330,9 +330,12 @@ def test_what_implicit_steps_do_not_go_with(hampm, tmp_path, old, new, fragment,
     assert len(result.stderr.splitlines()) == 1
 
 
-def test_implicit_steps_do_not_go_with_contact(hampm, tmp_path):
-    (tmp_path / "case.nml").write_text(changed(*IMPLICIT, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")))
-    assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless' is not allowed with &method time = 'implicit': whether faces")
+def test_implicit_steps_do_not_go_with_contact_of_a_line(hampm, tmp_path):
+    scene = LINE.replace("contact = 'none'", "contact = 'frictionless'")
+    for old, new in IMPLICIT:
+        scene = scene.replace(old, new)
+    (tmp_path / "case.nml").write_text(scene)
+    assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless' with kind = 'line' is not allowed with &method time = 'implicit': nodes of both")
 
 
 QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2", "points_per_cell = 3"), *AT_REST[:2], ("'stress_closure'", "'domain_integral'")

@@ -329,7 +329,7 @@ def energies(case):
         case.need(not (eigenstrain or case.friction or case.grows) and (case.indicator in ("none", "tip") or "numerical_loss" in row))
     elif case.time == "implicit":
         moved = any("velocity" in keys or "displacement" in keys for keys in groups(case.scene, "constraint"))
-        case.need((booked or case.method.get("hht_alpha", 0.0) == 0.0) and not (moved and case.method.get("mass", "lumped") != "lumped"))
+        case.need((booked or case.method.get("hht_alpha", 0.0) == 0.0 and not case.contact) and not (moved and case.method.get("mass", "lumped") != "lumped"))
     else:
         case.need("numerical_loss" in row)
     inside = sum(row[name] for name in names if name in row)

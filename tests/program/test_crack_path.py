@@ -136,6 +136,29 @@ def test_the_audit_closes(hampm, tmp_path, method, contact):
     assert np.max(np.abs(residual)) < 1e-12 * np.max(row["external_work"])
 
 
+@pytest.mark.parametrize("alpha", [0.0, -0.1])
+@pytest.mark.parametrize("contact", ["contact = 'frictionless'", "contact = 'friction' friction = 0.3"])
+def test_the_audit_of_implicit_steps_closes(hampm, tmp_path, contact, alpha):
+    """Faces that touch and slide store, take and lose what is booked; what friction takes is that of explicit steps with the same masses, but
+    for the stiffness that these leave the springs between faces."""
+    text = scene([[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]], 2e-3, (0.012, 0.012), levels=1, rings=3, sigma=-1e6)
+    text = text.replace("end_time = 1.0", "end_time = 1e-5").replace("'domain_integral'", "'domain_integral', 'energy_balance'")
+    text = text.replace("force = 0.0", "history = 'ramp' rise_time = 5e-6 force = 0.0").rstrip().removesuffix("/") + contact + " /\n" + DYNAMIC
+    explicit = run(hampm, tmp_path, text.replace("time = 'static'", "mass = 'full' courant = 0.1"))
+    row = run(hampm, tmp_path, text.replace("time = 'static'", f"time = 'implicit' mass = 'full' time_step = 2e-7 hht_alpha = {alpha}"))
+    residual = row["external_work"] - row["kinetic_energy"] - row["strain_energy"] - row["damping_loss"] - row["numerical_loss"]
+    if "friction =" in contact:
+        residual = residual - row["friction_loss"]
+        assert np.all(np.diff(row["friction_loss"]) >= 0)
+        print("friction takes", row["friction_loss"][-1], "of explicit steps", explicit["friction_loss"][-1])
+        assert row["friction_loss"][-1] == pytest.approx(explicit["friction_loss"][-1], rel=0.05)
+    largest = np.max(row["external_work"])
+    print("work", row["external_work"][-1], "of explicit steps", explicit["external_work"][-1])
+    assert row["external_work"][-1] == pytest.approx(explicit["external_work"][-1], rel=0.02)
+    assert np.max(np.abs(residual)) < 1e-9 * largest
+    assert abs(row["numerical_loss"][-1]) < (1e-3 if alpha else 1e-5) * largest
+
+
 def closed(beta, mu, levels=2, steps=1):
     a = 8e-3
     contact = f"contact = 'friction'  friction = {mu}" if mu else "contact = 'frictionless'"
@@ -150,6 +173,21 @@ def test_closed_cracks(hampm, tmp_path, mu, asked):
     found = tips(run(hampm, tmp_path, closed(45, mu)))
     assert np.all(np.abs(found[:, 0]) < 1e-9 * abs(asked))
     assert found[:, 1] == pytest.approx(asked, rel=0.02)
+
+
+@pytest.mark.parametrize("mu", [0, 0.3])
+def test_closed_cracks_come_to_rest_by_implicit_steps(hampm, tmp_path, mu):
+    """Under a slow ramp, and damped, to where the static steps lead."""
+    text = closed(45, mu, levels=0, steps=4)
+    static = run(hampm, tmp_path, text)
+    text = text.replace("end_time = 1.0", "end_time = 4e-3").replace("rise_time = 1.0", "rise_time = 3e-3")
+    text = text.replace("time = 'static'  load_steps = 4", "time = 'implicit'  time_step = 1e-4  hht_alpha = -0.3")
+    row = run(hampm, tmp_path, text + "&output history_interval = 1e-4 /\n&damping rate = 2e3 /\n")
+    assert row["step"][-1] == 40
+    assert tips(row)[:, 1] == pytest.approx(tips(static)[:, 1], rel=2e-3)
+    assert row["strain_energy"][-1] == pytest.approx(static["strain_energy"][-1], rel=2e-3)
+    if mu:
+        assert row["friction_loss"][-1] == pytest.approx(static["friction_loss"][-1], rel=0.02)
 
 
 def test_friction_takes_the_work_that_is_not_stored(hampm, tmp_path):
