@@ -245,12 +245,11 @@ contains
          call history%record('external_work', 'J', 'work of the loads and of constraints that move', motion%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
          if (.not. p%total_frame) call record_momentum(p, history)
-         if (any(scene%materials%law == 'j2_plastic')) call history%record('plastic_dissipation', 'J', &
-                                                                        'work of the stress on the plastic strain', &
-                                                                        m%plastic_dissipation)
-         if (any(scene%materials%law == 'viscoelastic')) call history%record('viscous_dissipation', 'J', &
-                                                                           'energy taken by the viscosity of the material', &
-                                                                           m%viscous_dissipation)
+         if (any(motion%materials%yields())) call history%record('plastic_dissipation', 'J', &
+                                                                'work of the stress on the plastic strain', &
+                                                                m%plastic_dissipation)
+         if (any(motion%materials%has_history() .and. .not. motion%materials%yields())) &
+            call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
          if (any(scene%paths%friction > 0) .or. scene%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
                                 motion%springs%loss + motion%body_contact%friction_loss)

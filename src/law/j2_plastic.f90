@@ -126,8 +126,9 @@ contains
       class(j2_plastic_t), intent(in) :: self
       real(dp), intent(in) :: state(:)
       associate (alpha => state(equivalent))
-         dissipation = (self%yield_stress + self%hardening*alpha/2)*alpha &
-                       + self%saturation*(alpha - self%saturation_strain*(1 - exp(-alpha/self%saturation_strain)))
+         dissipation = (self%yield_stress + self%hardening*alpha/2)*alpha
+         if (self%saturation > 0) &
+            dissipation = dissipation + self%saturation*self%saturation_strain*beyond(alpha/self%saturation_strain)
       end associate
    end function dissipation
 
@@ -143,7 +144,8 @@ contains
       class(j2_plastic_t), intent(in) :: self
       real(dp), intent(in) :: alpha              !! equivalent plastic strain [-]
       radius = sqrt(2/3.0_dp)*(self%yield_stress + self%hardening*alpha)
-      if (self%saturation > 0) radius = radius + sqrt(2/3.0_dp)*self%saturation*(1 - exp(-alpha/self%saturation_strain))
+      if (self%saturation > 0) radius = radius &
+         + sqrt(2/3.0_dp)*self%saturation*(alpha/self%saturation_strain - beyond(alpha/self%saturation_strain))
    end function radius
 
    !> Y' [Pa].
@@ -153,6 +155,21 @@ contains
       slope = self%hardening
       if (self%saturation > 0) slope = slope + self%saturation/self%saturation_strain*exp(-alpha/self%saturation_strain)
    end function slope
+
+   !> x - 1 + exp(-x), with all digits of a small x.
+   pure real(dp) function beyond(x)
+      real(dp), intent(in) :: x
+      integer :: k
+      if (x > 0.1_dp) then
+         beyond = x - 1 + exp(-x)
+         return
+      end if
+      beyond = 0
+      do k = 12, 2, -1
+         beyond = x/k*(1 - beyond)
+      end do
+      beyond = x*beyond
+   end function beyond
 
    !> Return the trial stress of a step.
    pure type(return_t) function returned(self, h, state) result(r)

@@ -12,6 +12,7 @@ module hampm_material
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_law, only: law_t, most_columns
    use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
+   use hampm_mooney_rivlin, only: new_mooney_rivlin
    use hampm_neo_hookean, only: new_neo_hookean
    use hampm_orthotropic, only: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, &
                                 voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus
@@ -19,10 +20,10 @@ module hampm_material
    use hampm_viscoelastic, only: new_viscoelastic
    implicit none
    private
-   public :: material_t, new_material, new_orthotropic, laws
+   public :: material_t, new_material, new_orthotropic, laws, remembers, is_for_any_strain
 
-   character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean', 'j2_plastic', & !! their names in
-                                                       'viscoelastic', 'orthotropic'] !! scenes, in this order
+   character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean', 'mooney_rivlin', 'j2_plastic', &
+                                                       'viscoelastic', 'orthotropic'] !! their names in scenes, in this order
 
    !> A law with its constants.
    type :: material_t
@@ -79,7 +80,7 @@ contains
 
    !> A material from its engineering constants; of the orthotropic law one that is isotropic.
    pure function new_material(name, law, plane_stress, young, poisson, density, yield_stress, hardening, moduli, &
-                              relaxation_times) result(m)
+                              relaxation_times, saturation, saturation_strain, kinematic, c01) result(m)
       character(*), intent(in) :: name
       character(*), intent(in) :: law            !! one of `laws`
       logical, intent(in) :: plane_stress        !! else plane strain
@@ -88,6 +89,8 @@ contains
       real(dp), intent(in) :: density            !! [kg/m3]
       real(dp), intent(in), optional :: yield_stress, hardening !! of 'j2_plastic', which else does not yield [Pa]
       real(dp), intent(in), optional :: moduli(:), relaxation_times(:) !! of 'viscoelastic', which else does not relax [Pa, s]
+      real(dp), intent(in), optional :: saturation, saturation_strain, kinematic !! of 'j2_plastic' [Pa, -, Pa]
+      real(dp), intent(in), optional :: c01      !! of 'mooney_rivlin' [Pa]
       type(material_t) :: m
       if (law == 'orthotropic') then
          m = new_orthotropic(name, plane_stress, orthotropic_t(spread(young, 1, 3), young/(2*(1 + poisson)), poisson, poisson, &
@@ -108,9 +111,11 @@ contains
          if (plane_stress) m%lambda = young*poisson/(1 - poisson**2)
        case ('neo_hookean')
          m%law = new_neo_hookean(m%lambda, m%mu)
+       case ('mooney_rivlin')
+         m%law = new_mooney_rivlin(m%lambda, m%mu, given(c01, 0.0_dp))
        case ('j2_plastic')
-         m%law = new_j2_plastic(m%lambda, m%mu, given(yield_stress, sqrt(huge(1.0_dp))), given(hardening, 0.0_dp), 0.0_dp, &
-                                1.0_dp, 0.0_dp)
+         m%law = new_j2_plastic(m%lambda, m%mu, given(yield_stress, sqrt(huge(1.0_dp))), given(hardening, 0.0_dp), &
+                                given(saturation, 0.0_dp), given(saturation_strain, 1.0_dp), given(kinematic, 0.0_dp))
        case ('viscoelastic')
          if (present(moduli)) then
             m%law = new_viscoelastic(m%lambda + 2*m%mu/3, m%mu, moduli, relaxation_times)
@@ -195,6 +200,22 @@ contains
       yields = .false.
       if (allocated(self%law)) yields = self%law%yields
    end function yields
+
+   !> Whether a law of this name has a history.
+   pure logical function remembers(law)
+      character(*), intent(in) :: law
+      type(material_t) :: example
+      example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)
+      remembers = example%has_history()
+   end function remembers
+
+   !> Whether a law of this name is meant for any rotation and strain.
+   pure logical function is_for_any_strain(law)
+      character(*), intent(in) :: law
+      type(material_t) :: example
+      example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)
+      is_for_any_strain = example%is_finite()
+   end function is_for_any_strain
 
    !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
    pure subroutine follow(self, h, dt, past)

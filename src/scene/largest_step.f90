@@ -2,7 +2,7 @@
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
-   use hampm_material, only: material_t
+   use hampm_material, only: material_t, is_for_any_strain
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
    use hampm_outer_nodes, only: least_fill
@@ -264,7 +264,7 @@ contains
       type(body_t), intent(in) :: body
       crosses = scene%method%has_domains()
       if (crosses .or. scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
-      crosses = scene%materials(body%material_index)%law == 'neo_hookean' &
+      crosses = is_for_any_strain(scene%materials(body%material_index)%law) &
                 .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
                 > small_move*scene%grid%cell/scene%run%end_time
    end function crosses_cells

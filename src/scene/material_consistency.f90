@@ -25,6 +25,8 @@ contains
          select case (merge(scene%materials(k)%law, repeat(' ', len(scene%materials%law)), settings%good(entry, 'law')))
           case ('orthotropic')
             call check_orthotropic(scene, settings, k, entry, mistakes)
+          case ('mooney_rivlin')
+            call check_rubber(scene, settings, k, entry, mistakes)
           case ('viscoelastic')
             call check_viscous(scene, settings, k, entry, mistakes)
          end select
@@ -61,6 +63,21 @@ contains
                                    '''symmetry'': else the other half is no mirror image. Use kind = ''line''')
       end associate
    end subroutine check_orthotropic
+
+   !> The modulus of the second invariant leaves that of the first, and the volume stiff however it changes.
+   pure subroutine check_rubber(scene, settings, k, entry, mistakes)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: k, entry
+      type(mistakes_t), intent(inout) :: mistakes
+      real(dp) :: most
+      if (.not. (settings%good(entry, 'c01') .and. settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
+      associate (m => scene%materials(k))
+         most = m%young/(4*(1 + m%poisson))*min(1.0_dp, m%poisson/(1 - 2*m%poisson))
+         if (m%c01 > most) call settings%complain(mistakes, entry, 'c01', 'must be at most '//to_text(max(most, 0.0_dp))// &
+            ' [Pa], the less of mu/2 and lambda/4 of young and poisson: else c10, or the stiffness of the volume, is below 0')
+      end associate
+   end subroutine check_rubber
 
    !> Of a viscoelastic material no more can relax than there is.
    pure subroutine check_viscous(scene, settings, k, entry, mistakes)

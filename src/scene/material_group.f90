@@ -8,7 +8,7 @@ module hampm_material_group
    use hampm_viscoelastic, only: most_branches
    implicit none
    private
-   public :: material_group, material_keys, material_spec_t, fill_materials, has_history
+   public :: material_group, material_keys, material_spec_t, fill_materials
 
    type(group_t), parameter :: material_group = group_t('material', repeats, is_required, 'a material; bodies name it')
 
@@ -18,8 +18,8 @@ module hampm_material_group
       key_t('material', 'name', type_name, 1, 1, must, '', 'aluminium', '', &
             '', 'name that bodies refer to'), &
       key_t('material', 'law', type_name, 1, 1, may, 'linear_elastic', '', '', &
-            'linear_elastic|neo_hookean|j2_plastic|viscoelastic|orthotropic', &
-            'neo_hookean is for any strain and rotation, the others for small ones'), &
+            'linear_elastic|neo_hookean|mooney_rivlin|j2_plastic|viscoelastic|orthotropic', &
+            'neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones'), &
       key_t('material', 'young', type_real, 0, 1, may, '', '70e9', 'Pa', &
             positive, 'Young''s modulus, at small strain; required of isotropic laws'), &
       key_t('material', 'poisson', type_real, 1, 1, may, '0.0', '0.3', '', &
@@ -30,6 +30,14 @@ module hampm_material_group
             not_negative, 'of law = ''j2_plastic'': the stress in uniaxial tension at which the material yields at first'), &
       key_t('material', 'hardening', type_real, 1, 1, may, '0.0', '', 'Pa', &
             not_negative, 'of law = ''j2_plastic'': by which the yield stress rises with the equivalent plastic strain'), &
+      key_t('material', 'saturation', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            not_negative, 'of law = ''j2_plastic'': by which it rises to a limit besides (Voce)'), &
+      key_t('material', 'saturation_strain', type_real, 0, 1, may, '', '', '', &
+            positive, 'the equivalent plastic strain at which 1 - 1/e of that is reached; required with saturation'), &
+      key_t('material', 'kinematic', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            not_negative, 'of law = ''j2_plastic'': by which the back stress rises with the plastic strain (Prager)'), &
+      key_t('material', 'c01', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01'), &
       key_t('material', 'moduli', type_real, 0, most_branches, may, '', '', 'Pa', &
             positive, 'of law = ''viscoelastic'': the parts of the shear modulus at once that relax, a Prony series'), &
       key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
@@ -64,6 +72,10 @@ module hampm_material_group
       character(name_len) :: dilatation = ''     !! 'point' or 'cell'
       real(dp) :: yield_stress = 0               !! of 'j2_plastic' [Pa]
       real(dp) :: hardening = 0                  !! the same [Pa]
+      real(dp) :: saturation = 0                 !! the same [Pa]
+      real(dp) :: saturation_strain = 0          !! the same [-]
+      real(dp) :: kinematic = 0                  !! the same [Pa]
+      real(dp) :: c01 = 0                        !! of 'mooney_rivlin' [Pa]
       real(dp), allocatable :: moduli(:)         !! of 'viscoelastic' [Pa]
       real(dp), allocatable :: relaxation_times(:) !! the same [s]
       type(orthotropic_t) :: orthotropic         !! constants of that law
@@ -101,6 +113,10 @@ contains
       material%dilatation = settings%text(entry, 'dilatation')
       material%yield_stress = settings%number(entry, 'yield_stress')
       material%hardening = settings%number(entry, 'hardening')
+      material%saturation = settings%number(entry, 'saturation')
+      material%saturation_strain = only(settings%numbers(entry, 'saturation_strain'))
+      material%kinematic = settings%number(entry, 'kinematic')
+      material%c01 = only(settings%numbers(entry, 'c01'))
       material%moduli = settings%numbers(entry, 'moduli')
       material%relaxation_times = settings%numbers(entry, 'relaxation_times')
       associate (of => material%orthotropic)
@@ -119,12 +135,6 @@ contains
       real(dp), intent(in) :: list(:)              !! of no or one number
       only = sum(list)
    end function only
-
-   !> Whether a law has a history.
-   elemental logical function has_history(law)
-      character(*), intent(in) :: law
-      has_history = law == 'j2_plastic' .or. law == 'viscoelastic'
-   end function has_history
 
    !> Whether the stress is linear in the displacement gradient.
    elemental logical function is_linear(self)
@@ -158,8 +168,10 @@ contains
       class(material_spec_t), intent(in) :: self
       type(material_spec_t), intent(in) :: other
       is = self%law == other%law .and. self%dilatation == other%dilatation
-      if (is) is = are_equal([self%young, self%poisson, self%density, self%yield_stress, self%hardening], &
-                             [other%young, other%poisson, other%density, other%yield_stress, other%hardening])
+      if (is) is = are_equal([self%young, self%poisson, self%density, self%yield_stress, self%hardening, self%saturation, &
+                              self%saturation_strain, self%kinematic, self%c01], &
+                             [other%young, other%poisson, other%density, other%yield_stress, other%hardening, other%saturation, &
+                              other%saturation_strain, other%kinematic, other%c01])
       if (is) is = are_equal(self%moduli, other%moduli) .and. are_equal(self%relaxation_times, other%relaxation_times)
       if (is) is = are_equal(self%orthotropic%constants(), other%orthotropic%constants())
    end function is_the_same_as

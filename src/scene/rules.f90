@@ -10,7 +10,7 @@ module hampm_rules
    implicit none
    private
    public :: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, mechanics, not_built, &
-             by_meaning
+             by_meaning, with_history, for_any_strain
 
    integer, parameter :: not_with = 1            !! verdicts: the scene is refused where both conditions hold,
    integer, parameter :: requires = 2            !! or where the first holds and the second does not;
@@ -33,6 +33,10 @@ module hampm_rules
       character(80) :: use                       !! a condition, or words; '' for nothing
    end type rule_t
 
+   ! Laws of a kind, which a unit test holds to what they say of themselves
+   character(*), parameter :: with_history = "&material law = 'j2_plastic' | 'viscoelastic'"
+   character(*), parameter :: for_any_strain = "&material law = 'neo_hookean' | 'mooney_rivlin'"
+
    type(rule_t), parameter :: of_grids(*) = [ &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "only paths at rest grow through quadratic cells", "&grid order = 1"), &
@@ -40,7 +44,7 @@ module hampm_rules
              "the bonds ahead of the tip are between nodes of bilinear cells", "&grid order = 1")]
 
    type(rule_t), parameter :: of_materials(*) = [ &
-      rule_t("&material law = 'linear_elastic' | 'neo_hookean' | 'j2_plastic' | 'viscoelastic'", requires, "&material young", &
+      rule_t("&material law /= 'orthotropic'", requires, "&material young", &
              by_meaning, "", ""), &
       rule_t("&material young_1", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
       rule_t("&material young_2", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
@@ -63,10 +67,16 @@ module hampm_rules
       rule_t("&material law = 'j2_plastic'", requires, "&material yield_stress > 0", by_meaning, "", ""), &
       rule_t("&material yield_stress", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
       rule_t("&material hardening", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
+      rule_t("&material saturation", requires, "&material law = 'j2_plastic' and &material saturation_strain", by_meaning, "", &
+             ""), &
+      rule_t("&material saturation_strain", requires, "&material saturation", by_meaning, "", ""), &
+      rule_t("&material kinematic", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
+      rule_t("&material law = 'mooney_rivlin'", requires, "&material c01", by_meaning, "", ""), &
+      rule_t("&material c01", requires, "&material law = 'mooney_rivlin'", by_meaning, "", ""), &
       rule_t("&material law = 'viscoelastic'", requires, "&material moduli and &material relaxation_times", by_meaning, "", ""), &
       rule_t("&material moduli", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
-      rule_t("&material dilatation = 'cell'", requires, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+      rule_t("&material dilatation = 'cell'", requires, with_history, not_built, &
              "other laws are passed without it", ""), &
       rule_t("&material dilatation = 'cell'", requires, "&run plane = 'strain'", mechanics, &
              "in plane stress the thickness gives way, and no cell locks", ""), &
@@ -83,9 +93,9 @@ module hampm_rules
              "&material law = 'j2_plastic' and &run plane = 'strain' and &grid order = 1", mechanics, &
              "cells that yield in plane strain are too stiff, loads go on rising where the material has a limit", &
              "&material dilatation = 'cell' and &method frame = 'total'"), &
-      rule_t("&material law = 'j2_plastic' | 'viscoelastic'", not_with, "&growth", not_built, &
+      rule_t(with_history, not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
-      rule_t("&material law = 'neo_hookean'", not_with, "&growth law = 'quasi_static'", not_built, &
+      rule_t(for_any_strain, not_with, "&growth law = 'quasi_static'", not_built, &
              "loads are scaled to the toughness, which needs a linear answer", "&material law = 'linear_elastic'"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth", not_built, &
              "where a crack goes and how it speeds up is known of isotropic material only", ""), &
@@ -161,7 +171,7 @@ module hampm_rules
              not_built, "the audit does not know its work", ""), &
       rule_t("&constraint push_only = .true.", requires, "&method time = 'static'", not_built, &
              "in steps of time faces of a crack with contact part and meet again", ""), &
-      rule_t("&constraint push_only = .true.", not_with, "&material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+      rule_t("&constraint push_only = .true.", not_with, with_history, not_built, &
              "which supports push is tried by turns, and particles would remember each try", ""), &
       rule_t("&constraint push_only = .true.", not_with, "&growth", not_built, &
              "loads are scaled, which is not what a support does", "")]
@@ -197,7 +207,7 @@ module hampm_rules
       rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, "&method frame = 'updated'", not_built, &
              "faces and their cells are found anew as the material moves", "&method frame = 'total'"), &
       rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, &
-             "&material law = 'neo_hookean' | 'j2_plastic' | 'viscoelastic' | 'orthotropic'", not_built, &
+             "&material law /= 'linear_elastic'", not_built, &
              "J and K are those of a superposition in isotropic linear material", ""), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
              "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
@@ -244,7 +254,7 @@ module hampm_rules
              "all nodes are solved for at once", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&grid order = 2 and &method time = 'explicit' | 'implicit'", not_built, &
              "", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&material law = 'neo_hookean' | 'j2_plastic' | 'viscoelastic'", mechanics, &
+      rule_t("&method time_steps = 'local'", not_with, "&material law /= 'linear_elastic' | 'orthotropic'", mechanics, &
              "cells take their steps by a linear relation of forces to displacements", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
              "where the mesh changes, vibrations of the small cells grow", "&method time_steps = 'global'"), &
@@ -340,7 +350,7 @@ module hampm_rules
       rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
              "it takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
-             "&method time = 'static' | 'implicit' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "&method time = 'static' | 'implicit' and "//with_history, not_built, &
              "another mesh begins from material without loads, and forgets what has been", "&refine indicator = 'tip'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
@@ -400,7 +410,7 @@ module hampm_rules
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'"), &
       rule_t("&crack contact = 'frictionless' | 'friction'", not_with, &
-             "&method time = 'static' | 'implicit' and &material law = 'j2_plastic' | 'viscoelastic'", not_built, &
+             "&method time = 'static' | 'implicit' and "//with_history, not_built, &
              "which faces touch is tried by turns, and particles would remember each try", "&method time = 'explicit'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, &
              "&grid order = 2 and &method time = 'explicit'", not_built, "pairs of cut cells have lumped masses", &
@@ -453,7 +463,7 @@ module hampm_rules
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&growth and &crack kind = 'symmetry'", &
              mechanics, "the tip leaves the nodes, by which these close a crack", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'crack_closure'", not_with, &
-             "&material law = 'j2_plastic' | 'viscoelastic'", mechanics, &
+             with_history, mechanics, &
              "closing a crack does not give back what its opening took", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
              "it has free faces in its derivation", "'domain_integral'"), &
@@ -467,7 +477,7 @@ module hampm_rules
              "it takes faces for free", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&growth", not_built, "it is for tips that rest", &
              "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'domain_integral'", warned_with, "&material law = 'j2_plastic' | 'viscoelastic'", &
+      rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, &
              mechanics, &
              "where material yields or creeps J depends on its domain, K, modes and errors are not recorded; J_near_tip and "// &
              "J_far_field are those of the smallest and the largest one", ""), &

@@ -63,7 +63,8 @@ contains
             material = new_orthotropic(spec%name, scene%run%plane == 'stress', spec%orthotropic, spec%density)
          else
             material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
-                                    spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times)
+                                    spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times, spec%saturation, &
+                                    spec%saturation_strain, spec%kinematic, spec%c01)
             material%mean_dilatation = spec%dilatation == 'cell'
          end if
       end associate

@@ -7,7 +7,7 @@ drawn anew (`repair`). All numbers are drawn from a `random.Random`, so that a s
 import math
 import re
 
-LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "j2_plastic", "viscoelastic", "orthotropic"]
+LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mooney_rivlin", "j2_plastic", "j2_plastic", "viscoelastic", "orthotropic"]
 HISTORY_KEYS = ["history", "start", "rise_time", "frequency", "times", "factors"]
 # Values of keys that are drawn by themselves, when a message names them or as one change too many
 CHOICES = {
@@ -106,6 +106,11 @@ class Drawing:
         keys["density"] = self.density * chance.choice([1.0, 1.0, 2.0])
         if law == "j2_plastic":
             keys |= {"yield_stress": young * self.strain * chance.choice([0.2, 1.0, 5.0]), "hardening": young * chance.choice([0.0, 0.1])}
+            if chance.random() < 0.5:
+                keys |= {"saturation": young * self.strain * chance.choice([0.1, 1.0]), "saturation_strain": self.strain * chance.choice([0.1, 1.0]),
+                         "kinematic": young * chance.choice([0.0, 0.05])}
+        if law == "mooney_rivlin":
+            keys["c01"] = young / (4 * (1 + self.poisson)) * min(1.0, self.poisson / (1 - 2 * self.poisson)) * chance.choice([0.1, 0.5, 1.0])
         if law == "viscoelastic":
             keys |= {"moduli": [0.1 * young, 0.05 * young], "relaxation_times": [self.end / 20, self.end]}
         if law in ("j2_plastic", "viscoelastic") and chance.random() < 0.3:

@@ -102,6 +102,9 @@ SCENES = {
     + STATIC.format("load_steps = 4"),
     "yields in motion": plate(law="law = 'j2_plastic' yield_stress = 200e6 " + STEEL, end="8e-6", run="plane = 'strain'") + HELD + PULL.format("") + PATH.format("") + J.format("")
     + EVERY.format("2e-6"),
+    "yields in all ways": plate(law="law = 'j2_plastic' yield_stress = 200e6 saturation = 100e6 saturation_strain = 1e-3 kinematic = 5e9 " + STEEL) + HELD + PULL.format("")
+    + STATIC.format("load_steps = 4"),
+    "rubber of two moduli": plate(law="law = 'mooney_rivlin' c01 = 1e10 " + STEEL) + HELD + PULL.format("") + STATIC.format(""),
     "creeps": plate(law="law = 'viscoelastic' moduli = 10e9, 20e9 relaxation_times = 0.1, 1.0 " + STEEL) + HELD + PULL.format("") + STATIC.format("load_steps = 4"),
     "layers of fibres": plate(law="law = 'orthotropic' density = 1600 young_1 = 140e9 young_2 = 10e9 shear_12 = 5e9 poisson_12 = 0.3 angle = 30") + HELD
     + PULL.format("") + PATH.format("") + J.format("") + STATIC.format(""),
@@ -141,7 +144,8 @@ HISTORIES = ["step", "ramp;rise_time=1e-6", "sine;frequency=1e4", "table;times=0
 VALUES = {
     "run.title": ["another"], "run.end_time": ["0.9*"], "grid.lower": ["-10e-3,-14e-3", "-0.1,0.0"], "grid.cell": ["1.1*"], "grid.cells": ["22,4", "10,14", "18,12"],
     "material.name": ["b"], "material.moduli": ["1e10", "15e9,20e9"], "material.relaxation_times": ["0.1", "0.2,2.0"], "material.yield_stress": ["1.1*", "1e8"],
-    "material.hardening": ["1.1*", "1e9"], "material.angle": ["20", "1.1*"], "material.young_3": ["1.1*", "11e9"], "material.poisson_13": ["1.1*", "0.25"],
+    "material.hardening": ["1.1*", "1e9"], "material.saturation": ["1.1*", "1e8"], "material.saturation_strain": ["1.1*", "2e-3"], "material.kinematic": ["1.1*", "1e9"],
+    "material.c01": ["0.9*", "1e10"], "material.angle": ["20", "1.1*"], "material.young_3": ["1.1*", "11e9"], "material.poisson_13": ["1.1*", "0.25"],
     "material.poisson_23": ["1.1*", "0.35"], "material.young_1": ["1.1*", "130e9"], "material.young_2": ["1.1*", "11e9"], "material.shear_12": ["1.1*", "6e9"],
     "material.poisson_12": ["1.1*", "0.2"],
     "body.material": ["b", "n", "m"], "body.lower": ["-8e-3,-10e-3", "0.2,0.3"], "body.upper": ["10e-3,8e-3", "0.7,0.6"], "body.points": ["0,0,1e-3,0,0,1e-3"],

@@ -14,7 +14,7 @@ PRESSURE, SPEED, RATE, TOUGHNESS, FORCE = (1, -1, -2), (0, 1, -1), (0, 0, -1), (
 DIMENSIONS = {
     "run": {"thickness": LENGTH, "end_time": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
-    | dict.fromkeys(("young", "yield_stress", "hardening", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
+    | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
     "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE},
     "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},

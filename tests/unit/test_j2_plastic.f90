@@ -6,7 +6,8 @@ program test_j2_plastic
    use hampm_material, only: material_t, new_material
    implicit none
 
-   real(dp), parameter :: young = 200.0e9_dp, poisson = 0.3_dp, yield = 400.0e6_dp, hardening = 10.0e9_dp
+   real(dp), parameter :: young = 200.0e9_dp, poisson = 0.3_dp, yield = 400.0e6_dp, hardening = 10.0e9_dp, &
+                          saturation = 100.0e6_dp, saturation_strain = 0.002_dp, kinematic = 20.0e9_dp
    integer, parameter :: columns = 4
    character(*), parameter :: planes(2) = [character(12) :: 'plane stress', 'plane strain']
    type(material_t) :: m
@@ -21,8 +22,15 @@ program test_j2_plastic
       call quadratic_convergence(trim(planes(k)))
       call shear(trim(planes(k)))
       call work_is_stored_or_dissipated(trim(planes(k)))
+      m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, yield, hardening, &
+                       saturation=saturation, saturation_strain=saturation_strain, kinematic=kinematic)
+      m%on_trial = .true.
+      call tangent(trim(planes(k))//', all hardening')
+      call quadratic_convergence(trim(planes(k))//', all hardening')
+      call work_is_stored_or_dissipated(trim(planes(k))//', all hardening')
    end do
    call uniaxial_stress()
+   call all_kinds_of_hardening()
    call finish()
 
 contains
@@ -213,6 +221,36 @@ contains
       expected = -expected + slope*(-0.005_dp - (0.01_dp - 2*expected/young))
       call check_close(stress(1, 1)/expected, 1.0_dp, 1.0e-10_dp, 'compression after tension')
    end subroutine uniaxial_stress
+
+   !> Uniaxial tension in plane stress and back: stress = Y(alpha) + kinematic eps_p going there, and kinematic eps_p - Y(alpha) coming back.
+   subroutine all_kinds_of_hardening()
+      real(dp) :: past(columns), h(ndim, ndim), stress(ndim, ndim), plastic, alpha
+      m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, yield, hardening, &
+                       saturation=saturation, saturation_strain=saturation_strain, kinematic=kinematic)
+      m%on_trial = .true.
+      past = 0
+      call stretch(0.01_dp, past, h, stress)
+      call m%follow(h, 0.0_dp, past)
+      alpha = past(4)
+      plastic = 0.01_dp - stress(1, 1)/young
+      call check_close(plastic/alpha, 1.0_dp, 1.0e-10_dp, 'all hardening: equivalent plastic strain of tension')
+      call check_close(stress(1, 1)/(radius(alpha) + kinematic*plastic), 1.0_dp, 1.0e-10_dp, 'all hardening: tension')
+      call check_close(m%plastic_dissipation(h, past)/(yield*alpha + hardening*alpha**2/2 + saturation*(alpha - saturation_strain &
+                                                       *(1 - exp(-alpha/saturation_strain)))), 1.0_dp, 1.0e-9_dp, &
+                       'all hardening: work on the plastic strain')
+      call stretch(-0.005_dp, past, h, stress)
+      call m%follow(h, 0.0_dp, past)
+      plastic = -0.005_dp - stress(1, 1)/young
+      call check_close(stress(1, 1)/(kinematic*plastic - radius(past(4))), 1.0_dp, 1.0e-10_dp, &
+                       'all hardening: compression after it')
+      call check(past(4) > alpha, 'all hardening: it flows again')
+   end subroutine all_kinds_of_hardening
+
+   !> Y [Pa].
+   pure real(dp) function radius(alpha)
+      real(dp), intent(in) :: alpha
+      radius = yield + hardening*alpha + saturation*(1 - exp(-alpha/saturation_strain))
+   end function radius
 
    !> Stretch in one direction by a strain without stress in the other.
    subroutine stretch(strain, past, h, stress)

@@ -3,7 +3,8 @@ program test_material
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_keys, only: choices, find_group, find_key, first_key, keys
    use hampm_kinds, only: dp, name_len, ndim
-   use hampm_material, only: laws, material_t, new_material
+   use hampm_material, only: laws, material_t, new_material, remembers, is_for_any_strain
+   use hampm_rules, only: with_history, for_any_strain
    implicit none
 
    real(dp), parameter :: young = 70.0e9_dp, poisson = 0.3_dp, density = 2700.0_dp
@@ -11,6 +12,7 @@ program test_material
    integer :: k, law
 
    call names()
+   call kinds_of_laws()
    call repeat_random_numbers()
    do k = 1, 2
       do law = 2, size(laws)
@@ -33,6 +35,17 @@ contains
       if (size(named) == size(laws)) call check(all(named == laws), 'laws have the names that the table of keys allows')
    end subroutine names
 
+   !> The table of rules knows which laws have a history, and which are for any strain.
+   subroutine kinds_of_laws()
+      integer :: i
+      do i = 1, size(laws)
+         call check((index(with_history, ''''//trim(laws(i))//'''') > 0) .eqv. remembers(trim(laws(i))), &
+                    trim(laws(i))//': has a history, or none, in the table of rules')
+         call check((index(for_any_strain, ''''//trim(laws(i))//'''') > 0) .eqv. is_for_any_strain(trim(laws(i))), &
+                    trim(laws(i))//': is for any strain, or not, in the table of rules')
+      end do
+   end subroutine kinds_of_laws
+
    !> Every law differs from the linear one by the square of the strain; those of small strains that remember nothing yet, not at
    !> all.
    subroutine small_strains(law, stress_free_across)
@@ -41,7 +54,7 @@ contains
       real(dp) :: direction(ndim, ndim), difference(2), order
       type(material_t) :: other
       call random_number(direction)
-      other = new_material('', law, stress_free_across, young, poisson, density)
+      other = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
       if (other%has_history()) then
          call check(difference_to_linear(law, stress_free_across, 1.0e-4_dp*direction) < 1.0e-14_dp*young, &
                     law//' begins with the linear stress')
@@ -62,7 +75,7 @@ contains
       type(material_t) :: linear, other
       real(dp), allocatable :: nothing(:)
       linear = new_material('', laws(1), stress_free_across, young, poisson, density)
-      other = new_material('', law, stress_free_across, young, poisson, density)
+      other = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
       allocate (nothing(other%columns), source=0.0_dp)
       difference = maxval(abs(linear%kirchhoff_stress(h) - other%kirchhoff_stress(h, nothing)))
    end function difference_to_linear

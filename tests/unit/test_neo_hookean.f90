@@ -1,4 +1,4 @@
-!> Neo-Hookean elasticity: an energy, a stress that is its derivative, and no notice of rotations.
+!> Laws for any strain, neo-Hookean and Mooney-Rivlin: an energy, a stress that is its derivative, and no notice of rotations.
 program test_neo_hookean
    use hampm_kinds, only: dp, ndim
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
@@ -9,17 +9,21 @@ program test_neo_hookean
    real(dp), parameter :: young = 1.0_dp, poisson = 0.3_dp
    character(*), parameter :: planes(2) = [character(12) :: 'plane stress', 'plane strain']
    type(material_t) :: m
-   integer :: k
+   character(*), parameter :: laws(2) = [character(13) :: 'neo_hookean', 'mooney_rivlin']
+   integer :: k, law
 
    call repeat_random_numbers()
-   do k = 1, 2
-      m = new_material('rubber', 'neo_hookean', planes(k) == 'plane stress', young, poisson, 1.0_dp)
-      call derivative_of_energy(planes(k))
-      call tangent(planes(k))
-      call rotations(planes(k))
-      call digits_of_small_strains(planes(k))
-      call turned_inside_out(planes(k))
+   do law = 1, 2
+      do k = 1, 2
+         m = new_material('rubber', trim(laws(law)), planes(k) == 'plane stress', young, poisson, 1.0_dp, c01=0.1_dp)
+         call derivative_of_energy(trim(laws(law))//', '//planes(k))
+         call tangent(trim(laws(law))//', '//planes(k))
+         call rotations(trim(laws(law))//', '//planes(k))
+         call digits_of_small_strains(trim(laws(law))//', '//planes(k))
+         call turned_inside_out(trim(laws(law))//', '//planes(k))
+      end do
    end do
+   call limits_of_mooney_rivlin()
    call uniaxial_stress()
    call stress_out_of_plane()
    call uniaxial_strain()
@@ -146,6 +150,37 @@ contains
       call check_close(stress(1, 1), mu*(s**2 - t**2), 1.0e-14_dp, 'plane stress: the closed form of a bar in tension')
       call check_close(stress(2, 2), 0.0_dp, 1.0e-14_dp, 'plane stress: no stress across the bar')
    end subroutine uniaxial_stress
+
+   !> Without its second modulus the law of Mooney and Rivlin is the neo-Hookean one. In a bar of next to no change of volume it has the closed form of one of
+   !> none, (lambda**2 - 1/lambda) (2 c10 + 2 c01/lambda), within 1.5 times the part 3 (1 - 2 nu) that its volume may change by.
+   subroutine limits_of_mooney_rivlin()
+      real(dp), parameter :: nu = 0.49999_dp, c01 = 0.1_dp, stretch = 1.6_dp
+      real(dp) :: h(ndim, ndim), stress(ndim, ndim), c10, expected
+      type(material_t) :: other
+      integer :: i
+      do k = 1, 2
+         m = new_material('rubber', 'mooney_rivlin', planes(k) == 'plane stress', young, poisson, 1.0_dp, c01=0.0_dp)
+         other = new_material('rubber', 'neo_hookean', planes(k) == 'plane stress', young, poisson, 1.0_dp)
+         h = some_gradient()
+         call check_close(maxval(abs(m%kirchhoff_stress(h) - other%kirchhoff_stress(h))), 0.0_dp, 2.0e-15_dp, &
+                          trim(planes(k))//': without a second modulus it is the neo-Hookean law')
+      end do
+      m = new_material('rubber', 'mooney_rivlin', .true., young, nu, 1.0_dp, c01=c01)
+      h = 0
+      h(1, 1) = stretch - 1
+      h(2, 2) = 1/sqrt(stretch) - 1
+      do i = 1, 30
+         stress = m%conjugate_stress(h)
+         expected = dot_product([0.0_dp, 1.0_dp], matmul(m%conjugate_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], &
+                                                                                       [ndim, ndim])), [0.0_dp, 1.0_dp]))
+         h(2, 2) = h(2, 2) - stress(2, 2)/expected
+      end do
+      stress = m%kirchhoff_stress(h)
+      c10 = young/(4*(1 + nu)) - c01
+      expected = (stretch**2 - 1/stretch)*2*(c10 + c01/stretch)
+      write (*, '(a,es9.1)') 'mooney_rivlin, a bar of next to no change of volume: ', stress(1, 1)/expected - 1
+      call check_close(stress(1, 1)/expected, 1.0_dp, 4.5_dp*(1 - 2*nu), 'mooney_rivlin: the closed form of a bar in tension')
+   end subroutine limits_of_mooney_rivlin
 
    !> From the trace of the stress, mu (tr b - 2) + 2 lambda ln J, follows ln J, and from that the stress across.
    subroutine stress_out_of_plane()
