@@ -158,13 +158,14 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: tips(:, :)
       integer, intent(inout) :: change(:)
+      real(dp), parameter :: rounding = 1e-9_dp  ! of distances, in cells: that of a tip in the middle of one from others is a whole number
       real(dp) :: distance, edge
       integer :: leaf, k
       do leaf = 1, size(change)
          distance = minval([(maxval(abs(middle_of(m%grid%forest, leaf) - tips(:, k))), k=1, size(tips, 2))])
          edge = m%grid%forest%size_of(leaf)
-         if (r%tips_move .and. distance > (r%rings + 1)*2*edge) change(leaf) = -1
-         if (distance >= r%rings*edge .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
+         if (r%tips_move .and. distance > (r%rings + 1)*2*edge*(1 + rounding)) change(leaf) = -1
+         if (distance >= r%rings*edge*(1 - rounding) .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
          if (may_refine(r, m, leaf)) change(leaf) = 1
       end do
    end subroutine mark_around_tips

@@ -289,7 +289,7 @@ contains
          s%energy = material%energy_density(h, p%history_of(i)) + material%plastic_dissipation(h, p%history_of(i)) &
                     + material%viscous_dissipation(h, p%history_of(i))
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
-         if (material%has_eigenstrain) s%energy = s%energy - material%energy_density(material%free)
+         if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy()
          if (abs(domain%pressure) > 0) call take_off_pressure(domain%pressure, material, h, s)
          s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%support_of(e)), s%shape(:grid%n_functions)))
       end associate

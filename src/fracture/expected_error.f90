@@ -182,12 +182,11 @@ contains
    pure subroutine add_eigenstrains(m, force)
       type(motion_t), intent(in) :: m
       real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
-      real(dp), parameter :: none(ndim, ndim) = 0
       integer :: i
       associate (p => m%particles)
          do i = 1, p%n
             associate (material => m%materials(p%material(i)), at => m%grid%support_of(p%cell(i)))
-               if (material%has_eigenstrain) force(:, at) = force(:, at) - p%volume(i)*matmul(material%conjugate_stress(none), &
+               if (material%has_eigenstrain) force(:, at) = force(:, at) - p%volume(i)*matmul(material%stress_at_first(), &
                                                                                             transpose(gradient_at(m, i)))
             end associate
          end do

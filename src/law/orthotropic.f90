@@ -13,8 +13,8 @@ module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, voigt_stress, &
-             voigt_energy_density, voigt_stress_energy_density, acoustic_modulus, why_not_definite
+   public :: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, turned_strain, &
+             voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus, why_not_definite
 
    integer, parameter :: n_voigt = 3             !! components 11, 22, 12
    real(dp), parameter :: to_radians = acos(-1.0_dp)/180
@@ -108,6 +108,16 @@ contains
          direction = [-direction(2), direction(1)]
       end do
    end function direction_of
+
+   !> Strain of principal values along the axes of the material, in x and y.
+   pure function turned_strain(along, angle) result(strain)
+      real(dp), intent(in) :: along(ndim)        !! [-]
+      real(dp), intent(in) :: angle              !! of axis 1 from x [degrees]
+      real(dp) :: strain(ndim, ndim), d(ndim)
+      d = direction_of(angle)
+      strain = reshape([along(1)*d(1)**2 + along(2)*d(2)**2, (along(1) - along(2))*d(1)*d(2), (along(1) - along(2))*d(1)*d(2), &
+                        along(1)*d(2)**2 + along(2)*d(1)**2], [ndim, ndim])
+   end function turned_strain
 
    !> Matrix that gives the strain in axes that are turned by an angle, from that in the first ones.
    pure function strain_in_turned(angle) result(r)

@@ -15,8 +15,8 @@ module hampm_material
    use hampm_mooney_rivlin, only: new_mooney_rivlin
    use hampm_neo_hookean, only: new_neo_hookean
    use hampm_orthotropic, only: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, &
-                                voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus
-   use hampm_tensors, only: space, identity, inverse_transpose
+                                turned_strain, voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus
+   use hampm_tensors, only: space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, volume_change, tensor_of
    use hampm_viscoelastic, only: new_viscoelastic
    implicit none
    private
@@ -48,12 +48,19 @@ module hampm_material
       real(dp) :: in_its_axes(n_voigt, n_voigt) = 0 !! the compliance in the axes of the material [1/Pa]
       real(dp) :: angle = 0                      !! of its axis 1 from x [degrees]
       real(dp), private :: fastest = 0           !! rho c**2 of the fastest waves [Pa]
-      ! Strain without stress, of the linear law only: `give_eigenstrain`
+      ! Strain without stress: `give_eigenstrain`
       logical :: has_eigenstrain = .false.
+      real(dp), private :: eigenstrain(space, space) = 0 !! [-]
+      real(dp), private :: inverse(space, space) = unit_tensor !! of the stretch I + eigenstrain, of laws for any strain
+      real(dp), private :: swelling = 1          !! its determinant, volume without stress over reference volume, of these laws [-]
+      real(dp), private :: by_across(ndim, ndim) = 0 !! strain in the plane by one that is kept across it; 0 in plane stress [-]
+      real(dp), private :: young_across = 0      !! Young's modulus there [Pa]
       real(dp) :: free(ndim, ndim) = 0  !! strain in the plane at which there is no stress in it [-]
       real(dp), private :: out_of_plane = 0      !! energy density there, of the stress normal to it [J/m3]
    contains
       procedure :: give_eigenstrain
+      procedure :: stress_at_first
+      procedure :: idle_energy
       procedure :: law_name
       procedure :: has_history
       procedure :: is_finite
@@ -106,6 +113,8 @@ contains
       m%density = density
       m%mu = young/(2*(1 + poisson))
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
+      if (.not. plane_stress) m%by_across = poisson*identity
+      if (.not. plane_stress) m%young_across = young
       select case (law)
        case ('linear_elastic')
          if (plane_stress) m%lambda = young*poisson/(1 - poisson**2)
@@ -134,21 +143,37 @@ contains
       if (present(value)) given = value
    end function given
 
-   !> Give the linear law a strain eps0 at which there is no stress: stress = C : (eps - eps0), energy density (eps - eps0) : C : (eps - eps0)/2.
-   !> In plane strain what is kept from the strain normal to the plane, by a stress of -E eps0_zz where there is none in the plane, adds
-   !> nu eps0_zz to the strain in the plane.
+   !> Give material a strain eps0 at which there is no stress: stress and energy are those of H - eps0 or, of laws for any strain, of (I + H)(I + eps0)**-1 - I, the
+   !> energy that of the volume without stress. The linear laws know the plane only: what is kept from the strain normal to it, by a stress of -E eps0_zz where
+   !> there is none in the plane, adds nu eps0_zz to the strain in the plane.
    pure subroutine give_eigenstrain(self, eigenstrain)
       class(material_t), intent(inout) :: self
       real(dp), intent(in) :: eigenstrain(4)     !! components xx, yy, xy and zz of the tensor [-]
       associate (e => eigenstrain)
          self%has_eigenstrain = any(abs(e) > 0)
-         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
-         if (self%plane_stress) return
-         self%free(1, 1) = self%free(1, 1) + self%poisson*e(4)
-         self%free(2, 2) = self%free(2, 2) + self%poisson*e(4)
-         self%out_of_plane = self%young*e(4)**2/2
+         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim]) + e(4)*self%by_across
+         self%out_of_plane = self%young_across*e(4)**2/2
+         self%eigenstrain = tensor_of([e(1), e(2), e(3), merge(0.0_dp, e(4), self%plane_stress)])
       end associate
+      if (.not. self%is_finite()) return
+      self%inverse = inverse_transpose_of(unit_tensor + self%eigenstrain)
+      self%swelling = 1 + volume_change(self%eigenstrain)
    end subroutine give_eigenstrain
+
+   !> Stress where nothing is displaced, that of an eigenstrain [Pa].
+   pure function stress_at_first(self) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp) :: stress(ndim, ndim), nothing(self%columns)
+      real(dp), parameter :: no_gradient(ndim, ndim) = 0
+      nothing = 0
+      stress = self%conjugate_stress(no_gradient, nothing)
+   end function stress_at_first
+
+   !> Energy density of the stress across the plane where an eigenstrain leaves none in it [J/m3].
+   pure real(dp) function idle_energy(self)
+      class(material_t), intent(in) :: self
+      idle_energy = self%out_of_plane
+   end function idle_energy
 
    !> An orthotropic material, whose constants make it positive definite.
    pure function new_orthotropic(name, plane_stress, constants, density) result(m)
@@ -172,6 +197,9 @@ contains
       m%compliance = turned_compliance(m%in_its_axes, m%angle)
       m%stiffness = turned_stiffness(of_axes, m%angle)
       m%fastest = acoustic_modulus(of_axes)
+      if (plane_stress) return
+      m%by_across = turned_strain(constants%young(3)*[constants%poisson_13, constants%poisson_23]/constants%young(:2), m%angle)
+      m%young_across = constants%young(3)
    end function new_orthotropic
 
    !> The name of its law in scenes.
@@ -238,6 +266,7 @@ contains
       real(dp) :: strain(space, space)
       strain = 0
       strain(:ndim, :ndim) = h
+      if (self%has_eigenstrain) strain = matmul(strain - self%eigenstrain, self%inverse)
       if (self%plane_stress) strain(3, 3) = self%law%across(strain, past, dt)
    end function strain_of
 
@@ -315,7 +344,7 @@ contains
       else
          call look_at(self, h, past, strain, state)
          in_space = self%law%stress(strain, state(:self%columns))
-         stress = in_space(:ndim, :ndim)
+         stress = self%swelling*in_space(:ndim, :ndim)
       end if
    end function kirchhoff_stress
 
@@ -358,10 +387,11 @@ contains
          real(dp), intent(in) :: direction(space, space)
          real(dp) :: tangent(space, space)
          if (self%on_trial) then
-            tangent = self%law%tangent(strain, direction, before(:self%columns), self%elapsed)
+            tangent = self%law%tangent(strain, matmul(direction, self%inverse), before(:self%columns), self%elapsed)
          else
-            tangent = self%law%tangent(strain, direction, before(:self%columns))
+            tangent = self%law%tangent(strain, matmul(direction, self%inverse), before(:self%columns))
          end if
+         tangent = self%swelling*matmul(tangent, self%inverse)
       end function tangent
    end function conjugate_change
 
@@ -371,12 +401,13 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)
       logical, intent(in), optional :: of_change
       real(dp) :: stress(ndim, ndim)
-      if (.not. self%isotropic) then
-         stress = voigt_stress(self%stiffness, h)
-      else if (present(of_change)) then
-         stress = linear_stress(self%lambda, self%mu, h)
+      real(dp) :: strain(ndim, ndim)
+      strain = h
+      if (.not. present(of_change)) strain = h - self%free
+      if (self%isotropic) then
+         stress = linear_stress(self%lambda, self%mu, strain)
       else
-         stress = linear_stress(self%lambda, self%mu, h - self%free)
+         stress = voigt_stress(self%stiffness, strain)
       end if
    end function stress_of_plane
 
@@ -402,11 +433,11 @@ contains
       real(dp) :: strain(space, space), state(most_columns)
       if (.not. self%linear) then
          call look_at(self, h, past, strain, state)
-         energy_density = self%law%energy(strain, state(:self%columns))
+         energy_density = self%swelling*self%law%energy(strain, state(:self%columns))
       else if (self%isotropic) then
          energy_density = linear_energy_density(self%lambda, self%mu, h - self%free) + self%out_of_plane
       else
-         energy_density = voigt_energy_density(self%stiffness, h)
+         energy_density = voigt_energy_density(self%stiffness, h - self%free) + self%out_of_plane
       end if
    end function energy_density
 

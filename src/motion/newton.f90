@@ -26,7 +26,6 @@ module hampm_newton
    use hampm_rigid_motions, only: pin_t, check_pins, turn_with
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_supports, only: follow_supports
-   use hampm_tensors, only: identity
    use hampm_text, only: to_text, three_digits
    implicit none
    private
@@ -334,7 +333,7 @@ contains
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
       do k = 1, size(m%materials)                ! a body that is free to take its eigenstrain has no forces at rest
          if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, m%springs%thickness*m%grid%forest%cell/2 &
-                                                                 *maxval(abs(m%materials(k)%conjugate_stress(0*identity))))
+                                                                 *maxval(abs(m%materials(k)%stress_at_first())))
       end do
       if (m%particles%n == 0) return             ! and one that its supports turn has what rounding leaves of that
       largest_force = max(largest_force, of_turn*m%springs%thickness*m%grid%forest%cell/2 &

@@ -12,7 +12,7 @@ module hampm_features
    !> The names.
    character(*), parameter :: names(*) = [character(48) :: &
       'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
-      'a linear elastic material', 'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
+      'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', &
       'another body of that part', 'a mass matrix that acts']
 
@@ -46,11 +46,6 @@ contains
          has = any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
        case ('growth by laws of both kinds')
          has = any(scene%growth%is_at_rest()) .and. .not. all(scene%growth%is_at_rest())
-       case ('a linear elastic material')        ! of a body, or one that is not known
-         has = .true.
-         do k = 1, size(scene%materials)
-            if (scene%materials(k)%name == settings%text(entry, 'material')) has = scene%materials(k)%law == 'linear_elastic'
-         end do
        case ('a body of it')                     ! of a material
          has = any(scene%materials%name == settings%text(entry, 'name'))
        case ('another body of that part')

@@ -131,7 +131,6 @@ module hampm_rules
              "with fewer than 3 some motions of the nodes strain no particle", "&body points_per_cell = 3"), &
       rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
       rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
-      rule_t("&body eigenstrain", requires, "a linear elastic material", not_built, "of other laws no strain is taken off", ""), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value", ""), &
       rule_t("&body eigenstrain", not_with, "&growth", not_built, &

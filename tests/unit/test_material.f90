@@ -15,6 +15,9 @@ program test_material
    call kinds_of_laws()
    call repeat_random_numbers()
    do k = 1, 2
+      do law = 1, size(laws)
+         call eigenstrain(trim(laws(law)), plane_stress(k))
+      end do
       do law = 2, size(laws)
          if (trim(laws(law)) == 'orthotropic') cycle   ! it is linear: test_orthotropic
          call small_strains(trim(laws(law)), plane_stress(k))
@@ -66,6 +69,43 @@ contains
       write (*, '(2a,f7.4)') law, ', difference to the linear law: order', order
       call check_close(order, 2.0_dp, 0.01_dp, law//' and linear stress agree to first order in the strain')
    end subroutine small_strains
+
+   !> Material that has taken its eigenstrain has neither stress nor energy. With one, too, stress is the derivative of the energy, and the tangent that of the
+   !> stress. At small strain every law has the stress of the linear one, also where the eigenstrain across the plane is kept from it.
+   subroutine eigenstrain(law, stress_free_across)
+      character(*), intent(in) :: law
+      logical, intent(in) :: stress_free_across
+      real(dp), parameter :: step = 1.0e-5_dp, free(4) = [0.02_dp, -0.01_dp, 0.015_dp, 0.01_dp]
+      real(dp) :: h(ndim, ndim), dh(ndim, ndim), work, stress(ndim, ndim), change(ndim, ndim)
+      real(dp), allocatable :: nothing(:)
+      type(material_t) :: m, linear
+      m = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
+      call m%give_eigenstrain([free(:3), 0.0_dp])
+      allocate (nothing(m%columns), source=0.0_dp)
+      h = reshape([free(1), free(3), free(3), free(2)], [ndim, ndim])
+      call check(maxval(abs(m%conjugate_stress(h, nothing))) < 1.0e-14_dp*young, law//': no stress in what has its eigenstrain')
+      call check(abs(m%energy_density(h, nothing)) < 1.0e-14_dp*young, law//': nor energy')
+      call m%give_eigenstrain(free)
+      call random_number(h)
+      call random_number(dh)
+      h = 0.05_dp*(h - 0.5_dp)
+      work = (m%energy_density(h + step*dh, nothing) - m%energy_density(h - step*dh, nothing))/(2*step)
+      stress = m%conjugate_stress(h, nothing)
+      call check(abs(work - sum(stress*dh)) < 1.0e-9_dp*young, law//': with an eigenstrain stress is the derivative of the energy')
+      change = (m%conjugate_stress(h + step*dh, nothing) - m%conjugate_stress(h - step*dh, nothing))/(2*step)
+      call check(maxval(abs(change - m%conjugate_change(h, dh, nothing))) < 1.0e-8_dp*young, &
+                 law//': and the tangent that of the stress')
+      call check(maxval(abs(m%stress_at_first() - m%conjugate_stress(0*h, nothing))) <= 0, &
+                 law//': stress where nothing is displaced')
+      linear = new_material('', laws(1), stress_free_across, young, poisson, density)
+      m = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
+      call linear%give_eigenstrain(1.0e-5_dp*free)
+      call m%give_eigenstrain(1.0e-5_dp*free)
+      h = 1.0e-5_dp*h
+      call check(maxval(abs(m%conjugate_stress(h, nothing) - linear%conjugate_stress(h))) < 1.0e-12_dp*young, &
+                 law//': at small strain the stress of the linear law with the same eigenstrain')
+      call check_close(m%energy_density(h, nothing)/linear%energy_density(h), 1.0_dp, 1.0e-5_dp, law//': and its energy')
+   end subroutine eigenstrain
 
    !> Largest difference between the stress of a law and the linear stress [Pa].
    real(dp) function difference_to_linear(law, stress_free_across, h) result(difference)
