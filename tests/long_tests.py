@@ -12,7 +12,7 @@ CASES = {
     "test_cpdi": {"test_resumed_run": 3},
     "test_crack_line": {"test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives": 5},
     "test_crack_path": {"test_cracks_in_a_plate": 2, "test_cracks_that_are_mirror_images_open_alike": 3, "test_extremes": 4, "test_random_places": 0,
-                        "test_the_audit_closes": 6},
+                        "test_the_audit_closes": 6, "test_closed_cracks_come_to_rest_by_implicit_steps": 2},
     "test_crack_snapshots": {"test_particles_have_the_side_on_which_they_began": 0, "test_snapshots_go_on_from_a_checkpoint": 0},
     "test_domains": {"test_a_cantilever_that_is_bent_far": 0, "test_a_crack_along_the_edges_of_domains": 0,
                      "test_every_law_under_small_loads_is_that_of_the_total_frame": 4, "test_every_scheme_and_mass_matrix": 6},

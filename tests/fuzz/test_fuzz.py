@@ -63,7 +63,7 @@ def test_every_key_acts(keys, extra):
 
 @pytest.mark.parametrize("program", [PROGRAM, CHECKED_PROGRAM], ids=["release", "checked"])
 def test_runs_that_go_wrong_end_with_a_message(program):
-    ends, findings = try_runs(program, RUNS, seed=1)
+    ends, findings = try_runs(program, RUNS, seed=2)
     assert not findings
     assert ends[3] >= RUNS // 10 and ends[0] >= RUNS // 10
 

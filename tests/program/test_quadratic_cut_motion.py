@@ -316,11 +316,14 @@ def test_a_resumed_run_on_other_threads_has_the_same_bytes(hampm, tmp_path, meth
     (("mass = 'full'", "mass = 'fmpm'"), "use &method mass = 'full'"),
     (("mass = 'full'", "mass = 'full' solver = 'cg'"), "solver = 'cg' is not allowed with &grid order = 2"),
     (("&crack ", "&refine indicator = 'zz' tolerance = 0.01 /\n&crack "), "indicator = 'zz' is not allowed with &grid order = 2"),
-    (("&crack ", "&crack contact = 'frictionless' "), "contact = 'frictionless'"),
     (("&crack ", "&growth law = 'prescribed' speed = 100.0 /\n&crack "), "order = 2 is not allowed with")])
 @pytest.mark.parametrize("method", ["time = 'implicit' time_step = 1e-7", "time = 'explicit'"])
 def test_what_is_refused(hampm, tmp_path, method, change, message):
     assert message in run(hampm, tmp_path, step(method, SLANTED).replace(*change), code=2)
+
+
+def test_contact_is_refused_in_explicit_steps(hampm, tmp_path):
+    assert "contact = 'frictionless'" in run(hampm, tmp_path, step(EXPLICIT, SLANTED).replace("&crack ", "&crack contact = 'frictionless' "), code=2)
 
 
 def test_shapes_are_refused_with_other_mass_matrices(hampm, tmp_path):
