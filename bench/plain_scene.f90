@@ -9,6 +9,7 @@ module hampm_plain_scene
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
    use hampm_time_step, only: stable_time_step
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: plain_scene, soft_body, start, turn, time_step
@@ -21,7 +22,7 @@ contains
       type(scene_t) :: scene
       real(dp), parameter :: cell = 1.0e-3_dp
       scene%run%plane = 'stress'
-      scene%run%thickness = 1
+      scene%run%thickness = thickness_t(1.0_dp)
       scene%grid%cell = cell
       scene%grid%cells = cells
       scene%method%scheme = 'musl'

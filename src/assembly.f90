@@ -4,7 +4,7 @@ module hampm_assembly
    use hampm_basis, only: edge_margin
    use hampm_bodies, only: pieces_t, points_along, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
-   use hampm_constraints, only: constrain_box
+   use hampm_constraints, only: constrain_box, hold_axis
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
                                     is_other_within, &
                                     largest_radius, domain_radii, face_normal
@@ -94,6 +94,7 @@ contains
             call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed, c%motion)
          end associate
       end do
+      if (scene%run%thickness%is_ring) call hold_axis(motion%constraints, motion%grid)
       call check_supports(motion, failure)
       if (failure%failed()) return
       call place_loads(scene, motion, failure)
@@ -304,8 +305,8 @@ contains
             if (scene%bodies(k)%outline%is_there()) m%particles%outlines(k) = scene%bodies(k)%outline
          end do
          m%particles%lattice = scene%grid%lower
-         m%particles%thickness = scene%run%thickness
       end if
+      m%particles%thickness = scene%run%thickness
       m%particles%total_frame = scene%method%frame == 'total'
       m%blocks%by_group = scene%method%time_steps == 'local'
       first = 1
@@ -389,6 +390,7 @@ contains
       type(load_t), intent(inout) :: parts(:)
       type(edge_part_t), allocatable :: edge(:)
       real(dp), parameter :: everywhere(ndim) = huge(1.0_dp)
+      real(dp), allocatable :: area(:)           ! in proportion to those of edges
       real(dp) :: normal(ndim)
       integer :: sides, k
       associate (load => parts(1))
@@ -411,8 +413,8 @@ contains
          case default
             edge = loaded_parts(spec, scene)
             if (spec%kind == 'traction' .and. size(edge) > 0) then
-               call load_on_parts(m%particles, m%grid, m%blocks, edge, [(norm2(edge(k)%half), k=1, size(edge))] &
-                                  /sum([(norm2(edge(k)%half), k=1, size(edge))]), load)
+               area = [(norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle), k=1, size(edge))]
+               call load_on_parts(m%particles, m%grid, m%blocks, edge, area/sum(area), load)
             else
                call load_on_segment(scene, m, spec%lower, spec%upper, face_normal(scene, spec), load)
             end if
@@ -431,9 +433,10 @@ contains
       edge = loaded_parts(spec, scene)
       do d = 1, ndim
          loads(d)%force = 0
-         loads(d)%force(d) = -spec%pressure*scene%run%thickness
+         loads(d)%force(d) = -spec%pressure
          call load_on_parts(m%particles, m%grid, m%blocks, edge, &
-                            [(2*norm2(edge(k)%half)*edge(k)%normal(d), k=1, size(edge))], loads(d))
+                            [(2*norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), k=1, size(edge))], &
+                            loads(d))
       end do
    end subroutine press_parts
 
@@ -467,7 +470,7 @@ contains
       real(dp), intent(in) :: into(ndim)
       real(dp), intent(in) :: pressure           !! [Pa]
       type(load_t), intent(inout) :: load
-      load%force = pressure*norm2(to - from)*scene%run%thickness*into
+      load%force = pressure*norm2(to - from)*scene%run%thickness%at((from + to)/2)*into
       call load_on_segment(scene, m, from, to, into, load)
    end subroutine press_segment
 

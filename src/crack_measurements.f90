@@ -117,7 +117,8 @@ contains
          if (chosen%nodal_force) then
             applied(:, upper) = force_at_node(motion%loads, factors, grid, p, tip%nodes%tip, tip%axis(:, 2))
             applied(:, lower) = force_at_node(motion%loads, factors, grid, p, tip%nodes%tip, -tip%axis(:, 2))
-            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, scene%run%thickness, applied)
+            values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, &
+                                                     scene%run%thickness%at(tip%now), applied)
          end if
          if (chosen%stress_closure) call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
                                                         values%stress_closure, failure)
@@ -184,7 +185,7 @@ contains
       type(particles_t) :: p
       type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
-         call find_crack_at_rest(motion, cracks%tips, scene%run%thickness, crack)
+         call find_crack_at_rest(motion, cracks%tips, scene%run%thickness%at(tip%now), crack)
          if (.not. crack%known) then
             call estimate_by_lengths(motion, cracks, number, errors)
             return
@@ -253,7 +254,8 @@ contains
          end do
          associate (moved => at_rest%moved(:, :, number))
             by_cells = abs(missing_energy(motion, places, tip_zone*h, at_rest%u + h*moved) &
-                           - missing_energy(motion, places, tip_zone*h, at_rest%u - h*moved))/(2*h*scene%run%thickness)
+                           - missing_energy(motion, places, tip_zone*h, at_rest%u - h*moved)) &
+                       /(2*h*scene%run%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
          end associate
       end associate
@@ -528,7 +530,8 @@ contains
       domain%setback = setback_of_quadratic(motion, tip)
       domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
-      domain%thickness = scene%run%thickness
+      domain%thickness = scene%run%thickness%at(tip%now)
+      domain%is_ring = scene%run%thickness%is_ring
       domain%material = motion%materials(tip%material)
       domain%radius = tip%radii
       ! A pressure on such faces is a load for each direction along the axes

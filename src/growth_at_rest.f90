@@ -298,11 +298,12 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       type(motion_t), intent(inout) :: m
-      real(dp) :: rate, taken
+      real(dp) :: rate, taken, middle(ndim)
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
-         taken = part_of_crack(cracks%tips(k))*scene%run%thickness*growing%advance(k)*(growing%rate(k) + rate)/2
+         middle = cracks%tips(k)%now - growing%advance(k)/2*cracks%tips(k)%direction
+         taken = part_of_crack(cracks%tips(k))*scene%run%thickness%at(middle)*growing%advance(k)*(growing%rate(k) + rate)/2
          m%fracture_energy = m%fracture_energy + taken
          if (m%audit) m%numerical_loss = m%numerical_loss - taken
          growing%rate(k) = rate

@@ -404,11 +404,12 @@ contains
       type(scene_t), intent(in) :: scene
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
-      real(dp) :: rate
+      real(dp) :: rate, middle(ndim)
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
-         growing%integral = growing%integral + part_of_crack(cracks%tips(k))*scene%run%thickness &
+         middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%booked(k))/2*cracks%tips(k)%direction
+         growing%integral = growing%integral + part_of_crack(cracks%tips(k))*scene%run%thickness%at(middle) &
                             *(cracks%tips(k)%grown - growing%booked(k))*(growing%rate(k) + rate)/2
          growing%rate(k) = rate
          growing%booked(k) = cracks%tips(k)%grown

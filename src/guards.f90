@@ -7,8 +7,8 @@ module hampm_guards
    use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
    use hampm_domains, only: is_tangled
-   use hampm_energy, only: angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, liveliest_particle, &
-                           determinant_of
+   use hampm_energy, only: energy_density_of, angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, &
+                           liveliest_particle, determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_loads, only: work_of_step
@@ -192,7 +192,7 @@ contains
             if (.not. laws(p%material(i))%is_finite()) cycle
             off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(motion, i))
             if (off < noticed_error/10) cycle
-            uncertain = uncertain + off*p%volume(i)*laws(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
+            uncertain = uncertain + off*p%volume(i)*energy_density_of(p, laws, i)
             start = p%reference(i, :)
             crosses = crosses .or. any(abs(motion%grid%local_coordinate(p%cell(i), start) - 0.5_dp) > 0.5_dp)
          end do
@@ -224,7 +224,7 @@ contains
             cells = norm2(p%displacement(i, :))/motion%grid%element_size(p%cell(i))
             if (cells < 1) cycle
             product = product + cells*(largest_stretch(p, i) - 1)*p%volume(i) &
-                      *motion%materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
+                      *energy_density_of(p, motion%materials, i)
          end do
       end associate
       if (product <= far_and_strained*measurements%strain_energy) return
@@ -376,6 +376,7 @@ contains
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: total, largest
       if (size(motion%loads) > 0 .or. motion%damping_rate > 0 .or. size(motion%constraints%node) > 0) return
+      if (motion%particles%thickness%is_ring) return ! rings have none
       call angular_momentum(motion%particles, total, largest)
       if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
       call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s though nothing acts on '// &

@@ -78,8 +78,8 @@ contains
       case ('dcb')
          call dcb_dimensions(scene, cracks%tips(1), force, length, depth)
          associate (material => motion%materials(cracks%tips(1)%material))
-            m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness, material%young, 0.0_dp)
-            m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness, &
+            m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness%of_plate, material%young, 0.0_dp)
+            m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness%of_plate, &
                                                              effective_modulus(material), chi_foundation)
          end associate
       end select
@@ -106,7 +106,9 @@ contains
       integer, parameter :: wide = selected_real_kind(15, 1000)   !! products of numbers as large as a namelist may have
       real(wide) :: force, stiffness
       integer :: k
-      stiffness = minval(scene%materials%least_young())*real(scene%run%thickness, wide)
+      associate (far => scene%grid%lower + scene%grid%cell*scene%grid%cells)
+         stiffness = minval(scene%materials%least_young())*real(scene%run%thickness%at(far), wide)
+      end associate
       force = 0
       do k = 1, size(loads)
          force = force + norm2(real(loads(k)%force, wide))*abs(loads(k)%history%largest_factor())
@@ -291,15 +293,16 @@ contains
       end associate
    end subroutine take_row
 
-   !> Record linear momentum, and angular momentum around the middle of mass.
+   !> Record linear momentum, and angular momentum around the middle of mass; of rings, which have no other, that along the axis.
    subroutine record_momentum(p, history)
       type(particles_t), intent(in) :: p
       type(history_t), intent(inout) :: history
       real(dp) :: momentum(ndim), spin, largest
       momentum = linear_momentum(p)
       call angular_momentum(p, spin, largest)
-      call history%record('momentum_x', 'kg m/s', 'linear momentum', momentum(1))
+      if (.not. p%thickness%is_ring) call history%record('momentum_x', 'kg m/s', 'linear momentum', momentum(1))
       call history%record('momentum_y', 'kg m/s', 'linear momentum', momentum(2))
+      if (p%thickness%is_ring) return
       call history%record('angular_momentum', 'kg m2/s', 'angular momentum around the centre of mass', spin)
    end subroutine record_momentum
 

@@ -25,13 +25,15 @@ contains
       real(dp), allocatable :: components(:, :), energy(:), plastic(:)
       integer :: i
       associate (p => motion%particles)
-         allocate (components(3, p%n), energy(p%n), plastic(p%n))
+         allocate (components(4, p%n), energy(p%n), plastic(p%n))
          do i = 1, p%n
             h = p%gradient_of(i)
             associate (material => motion%materials(p%material(i)))
-               stress = material%kirchhoff_stress(h, p%history_of(i))
-               components(:, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
-               energy(i) = material%energy_density(h, p%history_of(i))
+               stress = material%kirchhoff_stress(h, p%history_of(i), p%hoop_of(i))
+               components(:3, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
+               if (p%thickness%is_ring) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite())) &
+                                                         *material%hoop_stress(h, p%history_of(i), p%hoop_of(i))
+               energy(i) = material%energy_density(h, p%history_of(i), p%hoop_of(i))
                plastic(i) = material%equivalent_plastic_strain(p%history_of(i))
             end associate
          end do
@@ -43,6 +45,7 @@ contains
          call view%add_point_field('stress_xx', components(1:1, :))
          call view%add_point_field('stress_yy', components(2:2, :))
          call view%add_point_field('stress_xy', components(3:3, :))
+         if (p%thickness%is_ring) call view%add_point_field('stress_zz', components(4:4, :))
          call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
          if (any(motion%materials%yields())) call view%add_point_field('plastic_strain', reshape(plastic, [1, p%n]))
       end associate

@@ -5,11 +5,13 @@ module hampm_error_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
+   use hampm_material, only: material_t
    use hampm_motion, only: motion_t, refresh_grid
+   use hampm_particles, only: particles_t
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
    private
-   public :: estimate_errors, errors_at_particles
+   public :: estimate_errors, errors_at_particles, energy_of_stress, stress_components
 
    integer, parameter :: n_stress = ndim*ndim
 
@@ -24,12 +26,14 @@ contains
       real(dp), allocatable :: stress(:, :), error(:)
       integer :: i, leaf
       associate (p => m%particles, grid => m%grid)
-         allocate (stress(n_stress, p%n), squared(grid%forest%leaf_count()))
+         allocate (stress(stress_components(p), p%n), squared(grid%forest%leaf_count()))
          norm = 0
          do i = 1, p%n
             associate (material => m%materials(p%material(i)))
-               stress(:, i) = reshape(material%kirchhoff_stress(p%gradient_of(i), p%history_of(i)), [n_stress])
-               norm = norm + p%volume(i)*2*material%stress_energy_density(reshape(stress(:, i), [ndim, ndim]))
+               stress(:n_stress, i) = reshape(material%kirchhoff_stress(p%gradient_of(i), p%history_of(i), p%hoop_of(i)), &
+                                              [n_stress])
+               if (material%is_ring) stress(n_stress + 1, i) = material%hoop_stress(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
+               norm = norm + p%volume(i)*2*energy_of_stress(material, stress(:, i))
             end associate
          end do
          call refresh_grid(m)
@@ -40,22 +44,35 @@ contains
       end associate
    end subroutine estimate_errors
 
+   !> Components of stress that are kept: those of the plane, and stress_33 of axisymmetric material.
+   pure integer function stress_components(p)
+      type(particles_t), intent(in) :: p
+      stress_components = merge(n_stress + 1, n_stress, p%thickness%is_ring)
+   end function stress_components
+
+   !> Elastic energy per volume of a small stress of so many components [J/m3].
+   pure real(dp) function energy_of_stress(material, stress) result(energy)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: stress(:)          !! [Pa]
+      energy = material%stress_energy_density(reshape(stress(:n_stress), [ndim, ndim]), stress(size(stress)))
+   end function energy_of_stress
+
    !> The squared error of stress at each particle in the energy norm, with its volume [J].
    subroutine errors_at_particles(m, stress, error)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: stress(:, :)               !! of the particles [Pa], (n_stress, particles)
       real(dp), allocatable, intent(out) :: error(:)
       real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
-      real(dp) :: difference(ndim, ndim), recovered(n_stress)
+      real(dp) :: recovered(size(stress, 1))
       integer :: i, k
       associate (p => m%particles, grid => m%grid)
-         allocate (nodal(n_stress, grid%n_points), error(p%n))
-         if (grid%is_quadratic()) allocate (coefficient(n_terms, n_stress, grid%n_nodes), edge(grid%n_nodes))
+         allocate (nodal(size(stress, 1), grid%n_points), error(p%n))
+         if (grid%is_quadratic()) allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes))
          do k = 1, size(m%materials)
             if (grid%is_quadratic()) then
-               call recover_quadratic(grid, p, m%blocks, n_stress, stress, coefficient, edge, material=k)
+               call recover_quadratic(grid, p, m%blocks, size(stress, 1), stress, coefficient, edge, material=k)
             else
-               call recover(grid, p, m%blocks, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+               call recover(grid, p, m%blocks, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             end if
             do i = 1, p%n
                if (p%material(i) /= k) cycle
@@ -67,8 +84,7 @@ contains
                                         shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))))
                   end associate
                end if
-               difference = reshape(recovered - stress(:, i), [ndim, ndim])
-               error(i) = p%volume(i)*2*m%materials(k)%stress_energy_density(difference)
+               error(i) = p%volume(i)*2*energy_of_stress(m%materials(k), recovered - stress(:, i))
             end do
          end do
       end associate
@@ -80,7 +96,7 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: coefficient(:, :, :), edge(:)
-      real(dp) :: value(n_stress)
+      real(dp) :: value(size(coefficient, 2))
       real(dp) :: shape(corners), x(ndim)
       integer :: first, q
       x = m%particles%place_in_grid(i)

@@ -35,9 +35,9 @@ contains
          h = m%particles%gradient_of(i)
          associate (material => m%materials(m%particles%material(i)))
             if (is_energy) then
-               value(i) = material%energy_density(h, m%particles%history_of(i))
+               value(i) = material%energy_density(h, m%particles%history_of(i), m%particles%hoop_of(i))
             else if (is_stress) then
-               value(i) = norm2(material%kirchhoff_stress(h, m%particles%history_of(i)))
+               value(i) = norm2(material%kirchhoff_stress(h, m%particles%history_of(i), m%particles%hoop_of(i)))
             else
                value(i) = norm2(m%particles%velocity(i, :))
             end if

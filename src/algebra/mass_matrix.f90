@@ -227,7 +227,7 @@ contains
       end do
    end function is_well_determined
 
-   !> Find the inverse of the lumped matrix.
+   !> Find the inverse of the lumped matrix; 0 of the nodes of quadratic cells on an axis, which have no lumped mass.
    subroutine invert_lumped(matrix)
       type(mass_matrix_t), intent(inout) :: matrix
       integer :: a
@@ -235,7 +235,8 @@ contains
          !$omp parallel do schedule(static)
          !GCC$ novector
          do a = 1, matrix%all%n_nodes
-            matrix%inverse_lumped(nodes(a)) = 1/matrix%lumped(nodes(a))
+            matrix%inverse_lumped(nodes(a)) = 0
+            if (abs(matrix%lumped(nodes(a))) > 0) matrix%inverse_lumped(nodes(a)) = 1/matrix%lumped(nodes(a))
          end do
       end associate
    end subroutine invert_lumped

@@ -143,7 +143,8 @@ contains
       integer :: i
       allocate (traction(ndim, p%n))
       do i = 1, p%n
-         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient_of(i), p%history_of(i)), tip%axis(:, 2))
+         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient_of(i), p%history_of(i), &
+                                                                               p%hoop_of(i)), tip%axis(:, 2))
       end do
    end function tractions
 

@@ -37,7 +37,8 @@ module hampm_domain_integral
       real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
       real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
-      real(dp) :: thickness = 0                  !! B [m]
+      real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
+      logical :: is_ring = .false.               !! whether it is one
       type(material_t) :: material               !! in which the tip is
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
@@ -59,6 +60,11 @@ module hampm_domain_integral
       real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
       real(dp) :: slope(ndim)                    !! u,1 - c [-]
       real(dp) :: energy                         !! W, with the work that has been dissipated [J/m3]
+      real(dp) :: radius                         !! R [m], and of axisymmetric material
+      real(dp) :: outward(ndim)                  !! the direction of the radius, (e_R)_i
+      real(dp) :: hoop_stress, hoop              !! P_33 [Pa], H_33 [-]
+      real(dp) :: radial_slope                   !! u_R,1 [-]
+      real(dp) :: radial_constant                !! radial component of what c is of u,1, before it is turned back [-]
       real(dp) :: divergence(ndim)               !! div P [N/m3]
       real(dp) :: shape(points_of_quadratic)     !! shape functions at the particle, as many as there are [-]
       real(dp) :: gradient(points_of_quadratic, ndim) !! their gradients with respect to the reference position [1/m]
@@ -78,6 +84,14 @@ contains
    !> integrals, but takes the rotation of the disc out of the errors of the sums. Where a law is for large rotations, all is turned back
    !> by R, the rotation in the mean of F over the discs: F becomes R**T F, P becomes R**T P, and K is that of the small strain that
    !> is left.
+   !>
+   !> In axisymmetric material, R being the radius and d = cos(e_1, e_R), V is that of rings and B the length of the front, and to the sums come
+   !>
+   !>    J: P_33 (H_33 d - c_R) q/R - W d q/R,
+   !>    K: { P_33 a_R,1 + s_iR w_i - P_iJ a_i,J d - s_33 (u_R,1 - H_33 d) } q/R,
+   !>
+   !> the first as J is the derivative of the energy by the places of the rings, whose H_33 is u_R/r, where c q, as any displacement, does no work with stress in
+   !> balance; the second with the fields of plane strain for a and s, H_33 of a being 0, which are in balance in the plane, but in a ring are not.
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
@@ -115,7 +129,8 @@ contains
                at_corner = q(:, grid%support_of(e))
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   call take_sample(domain, grid, p, i, motion%materials(p%material(i)), state, c, s)
-                  call add_to_j(s, matmul(at_corner, s%shape(:n_functions)), matmul(at_corner, s%gradient(:n_functions, :)), j)
+                  call add_to_j(s, domain, matmul(at_corner, s%shape(:n_functions)), &
+                                matmul(at_corner, s%gradient(:n_functions, :)), j)
                   call add_to_interaction(s, domain, matmul(at_corner, s%shape(:n_functions)), &
                                            matmul(at_corner, s%gradient(:n_functions, :)), k)
                end do
@@ -267,7 +282,7 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), h(ndim, ndim)
+      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), h(ndim, ndim), unturned(ndim, ndim), constant(ndim)
       integer :: d
       axes = frame_along(domain%direction)
       to_reference = axes
@@ -285,9 +300,19 @@ contains
          if (abs(s%x(2)) <= on_line*grid%element_size(e)) s%x(2) = sign(s%x(2), domain%face_of_line)
          s%size = grid%element_size(e)
          s%slope = matmul(matmul(h, domain%direction), axes) - c
-         s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i)), axes))
-         s%energy = material%energy_density(h, p%history_of(i)) + material%plastic_dissipation(h, p%history_of(i)) &
-                    + material%viscous_dissipation(h, p%history_of(i))
+         s%hoop = p%hoop_of(i)
+         s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i), s%hoop), axes))
+         s%energy = material%energy_density(h, p%history_of(i), s%hoop) &
+                    + material%plastic_dissipation(h, p%history_of(i), s%hoop) &
+                    + material%viscous_dissipation(h, p%history_of(i), s%hoop)
+         s%radius = p%reference(i, 1)
+         if (domain%is_ring) s%hoop_stress = material%hoop_stress(h, p%history_of(i), s%hoop)
+         s%outward = axes(1, :)
+         unturned = p%gradient_of(i)
+         s%radial_slope = dot_product(unturned(1, :), domain%direction)
+         constant = matmul(axes, c) + domain%direction
+         constant = constant + matmul(domain%turn, constant) - domain%direction
+         s%radial_constant = constant(1)
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
          if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy()
          if (abs(domain%pressure) > 0) call take_off_pressure(domain%pressure, material, h, s)
@@ -303,17 +328,24 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       type(sample_t), intent(inout) :: s
       s%stress = s%stress + pressure*identity
-      s%energy = material%energy_density(h + pressure/(2*(material%lambda + material%mu))*identity)
+      s%hoop_stress = s%hoop_stress + pressure
+      if (material%is_ring) s%hoop = s%hoop + material%strain_of_pressure(pressure)
+      s%energy = material%energy_density(h + material%strain_of_pressure(pressure)*identity, hoop=s%hoop)
+      s%radial_slope = s%radial_slope + s%outward(1)*material%strain_of_pressure(pressure)
+      s%radial_constant = s%radial_constant + s%outward(1)*material%strain_of_pressure(pressure)
    end subroutine take_off_pressure
 
    !> Add what a particle contributes to B J of each disc.
-   pure subroutine add_to_j(s, q, dq, j)
+   pure subroutine add_to_j(s, domain, q, dq, j)
       type(sample_t), intent(in) :: s
+      type(tip_domain_t), intent(in) :: domain
       real(dp), intent(in) :: q(:)               !! at the particle, by radius
       real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (radii, ndim)
       real(dp), intent(inout) :: j(:)
       j = j + s%volume*(matmul(dq, matmul(s%slope, s%stress)) - s%energy*dq(:, 1) &
                         + dot_product(s%divergence, s%slope)*q)
+      if (domain%is_ring) j = j + s%volume/s%radius*q*(s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
+                                                       - s%energy*s%outward(1))
    end subroutine add_to_j
 
    !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
@@ -324,16 +356,23 @@ contains
       real(dp), intent(in) :: q(:)               !! at the particle, by radius
       real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (radii, ndim)
       real(dp), intent(inout) :: k(:, :)
-      real(dp) :: x(ndim), a(ndim, ndim), flux(ndim)
+      real(dp) :: x(ndim), axes(ndim, ndim), a(ndim, ndim), stress(ndim, ndim), flux(ndim)
       integer :: mode
+      axes = frame_along(domain%direction)
       do mode = 1, modes
          x = s%x                                 ! whose second component tells the faces apart by its sign where it is 0
          x(1) = x(1) + domain%lag(mode)
          if (norm2(x) < singular*s%size) cycle
          a = domain%field%gradient(mode, x)
-         flux = matmul(a(:, 1), s%stress) + matmul(s%slope, domain%field%stress(a))
+         stress = domain%field%stress(a)
+         flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress)
          k(mode, :) = k(mode, :) + s%volume*(matmul(dq, flux) - sum(s%stress*a)*dq(:, 1) &
                                              + dot_product(s%divergence, a(:, 1))*q)
+         if (domain%is_ring) k(mode, :) = k(mode, :) + s%volume/s%radius*q &
+                                   *(s%hoop_stress*dot_product(a(:, 1), s%outward) &
+                                     + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
+                                     - domain%material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
+                                     *(s%radial_slope - s%hoop*s%outward(1)))
       end do
    end subroutine add_to_interaction
 

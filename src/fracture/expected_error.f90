@@ -6,13 +6,15 @@ module hampm_expected_error
    use hampm_closing, only: closing_t, new_closing
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_error_indicator, only: errors_at_particles
+   use hampm_error_indicator, only: errors_at_particles, energy_of_stress, stress_components
    use hampm_estimated_errors, only: hardly, uncertainty
+   use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    use hampm_quadratic_setback, only: setback_of_quadratic
    use hampm_recovery, only: recover
-   use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, small_stress, stiff_points, gradient_at, local_of
+   use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, stiff_points, gradient_at, derivatives_at, &
+                              n_derivatives, local_of
    implicit none
    private
    public :: crack_at_rest_t, find_crack_at_rest, come_to_rest, missing_energy, displace, error_by_lengths, place_of_tip, tip_zone
@@ -186,8 +188,10 @@ contains
       associate (p => m%particles)
          do i = 1, p%n
             associate (material => m%materials(p%material(i)), at => m%grid%support_of(p%cell(i)))
-               if (material%has_eigenstrain) force(:, at) = force(:, at) - p%volume(i)*matmul(material%stress_at_first(), &
-                                                                                            transpose(gradient_at(m, i)))
+               if (.not. material%has_eigenstrain) cycle
+               force(:, at) = force(:, at) - p%volume(i)*matmul(material%stress_at_first(), transpose(gradient_at(m, i)))
+               if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*material%hoop_stress_at_first() &
+                                                                   *m%grid%functions_in(p%cell(i), local_of(m, i))/p%reference(i, 1)
             end associate
          end do
       end associate
@@ -333,7 +337,8 @@ contains
       associate (p => m%particles)
          do i = 1, p%n
             associate (material => m%materials(p%material(i)))
-               energy = energy + p%volume(i)*material%stress_energy_density(small_stress(material, gradient_of(m, u, i)))
+               energy = energy + p%volume(i)*energy_of_stress(material, &
+                        stress_of(material, matmul(u(:, m%grid%support_of(p%cell(i))), derivatives_at(m, i))))
             end associate
          end do
       end associate
@@ -349,10 +354,10 @@ contains
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:)
       integer :: i, k, e, k_place
       missing = 0
-      allocate (stress(n_stress, m%particles%n), nodal(n_stress, m%grid%n_points))
+      allocate (stress(stress_components(m%particles), m%particles%n), nodal(stress_components(m%particles), m%grid%n_points))
       associate (p => m%particles, grid => m%grid, b => m%blocks)
          do i = 1, p%n
-            stress(:, i) = reshape(small_stress(m%materials(p%material(i)), gradient_of(m, u, i)), [n_stress])
+            stress(:, i) = stress_of(m%materials(p%material(i)), matmul(u(:, grid%support_of(p%cell(i))), derivatives_at(m, i)))
          end do
          if (grid%is_quadratic()) then
             call errors_at_particles(m, stress, squared)
@@ -363,7 +368,7 @@ contains
             return
          end if
          do k = 1, size(m%materials)
-            call recover(grid, p, b, m%fields%mass_matrix, n_stress, stress, nodal, material=k)
+            call recover(grid, p, b, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             do i = 1, b%n_occupied
                e = b%occupied(i)
                if (p%material(b%first_in(e)) /= k) cycle
@@ -381,35 +386,54 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp), intent(in) :: u(ndim, corners)           !! [m]
-      real(dp), intent(in) :: recovered(n_stress, corners) !! stress at its nodes [Pa]
+      real(dp), intent(in) :: recovered(:, :)            !! stress at its nodes [Pa], (components, corners)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
       real(dp), parameter :: gauss(ndim, 4) = 0.5_dp + off*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: volume, middle(ndim), stress(ndim, ndim)
+      real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(size(recovered, 1)), gradient_there(corners, n_derivatives(m))
       integer :: i, k
       missing = 0
-      volume = 0
+      total = 0
       middle = 0
       associate (p => m%particles, b => m%blocks, material => m%materials(m%particles%material(m%blocks%first_in(e))))
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            volume = volume + p%volume(i)
-            middle = middle + p%volume(i)*(local_of(m, i) - 0.5_dp)
+            area = p%area_of(i)
+            total = total + area
+            middle = middle + area*(local_of(m, i) - 0.5_dp)
             call stiff_points(m, e, i, gradient)
             do k = 1, size(gradient, 3)
-               stress = small_stress(material, matmul(u, gradient(:, :, k)))
-               missing = missing + p%volume(i)/size(gradient, 3)*material%stress_energy_density(stress)
+               missing = missing + p%volume(i)/size(gradient, 3)*energy_of_stress(material, stress_of(material, &
+                                                                                        matmul(u, gradient(:, :, k))))
             end do
          end do
-         if (any(abs(middle) > not_full*volume)) missing = 0
-         if (any(abs(middle) > not_full*volume)) return
+         if (any(abs(middle) > not_full*total)) missing = 0
+         if (any(abs(middle) > not_full*total)) return
          do k = 1, 4
-            stress = small_stress(material, matmul(u, shape_gradients(gauss(:, k), 1/m%grid%element_size(e))))
-            missing = missing - volume/4*material%stress_energy_density(stress)
-            stress = reshape(matmul(recovered, shape_functions(gauss(:, k))), [ndim, ndim]) - stress
-            missing = missing + volume/4*material%stress_energy_density(stress)
+            x = m%grid%element_lower(:, e) + gauss(:, k)*m%grid%element_size(e)
+            gradient_there(:, :ndim) = shape_gradients(gauss(:, k), 1/m%grid%element_size(e))
+            if (material%is_ring) gradient_there(:, ndim + 1) = shape_functions(gauss(:, k))/x(1)
+            stress = stress_of(material, matmul(u, gradient_there))
+            weight = total/4*p%thickness%at(x)
+            missing = missing - weight*energy_of_stress(material, stress)
+            missing = missing + weight*energy_of_stress(material, matmul(recovered, shape_functions(gauss(:, k))) - stress)
          end do
       end associate
    end function missing_in_element
+
+   !> Stress of a small displacement gradient, whatever the law, with stress_33 behind it where material is axisymmetric [Pa].
+   pure function stress_of(material, h) result(stress)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(:, :)            !! with a column for H_33 there [-]
+      real(dp) :: stress(n_stress + size(h, 2) - ndim)
+      real(dp) :: in_plane(ndim, ndim)
+      in_plane = h(:, :ndim)
+      if (size(h, 2) == ndim) then
+         stress = reshape(material%small_strain_stress(in_plane), [n_stress])
+      else
+         stress = [reshape(material%small_strain_stress(in_plane, h(1, ndim + 1)), [n_stress]), &
+                   material%small_hoop_stress(in_plane, h(1, ndim + 1))]
+      end if
+   end function stress_of
 
    !> Particles as they are where their points have a displacement.
    pure subroutine displace(m, u, p)

@@ -6,6 +6,7 @@ module hampm_patch
    use hampm_grid, only: grid_t, is_toward
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_remembering, only: hoop_resistance
    implicit none
    private
    public :: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
@@ -186,7 +187,10 @@ contains
       do k = 1, patch%n
          associate (i => patch%particle(k))
             force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, &
-                                                                                      p%history_of(i)), patch%gradient(:, k))
+                                                                                      p%history_of(i), p%hoop_of(i)), &
+                                               patch%gradient(:, k))
+            if (p%thickness%is_ring) &
+               force(1) = force(1) - p%volume(i)*patch%shape(1, k)*hoop_resistance(materials(p%material(i)), p, i)
          end associate
       end do
    end function internal_force

@@ -76,7 +76,7 @@ contains
             x = matmul(p%reference(i, :) - tip%place, tip%axis)
             if (norm2(x) > outer .or. norm2(x) < inner) cycle
             if (slope*x(1) > abs(x(2))) then
-               stress = matmul(transpose(turn), materials(p%material(i))%conjugate_stress(p%gradient_of(i)))
+               stress = matmul(transpose(turn), materials(p%material(i))%conjugate_stress(p%gradient_of(i), hoop=p%hoop_of(i)))
                stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
                call add_tractions(ahead, x/h, stress(:, 2), p%volume(i))
             else if (-slope*x(1) > abs(x(2)) .and. abs(x(2)) > on_crack*h) then

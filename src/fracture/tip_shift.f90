@@ -7,6 +7,8 @@
 !>
 !>    K du/da = -K' u,   (K' u) . w = int { C : (-H G) + s div v - s G**T } : grad w dV,   H = grad u, G = grad v, s = C : H.
 !>
+!> In axisymmetric material H_33 = u_r/r, G_33 = v_r/r and the same of w are components of these gradients.
+!>
 !> Around the tip nothing is strained by v: there du/da is the change at places that move with the tip. Source: Lin & Abel (1988).
 module hampm_tip_shift
    use hampm_kinds, only: dp, ndim
@@ -15,7 +17,7 @@ module hampm_tip_shift
    use hampm_expected_error, only: come_to_rest
    use hampm_loads, only: largest_factors
    use hampm_motion, only: motion_t
-   use hampm_stiffness, only: stiffness_t, small_stress, gradient_at
+   use hampm_stiffness, only: stiffness_t, derivatives_at, n_derivatives
    use hampm_tensors, only: identity, trace
    implicit none
    private
@@ -62,7 +64,9 @@ contains
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
       type(tip_domain_t) :: domain
       real(dp), allocatable :: q(:, :)
-      real(dp) :: gradient(m%grid%n_functions, ndim), h(ndim, ndim), g(ndim, ndim), stress(ndim, ndim)
+      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), with_hoop(ndim, n_derivatives(m))
+      real(dp), dimension(ndim, ndim) :: h, g, stress
+      real(dp) :: h_33, g_33, stress_33          ! 0 in a plane
       integer :: n, i
       domain%tip = tip%now
       domain%radius = [maxval(tip%radii)]
@@ -74,13 +78,22 @@ contains
                if (.not. maxval(q(1, at)) > minval(q(1, at))) cycle
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
                   associate (material => m%materials(p%material(i)))
-                     gradient = gradient_at(m, i)
-                     h = matmul(u(:, at), gradient) - material%free
-                     g = spread(tip%direction, 2, ndim)*spread(matmul(q(1, at), gradient), 1, ndim)
-                     stress = small_stress(material, h) + pressure*identity
-                     if (abs(pressure) > 0) h = h + pressure/(2*(material%lambda + material%mu))*identity
-                     stress = stress*trace(g) - matmul(stress, transpose(g)) - small_stress(material, matmul(h, g))
-                     force(:, at) = force(:, at) - p%volume(i)*matmul(stress, transpose(gradient))
+                     gradient = derivatives_at(m, i)
+                     with_hoop = matmul(u(:, at), gradient)
+                     h = with_hoop(:, :ndim) - material%free
+                     h_33 = sum(with_hoop(1, ndim + 1:)) - material%free_hoop
+                     with_hoop = spread(tip%direction, 2, n_derivatives(m))*spread(matmul(q(1, at), gradient), 1, ndim)
+                     g = with_hoop(:, :ndim)
+                     g_33 = sum(with_hoop(1, ndim + 1:))
+                     stress = material%small_strain_stress(h, h_33) + pressure*identity
+                     stress_33 = material%small_hoop_stress(h, h_33) + pressure
+                     h = h + material%strain_of_pressure(pressure)*identity
+                     if (material%is_ring) h_33 = h_33 + material%strain_of_pressure(pressure)
+                     stress_33 = stress_33*trace(g) - material%small_hoop_stress(matmul(h, g), h_33*g_33)
+                     stress = stress*(trace(g) + g_33) - matmul(stress, transpose(g)) &
+                              - material%small_strain_stress(matmul(h, g), h_33*g_33)
+                     force(:, at) = force(:, at) - p%volume(i)*matmul(stress, transpose(gradient(:, :ndim)))
+                     if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*stress_33*gradient(:, ndim + 1)
                   end associate
                end do
             end associate

@@ -7,7 +7,7 @@ module hampm_audit_kernels
    use hampm_tensors, only: product_of
    implicit none
    private
-   public :: kick_energy, strain_work, work_of_change
+   public :: kick_energy, strain_work, work_of_change, work_of_hoop
 
 contains
 
@@ -57,32 +57,50 @@ contains
       end do
    end function strain_work
 
-   !> Work of the stress per volume [J/m3], see `strain_work`.
-   pure real(dp) function work_of_change(material, before, change, dt, p, number) result(work)
+   !> Work of the stress per volume [J/m3], see `strain_work`; of axisymmetric material at the hoop stretch that it has.
+   pure real(dp) function work_of_change(material, before, change, dt, p, number, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
       real(dp), intent(in) :: dt                        !! over which it changes [s]
       type(particles_t), intent(in) :: p
       integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
+      real(dp), intent(in), optional :: hoop            !! H_33 [-]
       if (material%has_history()) then
-         work = remembered_work(material, before, change, dt, remembered(p, number))
+         work = remembered_work(material, before, change, dt, remembered(p, number), hoop)
       else if (material%linear) then
-         work = sum(change*material%conjugate_stress(before + change/2))
+         work = sum(change*material%conjugate_stress(before + change/2, hoop=hoop))
       else
-         work = sum(change*(material%conjugate_stress(before) + 4*material%conjugate_stress(before + change/2) &
-                            + material%conjugate_stress(before + change)))/6
+         work = sum(change*(material%conjugate_stress(before, hoop=hoop) &
+                            + 4*material%conjugate_stress(before + change/2, hoop=hoop) &
+                            + material%conjugate_stress(before + change, hoop=hoop)))/6
       end if
    end function work_of_change
 
    !> Work of the stress of a law with a history per volume in a step of length `dt`, by the rule of trapezoids [J/m3].
-   pure real(dp) function remembered_work(material, before, change, dt, past) result(work)
+   pure real(dp) function remembered_work(material, before, change, dt, past, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
       real(dp), intent(in) :: dt                        !! [s]
       real(dp), contiguous, intent(in) :: past(:)       !! what the particle remembers
+      real(dp), intent(in), optional :: hoop            !! H_33 [-]
       real(dp) :: next(size(past))
       next = past
-      call material%follow(before + change, dt, next)
-      work = sum(change*(material%conjugate_stress(before, past) + material%conjugate_stress(before + change, next)))/2
+      call material%follow(before + change, dt, next, hoop)
+      work = sum(change*(material%conjugate_stress(before, past, hoop) + material%conjugate_stress(before + change, next, hoop)))/2
    end function remembered_work
+
+   !> Work of the hoop stress per volume as a particle of axisymmetric material is moved, by Simpson's rule [J/m3].
+   pure real(dp) function work_of_hoop(material, before, p, i) result(work)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: before                    !! H_33 that it had [-]
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i                          !! its number
+      real(dp) :: h(ndim, ndim), past(p%columns())
+      h = p%gradient_of(i)
+      past = p%history_of(i)
+      associate (after => p%hoop_of(i))
+         work = (after - before)*(material%hoop_stress(h, past, before) + 4*material%hoop_stress(h, past, (before + after)/2) &
+                                  + material%hoop_stress(h, past, after))/6
+      end associate
+   end function work_of_hoop
 end module hampm_audit_kernels

@@ -7,11 +7,11 @@
 module hampm_quadratic_pass
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients
-   use hampm_audit_kernels, only: work_of_change
+   use hampm_audit_kernels, only: work_of_change, work_of_hoop
    use hampm_cell_blocks, only: cell_blocks_t, quadratic_cell_t, of_mass, of_momentum, of_force
    use hampm_mass_matrix, only: mass_matrix_t, prepare_cell, floor_of_quadratic
    use hampm_material, only: material_t
-   use hampm_remembering, only: remember
+   use hampm_remembering, only: remember, hoop_resistance
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
@@ -20,6 +20,7 @@ module hampm_quadratic_pass
    public :: pass_over_quadratic, pass_between_quadratic
 
    integer, parameter :: n_points = points_of_quadratic
+   real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over that of a cell
 
    !> What the particles of a cell give to its points.
    type :: sums_t
@@ -73,6 +74,7 @@ contains
                                      strain_velocity, p, i, sums)
                end do
             end do
+            if (p%thickness%is_ring) where (abs(sums%mass) <= rounding*sum(sums%mass)) sums%mass = 0 ! on the axis
             call store(pass, cell, sums, f)
             audit(:, k) = [sums%kick_energy, sums%stress_work]
             if (pass%map_matrix) call find_matrix(p, blocks, cell, f%mass_matrix)
@@ -90,7 +92,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i
       type(sums_t), intent(inout) :: sums
-      real(dp) :: n(n_points), gradient(n_points, ndim), xi(ndim), t(ndim, ndim), change(ndim, ndim), dv(ndim)
+      real(dp) :: n(n_points), gradient(n_points, ndim), xi(ndim), t(ndim, ndim), change(ndim, ndim), dv(ndim), hoop
       xi = (p%reference(i, :) - cell%lower)*cell%inverse_size
       n = quadratic_functions(xi)
       gradient = quadratic_gradients(xi, cell%inverse_size) + cell%correction
@@ -99,19 +101,24 @@ contains
          if (pass%audit) sums%kick_energy = sums%kick_energy + 0.5_dp*p%mass(i)*sum(dv**2)
          p%velocity(i, :) = p%velocity(i, :) + dv
       end if
+      if (pass%move) then                        ! before it is strained: its hoop has part in that
+         hoop = p%hoop_of(i)
+         p%displacement(i, :) = p%displacement(i, :) + dt*matmul(new_velocity(:, cell%points), n)
+         if (pass%audit .and. material%is_ring) sums%stress_work = sums%stress_work + p%volume(i)*work_of_hoop(material, hoop, p, i)
+      end if
       if (pass%strain_fraction > 0) then
          change = pass%strain_fraction*dt*matmul(strain_velocity(:, cell%points), gradient)
          if (pass%audit) sums%stress_work = sums%stress_work + p%volume(i)*work_of_change(material, p%gradient_of(i), change, &
-                                                                                          pass%strain_fraction*dt, p, i)
+                                                                   pass%strain_fraction*dt, p, i, p%hoop_of(i))
          p%gradient(i, :, :) = p%gradient(i, :, :) + change
          if (pass%keeps_history) call remember(material, pass%strain_fraction*dt, p, i)
       end if
-      if (pass%move) p%displacement(i, :) = p%displacement(i, :) + dt*matmul(new_velocity(:, cell%points), n)
       if (pass%map_mass) sums%mass = sums%mass + p%mass(i)*n
       if (pass%map_momentum) sums%momentum = sums%momentum + p%mass(i)*spread(p%velocity(i, :), 2, n_points)*spread(n, 1, ndim)
       if (pass%map_force) then
-         t = p%volume(i)*material%conjugate_stress(p%gradient_of(i), p%history_of(i))
+         t = p%volume(i)*material%conjugate_stress(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
          sums%force = sums%force - matmul(t, transpose(gradient))
+         if (material%is_ring) sums%force(1, :) = sums%force(1, :) - p%volume(i)*hoop_resistance(material, p, i)*n
       end if
    end subroutine pass_particle
 

@@ -12,18 +12,19 @@
 !> In cells that cracks or edges cut, weights are fitted to the moments of each piece (`hampm_moment_fitting`). What few points leave of the
 !> integrals of the gradients of the shape functions is taken off: the gradient of each function gets a constant in each piece, so that
 !> its integral over the piece is exact. Uniform stress is in balance then, whatever is left of a cell, and linear displacements strain
-!> all points alike as ever.
+!> all points alike as ever. In axisymmetric material it is that integral over the ring, with N/r in the first direction.
 !>
 !> Source of the correction: Chen, Hillman & Rueter, An arbitrary order variationally consistent integration for Galerkin meshfree methods,
 !> International Journal for Numerical Methods in Engineering 95 (2013) 387-418.
 module hampm_quadratic_points
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: quadratic_gradients
+   use hampm_basis, only: quadratic_functions, quadratic_gradients
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
    use hampm_moment_fitting, only: fitted_weights
    use hampm_particles, only: particles_t
-   use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, polynomials_at, n_polynomials
+   use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, integrals_in_ring, polynomials_at, n_polynomials
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: weights_along, weigh_points, correct_points, fewest_points
@@ -52,7 +53,7 @@ contains
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(inout) :: grid
       type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: thickness          !! [m]
+      type(thickness_t), intent(in) :: thickness
       real(dp) :: x(ndim), xi(ndim)
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
@@ -69,7 +70,7 @@ contains
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   x = p%reference(i, :)
                   xi = grid%in_leaf(e, grid%local_coordinate(e, x))
-                  call give_volume(p, i, grid%forest%size_of(leaf)**ndim*thickness*product(w(min(int(xi*n) + 1, n))))
+                  call give_volume(p, i, grid%forest%size_of(leaf)**ndim*thickness%at(x)*product(w(min(int(xi*n) + 1, n))))
                end do
             end do
          end associate
@@ -82,7 +83,7 @@ contains
       type(particles_t), intent(in) :: p
       type(grid_t), intent(inout) :: grid
       type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: thickness          !! [m]
+      type(thickness_t), intent(in) :: thickness
       integer, allocatable :: bodies(:)
       real(dp), allocatable :: moments(:, :)
       integer :: leaf, piece, k
@@ -135,7 +136,7 @@ contains
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: thickness          !! [m]
+      type(thickness_t), intent(in) :: thickness
       integer, intent(in) :: leaf
       integer, allocatable :: bodies(:)
       integer :: k
@@ -150,20 +151,29 @@ contains
       type(particles_t), intent(in) :: p
       type(grid_t), intent(inout) :: grid
       type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: thickness          !! [m]
+      type(thickness_t), intent(in) :: thickness
       integer, intent(in) :: first               !! element of the piece
       real(dp), intent(in) :: moments(:)         !! of what is in it
-      real(dp) :: missing(grid%n_functions, ndim), volume
+      real(dp) :: missing(grid%n_functions, ndim), volume, x(ndim)
       integer, allocatable :: number(:)
       integer :: k
       number = particles_in(blocks, first, first + corners - 1)
       if (size(number) == 0) return
       volume = sum(p%volume(number))
-      missing = integrals_of_gradients(moments)*grid%leaf_size(first)**(ndim - 1)*thickness
-      do k = 1, size(number)
-         missing = missing - p%volume(number(k))*quadratic_gradients((p%reference(number(k), :) - grid%element_lower(:, first)) &
-                                                                     /grid%leaf_size(first), 1/grid%leaf_size(first))
-      end do
+      associate (lower => grid%element_lower(:, first), edge => grid%leaf_size(first))
+         if (thickness%is_ring) then
+            x = [1, 0]
+            missing = integrals_in_ring(moments, lower(1), edge)*edge*thickness%at(x)
+         else
+            missing = integrals_of_gradients(moments)*edge**(ndim - 1)*thickness%of_plate
+         end if
+         do k = 1, size(number)
+            x = (p%reference(number(k), :) - lower)/edge
+            missing = missing - p%volume(number(k))*quadratic_gradients(x, 1/edge)
+            if (thickness%is_ring) &
+               missing(:, 1) = missing(:, 1) - p%volume(number(k))*quadratic_functions(x)/p%reference(number(k), 1)
+         end do
+      end associate
       grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
    end subroutine correct_gradients
 
@@ -172,7 +182,7 @@ contains
       type(particles_t), intent(inout) :: p
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: thickness          !! [m]
+      type(thickness_t), intent(in) :: thickness
       integer, intent(in) :: leaf
       real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
       integer, intent(in) :: body
@@ -191,7 +201,7 @@ contains
             end do
             w = fitted_weights(at_points, moments(:, piece))
             do k = 1, size(number)
-               call give_volume(p, number(k), w(k)*grid%forest%size_of(leaf)**ndim*thickness)
+               call give_volume(p, number(k), w(k)*grid%forest%size_of(leaf)**ndim*thickness%at(p%reference(number(k), :)))
             end do
             deallocate (at_points)
          end associate

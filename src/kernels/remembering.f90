@@ -1,11 +1,11 @@
-!> What particles remember, where their law has a history.
+!> What particles remember, where their law has a history, and by what hoops they resist where they are rings.
 module hampm_remembering
    use hampm_kinds, only: dp
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: remember
+   public :: remember, hoop_resistance
 
 contains
 
@@ -18,7 +18,15 @@ contains
       real(dp) :: past(p%columns())
       if (.not. material%has_history()) return
       past = p%history(i, :)
-      call material%follow(p%gradient_of(i), dt, past)
+      call material%follow(p%gradient_of(i), dt, past, p%hoop_of(i))
       p%history(i, :) = past
    end subroutine remember
+
+   !> P_33/R of a particle of axisymmetric material [Pa/m]: times its volume and a shape function a force on the node along the radius, inward.
+   pure real(dp) function hoop_resistance(material, p, i) result(stress)
+      type(material_t), intent(in) :: material   !! of the particle
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      stress = material%hoop_stress(p%gradient_of(i), p%history_of(i), p%hoop_of(i))/p%reference(i, 1)
+   end function hoop_resistance
 end module hampm_remembering

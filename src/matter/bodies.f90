@@ -4,6 +4,7 @@ module hampm_bodies
    use hampm_domains, only: reference_corners
    use hampm_outline, only: outline_t, least_part
    use hampm_particles, only: particles_t
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: points_along, points_off_lines, pieces_t, cut_into_pieces, fill_rectangle, fill_outline, add_spin
@@ -71,7 +72,7 @@ contains
       integer, intent(in) :: first                      !! number of the first particle to set
       integer, intent(in) :: n(ndim)                    !! points in each direction
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the rectangle [m]
-      real(dp), intent(in) :: thickness                 !! [m]
+      type(thickness_t), intent(in) :: thickness
       real(dp), intent(in) :: density                   !! [kg/m3]
       real(dp), intent(in) :: velocity(ndim)            !! [m/s]
       integer, intent(in) :: material, body             !! their indices
@@ -87,7 +88,7 @@ contains
          end do
          i = first + k
          p%reference(i, :) = lower + (c + 0.5_dp)*spacing
-         p%volume(i) = product(spacing)*thickness
+         p%volume(i) = product(spacing)*thickness%at(p%reference(i, :))
          p%mass(i) = density*p%volume(i)
          p%velocity(i, :) = velocity
          p%material(i) = material
@@ -129,7 +130,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: first               !! number of the first particle to set
       type(pieces_t), intent(in) :: pieces
-      real(dp), intent(in) :: thickness          !! [m]
+      type(thickness_t), intent(in) :: thickness
       real(dp), intent(in) :: density            !! [kg/m3]
       real(dp), intent(in) :: velocity(ndim)     !! [m/s]
       integer, intent(in) :: material, body      !! their indices
@@ -138,7 +139,7 @@ contains
       do k = 1, pieces%n
          i = first + k - 1
          p%reference(i, :) = pieces%centroid(:, k)
-         p%volume(i) = pieces%area(k)*thickness
+         p%volume(i) = pieces%area(k)*thickness%at(p%reference(i, :))
          p%mass(i) = density*p%volume(i)
          p%velocity(i, :) = velocity
          p%material(i) = material

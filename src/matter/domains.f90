@@ -36,7 +36,7 @@ contains
       integer, intent(in) :: i
       real(dp) :: edges(ndim)
       edges = spacing_of(p, i)
-      if (p%has_outline(p%body(i))) edges = edges*min(1.0_dp, max(least_edge, sqrt(p%volume(i)/(p%thickness*product(edges)))))
+      if (p%has_outline(p%body(i))) edges = edges*min(1.0_dp, max(least_edge, sqrt(p%area_of(i)/product(edges))))
    end function edges_of_domain
 
    !> The gradients G_c: what displacements of the corners of a domain give to H [1/m].

@@ -7,8 +7,8 @@ module hampm_energy
    use hampm_tensors, only: determinant, identity, product_of
    implicit none
    private
-   public :: kinetic_energy, strain_energy, plastic_dissipation, viscous_dissipation, linear_momentum, angular_momentum, &
-             largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
+   public :: kinetic_energy, energy_density_of, strain_energy, plastic_dissipation, viscous_dissipation, linear_momentum, &
+             angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -40,11 +40,19 @@ contains
       do block = 1, size(partial)
          partial(block) = 0
          do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
+            partial(block) = partial(block) + p%volume(i)*energy_density_of(p, materials, i)
          end do
       end do
       energy = sum(partial)
    end function strain_energy
+
+   !> Elastic energy of a particle per reference volume [J/m3].
+   pure real(dp) function energy_density_of(p, materials, i) result(density)
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      integer, intent(in) :: i
+      density = materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
+   end function energy_density_of
 
    !> Work of the stress on the plastic strain of the particles [J].
    real(dp) function plastic_dissipation(p, materials) result(work)
@@ -53,7 +61,8 @@ contains
       integer :: i
       work = 0
       do i = 1, merge(p%n, 0, any(materials%has_history()))
-         work = work + p%volume(i)*materials(p%material(i))%plastic_dissipation(p%gradient_of(i), p%history_of(i))
+         work = work + p%volume(i)*materials(p%material(i))%plastic_dissipation(p%gradient_of(i), p%history_of(i), &
+                                                                                      p%hoop_of(i))
       end do
    end function plastic_dissipation
 
@@ -64,7 +73,8 @@ contains
       integer :: i
       energy = 0
       do i = 1, merge(p%n, 0, any(materials%has_history()))
-         energy = energy + p%volume(i)*materials(p%material(i))%viscous_dissipation(p%gradient_of(i), p%history_of(i))
+         energy = energy + p%volume(i)*materials(p%material(i))%viscous_dissipation(p%gradient_of(i), p%history_of(i), &
+                                                                                          p%hoop_of(i))
       end do
    end function viscous_dissipation
 
@@ -162,7 +172,7 @@ contains
    pure real(dp) function determinant_of(p, i)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      determinant_of = determinant(identity + p%gradient_of(i))
+      determinant_of = determinant(identity + p%gradient_of(i))*(1 + p%hoop_of(i))
    end function determinant_of
 
    !> The particle with the most kinetic and elastic energy; the first whose energy is not a number.
@@ -174,7 +184,7 @@ contains
       liveliest = 1
       most = -1
       do i = 1, p%n
-         energy = kinetic_energy_of(p, i) + p%volume(i)*materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i))
+         energy = kinetic_energy_of(p, i) + p%volume(i)*energy_density_of(p, materials, i)
          if (energy <= most) cycle
          liveliest = i
          if (.not. energy <= huge(energy)) return

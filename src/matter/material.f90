@@ -1,7 +1,9 @@
 !> A material: its law with its constants, in the plane of a scene, and the stress and energy that follow from the displacement gradient.
 !>
 !> Laws (`hampm_law`) are of space. What a plane has to do with them is here, once for all: in plane strain H_33 = 0, in plane stress H_33 leaves no
-!> stress_33; strain without stress is taken off before. Linear laws have their moduli of the plane.
+!> stress_33, and of axisymmetric material it is given, `hoop` = u_r/R; strain without stress is taken off before. Linear laws have their moduli of the
+!> plane, to which H_33 adds what it makes of the strain in it, nu H_33 (`by_across`), and a stress_33 by Young's modulus across it.
+!> Without the hoop that it needs stress of axisymmetric material is not a number.
 !>
 !> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the
 !> last state that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not:
@@ -33,6 +35,7 @@ module hampm_material
       class(law_t), allocatable, private :: law  !! unless it is
       logical :: isotropic = .true.              !! else `young` and `poisson` have no meaning
       logical :: plane_stress = .true.           !! else plane strain
+      logical :: is_ring = .false.               !! else, of a material as in plane strain, axisymmetric
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! in the reference configuration [kg/m3]
@@ -55,11 +58,13 @@ module hampm_material
       real(dp), private :: swelling = 1          !! its determinant, volume without stress over reference volume, of these laws [-]
       real(dp), private :: by_across(ndim, ndim) = 0 !! strain in the plane by one that is kept across it; 0 in plane stress [-]
       real(dp), private :: young_across = 0      !! Young's modulus there [Pa]
-      real(dp) :: free(ndim, ndim) = 0  !! strain in the plane at which there is no stress in it [-]
+      real(dp) :: free(ndim, ndim) = 0           !! strain in the plane at which there is no stress in it [-]
+      real(dp) :: free_hoop = 0                  !! and H_33 of axisymmetric material at which there is none across it [-]
       real(dp), private :: out_of_plane = 0      !! energy density there, of the stress normal to it [J/m3]
    contains
       procedure :: give_eigenstrain
       procedure :: stress_at_first
+      procedure :: hoop_stress_at_first
       procedure :: idle_energy
       procedure :: law_name
       procedure :: has_history
@@ -72,11 +77,17 @@ module hampm_material
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
       procedure :: conjugate_change
+      procedure :: hoop_stress
+      procedure :: hoop_change
       procedure :: mapped_stress
       procedure :: energy_density
       procedure :: stress_energy_density
       procedure :: small_strain_stress
+      procedure :: small_hoop_stress
+      procedure :: stress_across
+      procedure :: strain_of_pressure
       procedure :: small_strain_moduli
+      procedure :: hoop_moduli
       procedure :: small_strain_lambda
       procedure :: plane_modulus
       procedure :: shear_wave_speed
@@ -151,7 +162,9 @@ contains
       real(dp), intent(in) :: eigenstrain(4)     !! components xx, yy, xy and zz of the tensor [-]
       associate (e => eigenstrain)
          self%has_eigenstrain = any(abs(e) > 0)
-         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim]) + e(4)*self%by_across
+         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
+         if (self%is_ring) self%free_hoop = e(4)
+         if (.not. self%is_ring) self%free = self%free + e(4)*self%by_across
          self%out_of_plane = self%young_across*e(4)**2/2
          self%eigenstrain = tensor_of([e(1), e(2), e(3), merge(0.0_dp, e(4), self%plane_stress)])
       end associate
@@ -160,14 +173,36 @@ contains
       self%swelling = 1 + volume_change(self%eigenstrain)
    end subroutine give_eigenstrain
 
+   !> H_33 [-]: in a plane 0, of axisymmetric material the one that is given, and no number where none is.
+   pure real(dp) function given_hoop(self, hoop) result(given_one)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in), optional :: hoop
+      given_one = 0
+      if (.not. self%is_ring) return
+      if (present(hoop)) then
+         given_one = hoop
+      else
+         given_one = ieee_value(1.0_dp, ieee_quiet_nan)
+      end if
+   end function given_hoop
+
    !> Stress where nothing is displaced, that of an eigenstrain [Pa].
    pure function stress_at_first(self) result(stress)
       class(material_t), intent(in) :: self
       real(dp) :: stress(ndim, ndim), nothing(self%columns)
       real(dp), parameter :: no_gradient(ndim, ndim) = 0
       nothing = 0
-      stress = self%conjugate_stress(no_gradient, nothing)
+      stress = self%conjugate_stress(no_gradient, nothing, 0.0_dp)
    end function stress_at_first
+
+   !> And stress_33 there of axisymmetric material [Pa].
+   pure real(dp) function hoop_stress_at_first(self) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp) :: nothing(self%columns)
+      real(dp), parameter :: no_gradient(ndim, ndim) = 0
+      nothing = 0
+      stress = self%hoop_stress(no_gradient, nothing, 0.0_dp)
+   end function hoop_stress_at_first
 
    !> Energy density of the stress across the plane where an eigenstrain leaves none in it [J/m3].
    pure real(dp) function idle_energy(self)
@@ -246,50 +281,54 @@ contains
    end function is_for_any_strain
 
    !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
-   pure subroutine follow(self, h, dt, past)
+   pure subroutine follow(self, h, dt, past, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), contiguous, intent(inout) :: past(:) !! what the particle remembers
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space)
       if (self%columns == 0) return
-      strain = strain_of(self, h, past, dt)
+      strain = strain_of(self, h, past, dt, hoop)
       call self%law%update(strain, dt, past)
    end subroutine follow
 
    !> Displacement gradient in space of material whose law is not linear, less that without stress: at the end of a step, or of the present state.
-   pure function strain_of(self, h, past, dt) result(strain)
+   pure function strain_of(self, h, past, dt, hoop) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
       real(dp), intent(in), optional :: dt       !! [s]
+      real(dp), intent(in), optional :: hoop
       real(dp) :: strain(space, space)
       strain = 0
       strain(:ndim, :ndim) = h
+      strain(space, space) = given_hoop(self, hoop)
       if (self%has_eigenstrain) strain = matmul(strain - self%eigenstrain, self%inverse)
       if (self%plane_stress) strain(3, 3) = self%law%across(strain, past, dt)
    end function strain_of
 
    !> The present strain and state of material whose law is not linear: of a trial those at the end of its step. NaN where a law needs a history that is
    !> not given.
-   pure subroutine look_at(self, h, past, strain, state)
+   pure subroutine look_at(self, h, past, hoop, strain, state)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), intent(in), optional :: hoop
       real(dp), intent(out) :: strain(space, space), state(most_columns)
       associate (n => self%columns)
          if (n == 0) then
-            strain = strain_of(self, h, state(:0))
+            strain = strain_of(self, h, state(:0), hoop=hoop)
          else if (.not. present(past)) then
             strain = ieee_value(1.0_dp, ieee_quiet_nan)
             state(:n) = strain(1, 1)
          else
             state(:n) = past(:n)
             if (self%on_trial) then
-               strain = strain_of(self, h, past(:n), self%elapsed)
+               strain = strain_of(self, h, past(:n), self%elapsed, hoop)
                call self%law%update(strain, self%elapsed, state(:n))
             else
-               strain = strain_of(self, h, past(:n))
+               strain = strain_of(self, h, past(:n), hoop=hoop)
             end if
          end if
       end associate
@@ -304,83 +343,146 @@ contains
    end function equivalent_plastic_strain
 
    !> Work on the plastic strain per reference volume [J/m3].
-   pure real(dp) function plastic_dissipation(self, h, past) result(work)
+   pure real(dp) function plastic_dissipation(self, h, past, hoop) result(work)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       work = 0
-      if (self%yields()) work = dissipation(self, h, past)
+      if (self%yields()) work = dissipation(self, h, past, hoop)
    end function plastic_dissipation
 
    !> Energy that viscosity has taken per reference volume [J/m3].
-   pure real(dp) function viscous_dissipation(self, h, past) result(energy)
+   pure real(dp) function viscous_dissipation(self, h, past, hoop) result(energy)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       energy = 0
-      if (.not. self%yields()) energy = dissipation(self, h, past)
+      if (.not. self%yields()) energy = dissipation(self, h, past, hoop)
    end function viscous_dissipation
 
    !> What has been dissipated per reference volume [J/m3].
-   pure real(dp) function dissipation(self, h, past)
+   pure real(dp) function dissipation(self, h, past, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
+      real(dp), intent(in), optional :: hoop
       real(dp) :: strain(space, space), state(most_columns)
       dissipation = 0
       if (self%columns == 0) return
-      call look_at(self, h, past, strain, state)
+      call look_at(self, h, past, hoop, strain, state)
       dissipation = self%law%dissipation(state(:self%columns))
    end function dissipation
 
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
-   pure function kirchhoff_stress(self, h, past) result(stress)
+   pure function kirchhoff_stress(self, h, past, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
-      real(dp) :: stress(ndim, ndim), strain(space, space), in_space(space, space), state(most_columns)
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
+      real(dp) :: stress(ndim, ndim), in_space(space, space)
       if (self%linear) then
-         stress = stress_of_plane(self, h)
+         stress = stress_of_plane(self, strain_of_plane(self, h, hoop))
       else
-         call look_at(self, h, past, strain, state)
-         in_space = self%law%stress(strain, state(:self%columns))
-         stress = self%swelling*in_space(:ndim, :ndim)
+         in_space = stress_in_space(self, h, past, hoop)
+         stress = in_space(:ndim, :ndim)
       end if
    end function kirchhoff_stress
 
-   !> The first Piola stress, whose product with the change of H is the change of the energy density [Pa].
-   pure function conjugate_stress(self, h, past) result(stress)
+   !> The same in space, of material whose law is not linear.
+   pure function stress_in_space(self, h, past, hoop) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)
+      real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), intent(in), optional :: hoop
+      real(dp) :: stress(space, space), strain(space, space), state(most_columns)
+      call look_at(self, h, past, hoop, strain, state)
+      stress = self%swelling*self%law%stress(strain, state(:self%columns))
+   end function stress_in_space
+
+   !> Component 33 of the first Piola stress of axisymmetric material, by which its rings resist to be widened [Pa].
+   pure real(dp) function hoop_stress(self, h, past, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
+      real(dp) :: in_space(space, space)
+      if (self%linear) then
+         stress = sum(self%by_across*stress_of_plane(self, strain_of_plane(self, h, hoop))) &
+                  + self%young_across*(given_hoop(self, hoop) - self%eigenstrain(space, space))
+      else
+         in_space = stress_in_space(self, h, past, hoop)
+         stress = in_space(space, space)
+         if (self%is_finite()) stress = stress/(1 + given_hoop(self, hoop))
+      end if
+   end function hoop_stress
+
+   !> The first Piola stress, whose product with the change of H is the change of the energy density [Pa].
+   pure function conjugate_stress(self, h, past, hoop) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
-      stress = self%kirchhoff_stress(h, past)
+      stress = self%kirchhoff_stress(h, past, hoop)
       if (self%is_finite() .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
    end function conjugate_stress
 
    !> What a small change of H makes of `conjugate_stress` [Pa]; in plane stress together with that of H_33, which leaves no stress_33.
-   pure function conjugate_change(self, h, dh, past) result(change)
+   pure function conjugate_change(self, h, dh, past, hoop, change_of_hoop) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
-      real(dp) :: change(ndim, ndim), strain(space, space), by_plane(space, space), by_thickness(space, space), &
-                  in_space(space, space), before(most_columns)
-      real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
+      real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
+      real(dp) :: change(ndim, ndim), in_space(space, space)
       if (self%linear) then
-         change = stress_of_plane(self, dh, of_change=.true.)
-         return
+         change = stress_of_plane(self, dh + given_hoop(self, change_of_hoop)*self%by_across)
+      else
+         in_space = change_in_space(self, h, dh, past, hoop, change_of_hoop)
+         change = in_space(:ndim, :ndim)
       end if
-      call look_at(self, h, past, strain, before)
+   end function conjugate_change
+
+   !> And of `hoop_stress` [Pa].
+   pure real(dp) function hoop_change(self, h, dh, past, hoop, change_of_hoop) result(change)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
+      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
+      real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
+      real(dp) :: in_space(space, space)
+      if (self%linear) then
+         change = sum(self%by_across*stress_of_plane(self, dh + given_hoop(self, change_of_hoop)*self%by_across)) &
+                  + self%young_across*given_hoop(self, change_of_hoop)
+      else
+         in_space = change_in_space(self, h, dh, past, hoop, change_of_hoop)
+         change = in_space(space, space)
+      end if
+   end function hoop_change
+
+   !> Change of the first Piola stress in space, of material whose law is not linear [Pa].
+   pure function change_in_space(self, h, dh, past, hoop, change_of_hoop) result(change)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim)
+      real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), intent(in), optional :: hoop, change_of_hoop
+      real(dp), dimension(space, space) :: change, strain, by_thickness, in_space
+      real(dp) :: before(most_columns)
+      real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
+      call look_at(self, h, past, hoop, strain, before)
       if (present(past)) before(:self%columns) = past(:self%columns)
       in_space = 0
       in_space(:ndim, :ndim) = dh
-      by_plane = tangent(in_space)
+      in_space(space, space) = given_hoop(self, change_of_hoop)
+      change = tangent(in_space)
       if (self%plane_stress) then
          by_thickness = tangent(thickness)
-         if (abs(by_thickness(3, 3)) > 0) by_plane = by_plane - by_plane(3, 3)/by_thickness(3, 3)*by_thickness
+         if (abs(by_thickness(3, 3)) > 0) change = change - change(3, 3)/by_thickness(3, 3)*by_thickness
       end if
-      change = by_plane(:ndim, :ndim)
    contains
       !> Of the step of a trial, else of sudden strains.
       pure function tangent(direction)
@@ -393,17 +495,23 @@ contains
          end if
          tangent = self%swelling*matmul(tangent, self%inverse)
       end function tangent
-   end function conjugate_change
+   end function change_in_space
 
-   !> Stress of the linear laws, or its change [Pa].
-   pure function stress_of_plane(self, h, of_change) result(stress)
+   !> Strain in the plane from which stress in it follows, of the linear laws [-].
+   pure function strain_of_plane(self, h, hoop) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      logical, intent(in), optional :: of_change
-      real(dp) :: stress(ndim, ndim)
+      real(dp), intent(in), optional :: hoop
       real(dp) :: strain(ndim, ndim)
-      strain = h
-      if (.not. present(of_change)) strain = h - self%free
+      strain = h - self%free
+      if (self%is_ring) strain = strain + (given_hoop(self, hoop) - self%free_hoop)*self%by_across
+   end function strain_of_plane
+
+   !> Stress of the linear laws by that [Pa].
+   pure function stress_of_plane(self, strain) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: strain(ndim, ndim)
+      real(dp) :: stress(ndim, ndim)
       if (self%isotropic) then
          stress = linear_stress(self%lambda, self%mu, strain)
       else
@@ -412,57 +520,92 @@ contains
    end function stress_of_plane
 
    !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
-   pure function mapped_stress(self, h, total_frame, past) result(stress)
+   pure function mapped_stress(self, h, total_frame, past, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (total_frame) then
-         stress = self%conjugate_stress(h, past)
+         stress = self%conjugate_stress(h, past, hoop)
       else
-         stress = self%kirchhoff_stress(h, past)
+         stress = self%kirchhoff_stress(h, past, hoop)
       end if
    end function mapped_stress
 
    !> Elastic energy per reference volume [J/m3].
-   pure real(dp) function energy_density(self, h, past)
+   pure real(dp) function energy_density(self, h, past, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
-      real(dp) :: strain(space, space), state(most_columns)
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
+      real(dp) :: strain(space, space), state(most_columns), in_plane(ndim, ndim)
       if (.not. self%linear) then
-         call look_at(self, h, past, strain, state)
+         call look_at(self, h, past, hoop, strain, state)
          energy_density = self%swelling*self%law%energy(strain, state(:self%columns))
-      else if (self%isotropic) then
-         energy_density = linear_energy_density(self%lambda, self%mu, h - self%free) + self%out_of_plane
-      else
-         energy_density = voigt_energy_density(self%stiffness, h - self%free) + self%out_of_plane
+         return
       end if
+      in_plane = strain_of_plane(self, h, hoop)
+      if (self%isotropic) then
+         energy_density = linear_energy_density(self%lambda, self%mu, in_plane)
+      else
+         energy_density = voigt_energy_density(self%stiffness, in_plane)
+      end if
+      energy_density = energy_density + self%young_across*(given_hoop(self, hoop) - self%eigenstrain(space, space))**2/2
    end function energy_density
 
-   !> Elastic energy per volume of a small stress [J/m3].
-   pure real(dp) function stress_energy_density(self, stress)
+   !> Elastic energy per volume of a small stress [J/m3]: in a plane what it takes there, of axisymmetric material with the stress_33 that is given.
+   pure real(dp) function stress_energy_density(self, stress, hoop_stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
+      real(dp), intent(in), optional :: hoop_stress !! of axisymmetric material [Pa]
       if (self%isotropic) then
          stress_energy_density = linear_stress_energy_density(self%small_strain_lambda(), self%mu, stress)
       else
          stress_energy_density = voigt_stress_energy_density(self%compliance, stress)
       end if
+      if (self%is_ring) stress_energy_density = stress_energy_density + (given_hoop(self, hoop_stress) &
+                                                                         - sum(self%by_across*stress))**2/(2*self%young_across)
    end function stress_energy_density
 
    !> Stress of a small displacement gradient, whatever the law [Pa].
-   pure function small_strain_stress(self, h) result(stress)
+   pure function small_strain_stress(self, h, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp) :: stress(ndim, ndim)
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
+      real(dp) :: stress(ndim, ndim), strain(ndim, ndim)
+      strain = h
+      if (self%is_ring) strain = strain + given_hoop(self, hoop)*self%by_across
       if (self%isotropic) then
-         stress = linear_stress(self%small_strain_lambda(), self%mu, h)
+         stress = linear_stress(self%small_strain_lambda(), self%mu, strain)
       else
-         stress = voigt_stress(self%stiffness, h)
+         stress = voigt_stress(self%stiffness, strain)
       end if
    end function small_strain_stress
+
+   !> And its stress_33 where material is axisymmetric [Pa].
+   pure real(dp) function small_hoop_stress(self, h, hoop) result(stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: hoop               !! H_33 [-]
+      stress = self%stress_across(self%small_strain_stress(h, hoop)) + self%young_across*hoop
+   end function small_hoop_stress
+
+   !> Stress across the plane by that in it, where there is no strain across it [Pa].
+   pure real(dp) function stress_across(self, stress)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: stress(ndim, ndim) !! [Pa]
+      stress_across = sum(self%by_across*stress)
+   end function stress_across
+
+   !> Strain, the same in all directions, of a small tension that is the same in all directions of the plane or, of axisymmetric material, of space [-].
+   pure real(dp) function strain_of_pressure(self, tension) result(strain)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: tension            !! [Pa]
+      strain = 0
+      if (abs(tension) > 0) strain = tension/(2*(self%lambda + self%mu) + merge(self%lambda, 0.0_dp, self%is_ring))
+   end function strain_of_pressure
 
    !> Lame constant with which every isotropic law is the linear one at small strain; in plane stress lambda' [Pa].
    pure real(dp) function small_strain_lambda(self) result(lambda)
@@ -482,6 +625,15 @@ contains
       moduli(2, 2) = moduli(1, 1)
       moduli(3, 3) = self%mu
    end function small_strain_moduli
+
+   !> Stress 11, 22, 12 and 33 by H_33 at small strain, of axisymmetric material of any law [Pa].
+   pure function hoop_moduli(self) result(moduli)
+      class(material_t), intent(in) :: self
+      real(dp) :: moduli(n_voigt + 1), stress(ndim, ndim)
+      real(dp), parameter :: no_gradient(ndim, ndim) = 0
+      stress = self%small_strain_stress(no_gradient, 1.0_dp)
+      moduli = [stress(1, 1), stress(2, 2), stress(1, 2), self%small_hoop_stress(no_gradient, 1.0_dp)]
+   end function hoop_moduli
 
    !> Speed of shear (rotational) waves [m/s], equation (32); in an orthotropic material of those along its axes.
    pure real(dp) function shear_wave_speed(self)

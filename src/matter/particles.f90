@@ -15,6 +15,7 @@ module hampm_particles
    use hampm_large_pages, only: prefer_large_pages
    use hampm_outline, only: outline_t
    use hampm_text, only: to_text
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: particles_t, new_particles, add_history, take_particles, keep_particles, remembered, spacing_of
@@ -49,12 +50,15 @@ module hampm_particles
       ! Where bodies are no mere rectangles. Not allocated elsewhere
       type(outline_t), allocatable :: outlines(:)       !! in the reference configuration, (bodies)
       real(dp) :: lattice(ndim) = 0                     !! a corner of the lattice whose boxes have particles [m]
-      real(dp) :: thickness = 0                         !! of the plate [m]
+      type(thickness_t) :: thickness                    !! of the material
    contains
       procedure :: has_outline
       procedure :: position
       procedure :: place_in_grid
       procedure :: gradient_of
+      procedure :: hoop_of
+      procedure :: area_of
+      procedure :: weights_of
       procedure :: history_of
       procedure :: columns
       procedure :: visit_columns
@@ -333,6 +337,32 @@ contains
       real(dp) :: h(ndim, ndim)
       h = self%gradient(i, :, :)
    end function gradient_of
+
+   !> H_33 of particle `i`, u_r/R of axisymmetric material [-]; 0 in a plane.
+   pure real(dp) function hoop_of(self, i) result(hoop)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: i
+      hoop = 0
+      if (self%thickness%is_ring) hoop = self%displacement(i, 1)/self%reference(i, 1)
+   end function hoop_of
+
+   !> Area in the plane for which particle `i` stands [m2].
+   pure real(dp) function area_of(self, i) result(area)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: i
+      area = self%volume(i)/self%thickness%at(self%reference(i, :))
+   end function area_of
+
+   !> Weights of some particles in means over places, in proportion to areas in the plane where they are of one material, sum 1 [-]: masses, of rings over
+   !> their radii.
+   pure function weights_of(self, members) result(weight)
+      class(particles_t), intent(in) :: self
+      integer, intent(in) :: members(:)
+      real(dp) :: weight(size(members))
+      weight = self%mass(members)
+      if (self%thickness%is_ring) weight = weight/self%reference(members, 1)
+      weight = weight/sum(weight)
+   end function weights_of
 
    !> What particle `i` remembers; nothing where no law has a history.
    pure function history_of(self, i) result(past)

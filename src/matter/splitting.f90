@@ -262,14 +262,16 @@ contains
       type(litter_t), intent(in) :: litter
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
       real(dp), intent(in) :: twist(ndim)        !! [1/m]
-      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean
+      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean, part(corners)
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
       change(:, 1) = twist*apart(2, c)
       change(:, 2) = twist*apart(1, c)
       ! The quarters beside a slanted crack need not have the centroid of their half: what that is off is taken off the velocities
-      middle = matmul(apart, litter%part)
+      part = litter%part                         ! of rings those that are wider have more
+      if (p%thickness%is_ring) part = part*(1 + litter%offset(1, :)/p%reference(k, 1))
+      middle = matmul(apart, part)
       ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
       mean = sum(litter%part*apart(1, :)*apart(2, :))
       p%reference(k, :) = p%reference(k, :) + litter%offset(:, c)
@@ -277,8 +279,8 @@ contains
                              + twist*(product(apart(:, c)) - mean)
       p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))
       p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart(:, c) - middle)
-      p%mass(k) = p%mass(k)*litter%part(c)
-      p%volume(k) = p%volume(k)*litter%part(c)
+      p%mass(k) = p%mass(k)*part(c)
+      p%volume(k) = p%volume(k)*part(c)
       p%level(k) = p%level(k) + litter%level(c)
       p%path(k) = litter%path(c)
       p%half(k, :) = litter%half(:, c)
@@ -389,20 +391,20 @@ contains
       type(forest_t), intent(in) :: forest
       real(dp) :: x(ndim)
       integer :: leaf
-      x = mean_of(p%reference, p%mass, siblings)
-      if (.not. p%total_frame) x = x + mean_of(p%displacement, p%mass, siblings)
+      x = mean_of(p, p%reference, siblings)
+      if (.not. p%total_frame) x = x + mean_of(p, p%displacement, siblings)
       leaf = forest%leaf_at(x)
       fits = leaf /= outside
       if (fits) fits = forest%level_of(leaf) < p%level(siblings(1))
    end function fits_between
 
-   !> Mean of a vector over the mass of siblings.
-   pure function mean_of(vector, mass, siblings) result(mean)
+   !> Mean of a vector over siblings.
+   pure function mean_of(p, vector, siblings) result(mean)
+      type(particles_t), intent(in) :: p
       real(dp), intent(in) :: vector(:, :)       !! (n, ndim)
-      real(dp), intent(in) :: mass(:)            !! [kg], (n)
       integer, intent(in) :: siblings(:)
       real(dp) :: mean(ndim)
-      mean = matmul(mass(siblings)/sum(mass(siblings)), vector(siblings, :))
+      mean = matmul(p%weights_of(siblings), vector(siblings, :))
    end function mean_of
 
    !> Make the first of some siblings what all are together.
@@ -410,7 +412,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: siblings(:)
       type(domain_t) :: domain
-      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim)
+      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim)
       integer :: c
       mass = sum(p%mass(siblings))
       volume = sum(p%volume(siblings))
@@ -420,10 +422,11 @@ contains
          momentum = momentum + p%mass(siblings(c))*p%velocity(siblings(c), :)
          gradient = gradient + p%mass(siblings(c))*p%gradient(siblings(c), :, :)
       end do
-      if (allocated(p%corner_velocity)) domain = joined_domain(p, siblings, mean_of(p%reference, p%mass, siblings))
+      if (allocated(p%corner_velocity)) domain = joined_domain(p, siblings, mean_of(p, p%reference, siblings))
       associate (k => siblings(1))
-         p%reference(k, :) = mean_of(p%reference, p%mass, siblings)
-         p%displacement(k, :) = mean_of(p%displacement, p%mass, siblings)
+         displacement = mean_of(p, p%displacement, siblings)
+         p%reference(k, :) = mean_of(p, p%reference, siblings)
+         p%displacement(k, :) = displacement
          p%velocity(k, :) = momentum/mass
          p%gradient(k, :, :) = gradient/mass
          if (allocated(p%history)) p%history(k, :) = matmul(p%mass(siblings), p%history(siblings, :))/mass

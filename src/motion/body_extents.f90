@@ -117,7 +117,7 @@ contains
       integer, intent(in) :: i
       real(dp) :: side(ndim)
       side = spacing_of(p, i)
-      if (p%has_outline(p%body(i))) side = side*sqrt(p%volume(i)/(p%thickness*product(side)))
+      if (p%has_outline(p%body(i))) side = side*sqrt(p%area_of(i)/product(side))
    end function sides_of
 
    !> How far the particles of a body reach in a direction, each by itself.

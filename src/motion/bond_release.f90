@@ -54,7 +54,7 @@ contains
          force = force_of(springs, k)
          across = dot_product(force, springs%normal(:, k))
          force = force - min(across, 0.0_dp)*springs%normal(:, k)
-         traction = norm2(force)/(springs%thickness*springs%length(k)*strength/sqrt(springs%cell(k)))
+         traction = norm2(force)/(springs%thickness%at(springs%place(:, k))*springs%length(k)*strength/sqrt(springs%cell(k)))
          if (springs%way(k) > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
@@ -101,7 +101,7 @@ contains
       kept = springs%kept(k)
       if (.not. kept > 0) return
       associate (held => norm2(springs%held(:, k)))
-         all = 2*(toughness*springs%thickness*springs%length(k) - springs%stored(k))
+         all = 2*(toughness*springs%thickness%at(springs%place(:, k))*springs%length(k) - springs%stored(k))
          if (.not. (held > 0 .and. all > 0)) then
             kept = 0
             return

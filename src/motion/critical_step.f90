@@ -27,7 +27,7 @@ module hampm_critical_step
    use hampm_quadratic_points, only: weights_along
    implicit none
    private
-   public :: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
+   public :: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
 
    integer, parameter :: sample_cells = 8        !! that a sample has at most in each direction
 
@@ -40,6 +40,12 @@ module hampm_critical_step
       real(dp), allocatable :: length(:)         !! that each stands for [cells]
       real(dp) :: spacing = 0                    !! between them [cells]
    end type row_t
+
+   !> What makes a sample one of rings.
+   type :: ring_t
+      real(dp) :: axis = 0                       !! where the axis is, from the node from which the first row is measured [cells]
+      real(dp) :: moduli(n_voigt + 1) = 0        !! stress 11, 22, 12 and 33 by H_33, over rho c**2 of dilatational waves [-]
+   end type ring_t
 
    !> The matrices of a sample, in cells of size 1, with density 1 and the dilatational wave speed 1.
    type :: sample_t
@@ -106,7 +112,8 @@ contains
    end function shifted
 
    !> Largest stable time step, times the dilatational wave speed over the size of a cell [-]; huge where nothing has a stiffness.
-   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping, have_domains, are_quadratic) result(courant)
+   pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping, have_domains, are_quadratic, ring) &
+      result(courant)
       type(row_t), intent(in) :: rows(ndim)      !! the particles in each direction
       real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! stiffness of the columns (11, 22, 12) over rho c**2 of dilatational waves [-]
       type(mass_choice_t), intent(in) :: mass    !! of a partial matrix the full part counts: it is the faster one
@@ -114,6 +121,7 @@ contains
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
       logical, intent(in) :: have_domains        !! whether particles have domains
       logical, intent(in), optional :: are_quadratic !! whether cells are, whose particles are then weighted
+      type(ring_t), intent(in), optional :: ring !! of axisymmetric material
       type(sample_t) :: sample
       real(dp), allocatable :: inverse(:, :), q(:, :), root(:)
       real(dp) :: square
@@ -122,13 +130,13 @@ contains
       quadratic = .false.
       if (present(are_quadratic)) quadratic = are_quadratic
       if (quadratic) then
-         call build_sample_of_quadratic(rows, moduli, sample)
+         call build_sample_of_quadratic(rows, moduli, sample, ring)
          call build_inverse(sample, mass, floor_of_quadratic, inverse)
       else if (have_domains) then
          call build_sample_of_domains(rows, moduli, sample)
          call build_inverse(sample, mass, floor_of_domains, inverse)
       else
-         call build_sample(rows, moduli, sample)
+         call build_sample(rows, moduli, sample, ring)
          call build_inverse(sample, mass, eigenvalue_floor, inverse)
       end if
       q = matmul(inverse, matmul(sample%mass, inverse))
@@ -146,16 +154,18 @@ contains
    end function largest_courant
 
    !> Sum the particles into the matrices.
-   pure subroutine build_sample(rows, moduli, s)
+   pure subroutine build_sample(rows, moduli, s, ring)
       type(row_t), intent(in) :: rows(ndim)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt)
       type(sample_t), intent(out) :: s
+      type(ring_t), intent(in), optional :: ring
       real(dp) :: xi(ndim), gradient(corners, ndim), weight
       integer :: nodes(corners), i, j, c, d, at(ndim)
       call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], 1, s)
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
             weight = rows(1)%length(i)*rows(2)%length(j)
+            if (present(ring)) weight = weight*(rows(1)%x(i) - ring%axis)
             call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
             call add_mass(weight, shape_functions(xi), number_of(at, s), s)
             gradient = shape_gradients(xi, 1.0_dp)
@@ -163,16 +173,20 @@ contains
             do c = 1, corners
                call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
             end do
+            if (present(ring)) call add_hoops(weight*ring%moduli, shape_functions(xi)/(rows(1)%x(i) - ring%axis), gradient, nodes, &
+                                              s)
          end do
       end do
+      if (present(ring)) call hold_axis(ring, s)
       call sum_cells(s)
    end subroutine build_sample
 
    !> The same for quadratic cells.
-   pure subroutine build_sample_of_quadratic(rows, moduli, s)
+   pure subroutine build_sample_of_quadratic(rows, moduli, s, ring)
       type(row_t), intent(in) :: rows(ndim)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt)
       type(sample_t), intent(out) :: s
+      type(ring_t), intent(in), optional :: ring
       real(dp) :: xi(ndim), n(points_of_quadratic), gradient(points_of_quadratic, ndim), weight
       integer :: nodes(points_of_quadratic), i, j, c, d, at(ndim)
       call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], 2, s)
@@ -180,6 +194,7 @@ contains
          do i = 1, size(rows(1)%x)
             call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
             weight = weight_at(rows(1)%spacing, xi(1))*weight_at(rows(2)%spacing, xi(2))
+            if (present(ring)) weight = weight*(rows(1)%x(i) - ring%axis)
             n = quadratic_functions(xi)
             gradient = quadratic_gradients(xi, 1.0_dp)
             nodes = s%nodes(:, number_of(at, s))
@@ -187,8 +202,10 @@ contains
             do c = 1, size(nodes)
                call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
             end do
+            if (present(ring)) call add_hoops(weight*ring%moduli, n/(rows(1)%x(i) - ring%axis), gradient, nodes, s)
          end do
       end do
+      if (present(ring)) call hold_axis(ring, s)
       call sum_cells(s)
    end subroutine build_sample_of_quadratic
 
@@ -312,6 +329,43 @@ contains
          end do
       end do
    end subroutine add_stiffness
+
+   !> Add what the hoop of a particle gives to the stiffness, and stress in the plane by it.
+   pure subroutine add_hoops(moduli, stretch, gradient, nodes, s)
+      real(dp), intent(in) :: moduli(n_voigt + 1)
+      real(dp), intent(in) :: stretch(:), gradient(:, :) !! N/R and grad N [1/cells], (nodes) and (nodes, ndim)
+      integer, intent(in) :: nodes(:)
+      type(sample_t), intent(inout) :: s
+      real(dp) :: by_hoop(size(nodes), ndim)     ! forces of a unit H_33, by the stress in the plane
+      integer :: c, d
+      by_hoop(:, 1) = matmul(gradient, moduli([1, 3]))
+      by_hoop(:, 2) = matmul(gradient, moduli([3, 2]))
+      associate (n => size(s%lumped), k => s%stiffness)
+         do c = 1, size(nodes)
+            do d = 1, ndim
+               k(nodes + (d - 1)*n, nodes(c)) = k(nodes + (d - 1)*n, nodes(c)) + by_hoop(:, d)*stretch(c)
+               k(nodes, nodes(c) + (d - 1)*n) = k(nodes, nodes(c) + (d - 1)*n) + stretch*by_hoop(c, d)
+            end do
+            k(nodes, nodes(c)) = k(nodes, nodes(c)) + moduli(n_voigt + 1)*stretch*stretch(c)
+         end do
+      end associate
+   end subroutine add_hoops
+
+   !> Hold the nodes of the axis in the direction of the radius: nothing resists there.
+   pure subroutine hold_axis(ring, s)
+      type(ring_t), intent(in) :: ring
+      type(sample_t), intent(inout) :: s
+      integer :: e, c, held, per_side
+      per_side = nint(sqrt(real(size(s%nodes, 1), dp)))
+      do e = 1, size(s%nodes, 2)
+         if (abs(mod(e - 1, s%cells(1)) - ring%axis) > margin) cycle
+         do c = 1, size(s%nodes, 1), per_side
+            held = s%nodes(c, e)
+            s%stiffness(held, :) = 0
+            s%stiffness(:, held) = 0
+         end do
+      end do
+   end subroutine hold_axis
 
    !> What a run takes for the inverse of M, by the rule of `hampm_mass_matrix`.
    pure subroutine build_inverse(s, mass, least, inverse)

@@ -32,6 +32,7 @@ module hampm_face_springs
    use hampm_archive, only: archive_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_mass_ties, only: mass_ties_t
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
@@ -45,7 +46,7 @@ module hampm_face_springs
 
    !> All springs.
    type :: face_springs_t
-      real(dp) :: thickness = 0                  !! of the plate [m]
+      type(thickness_t) :: thickness             !! of the material
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
       real(dp) :: most = 0                       !! largest eigenvalue that the steps of the run leave them then, over (c/h)**2 [-]
       real(dp) :: wanted = 0                     !! the one that they would have with all of their stiffness, the same [-]

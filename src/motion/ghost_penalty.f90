@@ -39,16 +39,15 @@ module hampm_ghost_penalty
 contains
 
    !> Part of its cell that the particles of each piece of a leaf fill, by its first element; 0 of the other elements.
-   pure function fills_of_pieces(grid, p, thickness) result(fill)
+   pure function fills_of_pieces(grid, p) result(fill)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      real(dp), intent(in) :: thickness          !! [m]
       real(dp) :: fill(grid%n_elements)
       integer :: i
       fill = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
-            fill(first) = fill(first) + p%volume(i)/(thickness*grid%leaf_size(first)**ndim)
+            fill(first) = fill(first) + p%area_of(i)/grid%leaf_size(first)**ndim
          end associate
       end do
       fill = part_of_cell(fill)
@@ -64,7 +63,7 @@ contains
       logical :: moves(grid%n_points), is_held(grid%n_elements), is_filled(grid%n_elements)
       integer, allocatable :: others(:)
       integer :: e, i, k, side
-      fill = fills_of_pieces(grid, p, springs%thickness)
+      fill = fills_of_pieces(grid, p)
       moves = .false.
       is_filled = .false.
       modulus = 0
@@ -165,7 +164,7 @@ contains
             call grid%dofs%masters_of(grid%element_nodes(:, other), j, master, weight)
             springs%node(n + 1:n + j, s) = master(:j)
             springs%share(n + 1:n + j, s) = -normal_derivative(other, xi, weight(:, :j))
-            springs%stiffness(s) = modulus*springs%thickness/(3*size(gauss))
+            springs%stiffness(s) = modulus*springs%thickness%at(springs%place(:, s))/(3*size(gauss))
             springs%length(s) = grid%element_size(e)/size(gauss)
             springs%cell(s) = grid%leaf_size(e)
          end associate

@@ -37,8 +37,8 @@ contains
                   end do
                else if (any(abs(old%half(:, k)) > 0)) then
                   do c = -1, 1, 2
-                     call put_on_children(loads(l), n, old%fraction(k)/2, first, last, old%offset(:, k) + c*old%half(:, k)/2, &
-                                          old%half(:, k)/2, tolerance, p)
+                     call put_on_children(loads(l), n, old%fraction(k)*(1 + c*longer(p, first_child, old, k))/2, first, last, &
+                                          old%offset(:, k) + c*old%half(:, k)/2, old%half(:, k)/2, tolerance, p)
                   end do
                else
                   call put_on_children(loads(l), n, old%fraction(k), first, last, old%offset(:, k), old%half(:, k), tolerance, p)
@@ -48,6 +48,22 @@ contains
          call cut_off(loads(l), n)
       end do
    end subroutine follow_split
+
+   !> By which part the circumference in the middle of one half of a segment is longer than in its own, where it is that of a ring [-].
+   pure real(dp) function longer(p, first_child, load, k)
+      type(particles_t), intent(in) :: p         !! after the split
+      integer, intent(in) :: first_child(:)
+      type(load_t), intent(in) :: load           !! before it
+      integer, intent(in) :: k                   !! point
+      real(dp) :: radius
+      integer :: c
+      longer = 0
+      if (.not. p%thickness%is_ring) return
+      associate (first => first_child(load%host(k)), last => first_child(load%host(k) + 1) - 1)
+         radius = dot_product(p%weights_of([(c, c=first, last)]), p%reference(first:last, 1)) + load%offset(1, k)
+      end associate
+      longer = load%half(1, k)/2/radius
+   end function longer
 
    !> How many points each point of a load becomes at most when its host splits.
    pure function pieces(load, first_child)
@@ -72,7 +88,7 @@ contains
       real(dp) :: x(ndim), distance(first:last)
       logical :: is_nearest(first:last)
       integer :: c
-      x = matmul(p%mass(first:last)/sum(p%mass(first:last)), p%reference(first:last, :)) + offset
+      x = matmul(p%weights_of([(c, c=first, last)]), p%reference(first:last, :)) + offset
       distance = [(norm2(x - p%reference(c, :)), c=first, last)]
       is_nearest = distance <= minval(distance) + tolerance
       do c = first, last

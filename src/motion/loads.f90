@@ -50,7 +50,7 @@ module hampm_loads
 
 contains
 
-   !> A load shared equally by the material places `points`, each hosted by the nearest particles and the middle of a segment that
+   !> A load shared equally by the material places `points`, in axisymmetric material by their circumferences, each hosted by the nearest particles and the middle of a segment that
    !> reaches by `half` to both sides. On the line of a crack `toward` tells at which face.
    subroutine load_on_points(p, grid, blocks, points, half, load, toward)
       type(particles_t), intent(in) :: p
@@ -62,15 +62,17 @@ contains
       real(dp), intent(in), optional :: toward(ndim)  !! unit vector from the crack into the material; 0 elsewhere
       real(dp) :: aside(ndim)                    ! to where hosts are looked for: nearer to those of a side than to all others [m]
       integer, allocatable :: hosts(:)
+      real(dp) :: part(size(points, 2))
       integer :: k, i, n
       n = size(points, 2)
+      part = p%thickness%parts(points)
       aside = 0
       if (present(toward)) aside = 0.5_dp*minval(p%spacing)*toward
       allocate (load%fraction(0), load%host(0), load%offset(ndim, 0))
       do k = 1, n
          hosts = nearest_particles(p, grid, blocks, points(:, k) + aside)
          load%host = [load%host, hosts]
-         load%fraction = [load%fraction, spread(1/(real(n, dp)*size(hosts)), 1, size(hosts))]
+         load%fraction = [load%fraction, spread(part(k)/size(hosts), 1, size(hosts))]
          load%offset = reshape([load%offset, [(points(:, k) - p%reference(hosts(i), :), i=1, size(hosts))]], &
                                [ndim, size(load%host)])
       end do
@@ -104,6 +106,7 @@ contains
             n = size(at)*k + 1 - i
             x = parts(k)%middle + at(i)*parts(k)%half
             load%fraction(n) = weight(i)*share(k)
+            if (p%thickness%is_ring .and. parts(k)%middle(1) > 0) load%fraction(n) = load%fraction(n)*x(1)/parts(k)%middle(1)
             load%half(:, n) = parts(k)%half/size(at)
             load%host(n) = nearest_in_cell(p, grid, blocks, x, x - inward*grid%finest_cell*parts(k)%normal)
             load%offset(:, n) = x - p%reference(load%host(n), :)
@@ -412,14 +415,16 @@ contains
       type(particles_t), intent(in) :: p
       real(dp) :: n(grid%n_functions)
       real(dp), parameter :: gauss = sqrt(0.6_dp)
-      real(dp) :: x(ndim)
+      real(dp) :: x(ndim), more
       associate (host => load%host(k))
          x = p%place_in_grid(host) + load%offset(:, k)
          if (.not. p%total_frame) x = x + matmul(p%gradient(host, :, :), load%offset(:, k))
          n = grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x))
          if (.not. grid%is_quadratic()) return
-         n = (8*n + 5*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - gauss*load%half(:, k))) &
-              + 5*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + gauss*load%half(:, k))))/18
+         more = 0                                ! by which the circumference is longer at one of the points, over that in the middle
+         if (p%thickness%is_ring .and. x(1) > 0) more = gauss*load%half(1, k)/x(1)
+         n = (8*n + 5*(1 - more)*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - gauss*load%half(:, k))) &
+              + 5*(1 + more)*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + gauss*load%half(:, k))))/18
       end associate
    end function weights
 

@@ -24,7 +24,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: fill(m%grid%n_elements), strain(m%grid%n_elements), beside
       integer :: i, e
-      fill = fills_of_pieces(m%grid, m%particles, m%springs%thickness)
+      fill = fills_of_pieces(m%grid, m%particles)
       strain = 0
       do i = 1, m%particles%n
          associate (first => m%grid%first_of_piece(m%particles%cell(i)))

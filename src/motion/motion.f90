@@ -241,7 +241,7 @@ contains
       logical, allocatable :: is_loaded(:)
       integer :: k
       m%operators = element_operators_t()
-      if (m%audit .or. .not. m%particles%total_frame) return
+      if (m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)
          is_loaded(m%particles%cell(m%loads(k)%host)) = .true.

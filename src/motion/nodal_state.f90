@@ -153,7 +153,7 @@ contains
             do d = 1, ndim
                if (.not. m%constraints%holds(all%nodes(a), d)) cycle
                associate (k => m%constraints%box(d, all%nodes(a)))
-                  force(d, k) = force(d, k) + m%fields%force(d, all%nodes(a))
+                  if (k > 0) force(d, k) = force(d, k) + m%fields%force(d, all%nodes(a)) ! on an axis there is none
                end associate
             end do
          end do

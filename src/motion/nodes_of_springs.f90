@@ -8,6 +8,7 @@ module hampm_nodes_of_springs
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_remembering, only: hoop_resistance
    implicit none
    private
    public :: masses_of, load_nodes
@@ -73,16 +74,21 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
       integer, intent(in) :: node
-      real(dp) :: force(ndim), gradient(corners, ndim)
+      real(dp) :: force(ndim), gradient(corners, ndim), shape(corners), x(ndim)
       integer :: k, i
       force = 0
       associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
          do k = 1, size(elements)
             associate (e => elements(k))
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  gradient = shape_gradients(grid%local_coordinate(e, p%place_in_grid(i)), 1/grid%leaf_size(e))
+                  x = p%place_in_grid(i)
+                  gradient = shape_gradients(grid%local_coordinate(e, x), 1/grid%leaf_size(e))
                   force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, &
-                                                                                           p%history_of(i)), gradient(corner(k), :))
+                                                                                           p%history_of(i), p%hoop_of(i)), &
+                                                     gradient(corner(k), :))
+                  if (.not. p%thickness%is_ring) cycle
+                  shape = shape_functions(grid%local_coordinate(e, x))
+                  force(1) = force(1) - p%volume(i)*shape(corner(k))*hoop_resistance(materials(p%material(i)), p, i)
                end do
             end associate
          end do

@@ -55,13 +55,17 @@ contains
       type(motion_t), intent(inout) :: m
       type(edges_t), intent(in) :: edges
       type(load_t), intent(inout) :: load
-      real(dp) :: length                         ! of all of them together [m]
+      real(dp), allocatable :: of_edge(:)        ! areas [m2]
+      real(dp) :: area                           ! of all of them together [m2]
       integer, allocatable :: chosen(:)
       integer :: i, n
       chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
       n = size(chosen)
-      length = sum(edges%length(chosen))
-      load%force = load%pressure*m%springs%thickness*length*load%into
+      of_edge = [(edges%length(i)*m%springs%thickness%at(m%particles%reference(edges%host(i), :) + edges%offset(:, i)), &
+                  i=1, edges%n)]
+      of_edge = of_edge(chosen)
+      area = sum(of_edge)
+      load%force = load%pressure*area*load%into
       if (allocated(load%host)) then             ! as they are in a checkpoint, or on a mesh that has not changed here
          if (size(load%host) == n) then
             if (all(load%host == edges%host(chosen)) .and. .not. any(abs(load%offset - edges%offset(:, chosen)) > 0)) return
@@ -72,8 +76,8 @@ contains
       load%host = edges%host(chosen)
       load%offset = edges%offset(:, chosen)
       load%half = edges%half(:, chosen)
-      load%fraction = edges%length(chosen)
-      if (length > 0) load%fraction = load%fraction/length
+      load%fraction = of_edge
+      if (area > 0) load%fraction = load%fraction/area
       call note_hosts(load, m%particles)
       m%mapped = .false.                         ! which cells have operators depends on the hosts
    end subroutine take_edges

@@ -20,7 +20,7 @@ module hampm_reference_step
    use hampm_basis, only: inside_cell
    use hampm_face_springs, only: add_spring_forces, stretch_springs
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
-   use hampm_remembering, only: remember
+   use hampm_remembering, only: remember, hoop_resistance
    use hampm_motion, only: motion_t
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
@@ -106,20 +106,25 @@ contains
    end subroutine map_velocity
 
    !> P2G. The internal forces f_i = -sum V_p T_p grad N_i (7) [N], T being the Kirchhoff stress, in the total frame the first
-   !> Piola stress.
+   !> Piola stress; in axisymmetric material radial ones by the hoop stress, -sum V_p P_33 N_i/R, too.
    subroutine map_force(m, force)
       type(motion_t), intent(in) :: m
       real(dp), intent(out) :: force(:, :)       !! (ndim, n_points)
-      real(dp) :: gradient(m%grid%n_functions, ndim), stress(ndim, ndim)
+      real(dp) :: gradient(m%grid%n_functions, ndim), stress(ndim, ndim), n(m%grid%n_functions)
       integer :: nodes(m%grid%n_functions), i, c
       force = 0
       associate (p => m%particles)
          do i = 1, p%n
             nodes = support(m, i)
             gradient = gradients(m, i)
-            stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, p%history_of(i))
+            stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, p%history_of(i), p%hoop_of(i))
             do c = 1, size(nodes)
                force(:, nodes(c)) = force(:, nodes(c)) - p%volume(i)*matmul(stress, gradient(c, :))
+            end do
+            if (.not. p%thickness%is_ring) cycle
+            n = functions(m, i)
+            do c = 1, size(nodes)
+               force(1, nodes(c)) = force(1, nodes(c)) - p%volume(i)*hoop_resistance(m%materials(p%material(i)), p, i)*n(c)
             end do
          end do
       end associate

@@ -233,6 +233,10 @@ contains
       real(dp), allocatable, intent(out) :: held(:, :, :)  !! (motions, motions, nodes)
       integer :: k, d
       allocate (held(motions, motions, m%grid%n_nodes), source=0.0_dp)
+      if (m%particles%thickness%is_ring) then    ! which strains as it moves along x or turns
+         held(1, 1, :) = 1
+         held(motions, motions, :) = 1
+      end if
       do k = 1, size(m%constraints%node)
          associate (node => m%constraints%node(k))
             do d = 1, ndim

@@ -38,13 +38,13 @@ contains
       logical :: moves(grid%n_points)
       integer :: e, i, k
       integer, allocatable :: hosts(:)
-      fill = fills_of_pieces(grid, p, springs%thickness)
+      fill = fills_of_pieces(grid, p)
       middle = 0
       moves = .false.
       springs%alone = 0
       do i = 1, p%n
          associate (first => grid%first_of_piece(p%cell(i)))
-            middle(:, first) = middle(:, first) + p%volume(i)*p%place_in_grid(i)/(springs%thickness*grid%leaf_size(first)**ndim)
+            middle(:, first) = middle(:, first) + p%area_of(i)*p%place_in_grid(i)/grid%leaf_size(first)**ndim
          end associate
       end do
       do e = 1, grid%n_elements, corners
@@ -148,8 +148,10 @@ contains
             springs%share(n + 1:n + j, s) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
             springs%place(:, s) = x
          end associate
-         springs%stiffness(s) = part*merge(firmness*modulus*springs%thickness, 0.0_dp, is_stiff)
-         springs%mass(s) = part*merge(heaviness*density*springs%thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
+         associate (thickness => springs%thickness%at(springs%place(:, s)))
+            springs%stiffness(s) = part*merge(firmness*modulus*thickness, 0.0_dp, is_stiff)
+            springs%mass(s) = part*merge(heaviness*density*thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
+         end associate
          springs%length(s) = grid%leaf_size(e)
          springs%cell(s) = grid%leaf_size(e)
       end do

@@ -232,8 +232,9 @@ contains
          springs%kept(s) = 0
       else
          begins = .true.
-         springs%held(:, s) = springs%thickness*springs%length(s)*traction_at(grid, p, blocks, materials, springs%place(:, s), &
-                                                                               springs%normal(:, s), face_of(springs, s))
+         springs%held(:, s) = springs%thickness%at(springs%place(:, s))*springs%length(s) &
+                              *traction_at(grid, p, blocks, materials, springs%place(:, s), springs%normal(:, s), &
+                                           face_of(springs, s))
       end if
    end subroutine begin_bond
 
@@ -267,7 +268,7 @@ contains
             do i = blocks%first_in(carrier), blocks%last_in(carrier), blocks%stride_in(carrier)
                volume = volume + p%volume(i)
                traction = traction + p%volume(i)*matmul(materials(p%material(i))%conjugate_stress( &
-                                                         p%gradient_of(i), p%history_of(i)), normal)
+                                                         p%gradient_of(i), p%history_of(i), p%hoop_of(i)), normal)
             end do
          end associate
       end do
@@ -436,7 +437,7 @@ contains
                springs%tip(s) = layer%tip
                springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
                call look_at_halves(grid, p, blocks, materials, e, x, springs%cell(s), springs%stiffness(s))
-               springs%stiffness(s) = springs%stiffness(s)*springs%thickness*springs%length(s)
+               springs%stiffness(s) = springs%stiffness(s)*springs%thickness%at(x)*springs%length(s)
                n = 0
                do side = 1, faces
                   if (e(side) == 0) cycle

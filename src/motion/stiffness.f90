@@ -4,6 +4,9 @@
 !> Where nothing holds a body, a part of K is singular. So K may be that of bodies on very soft springs, everywhere in proportion
 !> to the mass: forces that balance each other do not feel them, others accelerate the body as a whole.
 !>
+!> Of axisymmetric material N_a/R is a third derivative of a shape function, by which displacements in direction 1 give H_33: displacement gradients and
+!> stresses then have a third column with that and stress_33 in direction 1.
+!>
 !> For equilibrium of any law K is the tangent: how internal forces change with the displacement from the particles' present state.
 !> For implicit steps a multiple of the mass matrix is added to it.
 module hampm_stiffness
@@ -25,8 +28,8 @@ module hampm_stiffness
    use hampm_tensors, only: identity, trace
    implicit none
    private
-   public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads, small_stress, stiff_points, &
-             gradient_at, local_of
+   public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads, stiff_points, gradient_at, &
+             derivatives_at, n_derivatives, local_of
 
    !> Squared frequency of the springs over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
@@ -252,7 +255,8 @@ contains
       type(stiffness_t), intent(in) :: stiffness !! its kind and its springs
       real(dp), intent(out) :: matrix(:, :)
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: products(size(matrix, 1), size(matrix, 1)), h(ndim, ndim), past(m%particles%columns())
+      real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions), h(ndim, ndim), hoop, &
+                  past(m%particles%columns())
       integer :: i, k
       logical :: is_last
       matrix = 0
@@ -262,11 +266,12 @@ contains
       end if
       products = 0
       h = 0
+      hoop = 0
       past = 0
       associate (p => m%particles, b => m%blocks, is_tangent => stiffness%kind%is_tangent)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (is_tangent) then
-               gradient = reshape(gradient_at(m, i), [m%grid%n_functions, ndim, 1])
+               gradient = reshape(derivatives_at(m, i), [m%grid%n_functions, n_derivatives(m), 1])
             else
                call stiff_points(m, e, i, gradient)
             end if
@@ -281,8 +286,9 @@ contains
                if (.not. is_last) is_last = p%material(i + b%stride_in(e)) /= p%material(i)
                if (.not. is_last) cycle
                if (is_tangent) h = p%gradient_of(i)
+               if (is_tangent) hoop = p%hoop_of(i)
                if (is_tangent) past = p%history_of(i)
-               call add_products(moduli_of(material, h, past), products, matrix)
+               call add_products(moduli_of(material, n_derivatives(m), h, past, hoop), products, matrix)
                products = 0
             end associate
          end do
@@ -302,7 +308,7 @@ contains
    pure function mean_gradient_in(m, e) result(mean)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
-      real(dp) :: mean(m%grid%n_functions, ndim), volume
+      real(dp) :: mean(m%grid%n_functions, n_derivatives(m)), volume
       integer :: i
       mean = 0
       volume = 0
@@ -310,7 +316,7 @@ contains
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (.not. m%materials(p%material(i))%mean_dilatation) cycle
-            mean = mean + p%volume(i)*gradient_at(m, i)
+            mean = mean + p%volume(i)*derivatives_at(m, i)
             volume = volume + p%volume(i)
          end do
       end associate
@@ -323,16 +329,17 @@ contains
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp), intent(inout) :: matrix(:, :)
-      real(dp) :: gradient(m%grid%n_functions, ndim), mean(m%grid%n_functions, ndim), moduli(ndim, ndim, ndim, ndim), &
-                  u(ndim, m%grid%n_functions), stress(ndim, ndim)
+      real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
+      real(dp) :: moduli(ndim, n_derivatives(m), ndim, n_derivatives(m)), u(ndim, m%grid%n_functions), &
+                  stress(ndim, n_derivatives(m))
       integer :: i, j, k, dofs
       dofs = size(matrix, 1)
       mean = mean_gradient_in(m, e)
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             associate (material => m%materials(p%material(i)))
-               gradient = gradient_at(m, i)
-               moduli = moduli_of(material, p%gradient_of(i), p%history_of(i))
+               gradient = derivatives_at(m, i)
+               moduli = moduli_of(material, n_derivatives(m), p%gradient_of(i), p%history_of(i), p%hoop_of(i))
                do k = 1, dofs
                   u = reshape([(merge(1.0_dp, 0.0_dp, j == k), j=1, dofs)], [ndim, m%grid%n_functions])
                   stress = product_of_moduli(moduli, strain_by(u, gradient, mean, material%mean_dilatation))
@@ -346,11 +353,11 @@ contains
 
    !> Stress of moduli and a displacement gradient [Pa].
    pure function product_of_moduli(moduli, h) result(stress)
-      real(dp), intent(in) :: moduli(ndim, ndim, ndim, ndim), h(ndim, ndim)
-      real(dp) :: stress(ndim, ndim)
+      real(dp), intent(in) :: moduli(:, :, :, :), h(:, :)
+      real(dp) :: stress(ndim, size(h, 2))
       integer :: j, k
       stress = 0
-      do k = 1, ndim
+      do k = 1, size(h, 2)
          do j = 1, ndim
             stress = stress + moduli(:, :, j, k)*h(j, k)
          end do
@@ -360,36 +367,44 @@ contains
    !> Displacement gradient at a particle by displacements of the corners, whose trace is the mean where it is shared [-].
    pure function strain_by(u, gradient, mean, shares) result(h)
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, corners)
-      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, ndim)
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
       logical, intent(in) :: shares
-      real(dp) :: h(ndim, ndim), missing
+      real(dp) :: h(ndim, size(gradient, 2)), missing
       integer :: c
       h = 0
       missing = 0
       do c = 1, size(u, 2)
-         h = h + spread(u(:, c), 2, ndim)*spread(gradient(c, :), 1, ndim)
-         missing = missing + dot_product(u(:, c), mean(c, :) - gradient(c, :))
+         h = h + spread(u(:, c), 2, size(gradient, 2))*spread(gradient(c, :), 1, ndim)
+         missing = missing + dot_product(u(:, c), of_trace(mean(c, :) - gradient(c, :)))
       end do
-      if (shares) h = h + missing/2*identity
+      if (shares) h(:, :ndim) = h(:, :ndim) + missing/2*identity
    end function strain_by
+
+   !> What the derivatives of a shape function give to the trace of H by a displacement in each direction [1/m].
+   pure function of_trace(derivatives) result(part)
+      real(dp), intent(in) :: derivatives(:)     !! [1/m]
+      real(dp) :: part(ndim)
+      part = derivatives(:ndim)
+      part(1) = part(1) + sum(derivatives(ndim + 1:))
+   end function of_trace
 
    !> Forces on the corners by the stress at a particle, per volume [N/m3]: the transpose of `strain_by`.
    pure function forces_by(stress, gradient, mean, shares) result(force)
-      real(dp), intent(in) :: stress(ndim, ndim) !! [Pa]
-      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, ndim)
+      real(dp), intent(in) :: stress(:, :)       !! [Pa], (ndim, derivatives)
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
       logical, intent(in) :: shares
       real(dp) :: force(ndim, size(gradient, 1))
       integer :: c
       do c = 1, size(gradient, 1)
          force(:, c) = matmul(stress, gradient(c, :))
-         if (shares) force(:, c) = force(:, c) + trace(stress)/2*(mean(c, :) - gradient(c, :))
+         if (shares) force(:, c) = force(:, c) + trace(stress(:, :ndim))/2*of_trace(mean(c, :) - gradient(c, :))
       end do
    end function forces_by
 
    !> Add the products V N_a,k N_b,l of the gradients at a point.
    pure subroutine sum_products(volume, gradient, products)
       real(dp), intent(in) :: volume             !! [m3]
-      real(dp), intent(in) :: gradient(:, :)     !! [1/m], (corners, ndim)
+      real(dp), intent(in) :: gradient(:, :)     !! [1/m], (corners, derivatives)
       real(dp), intent(inout) :: products(:, :)  !! by corner, the derivatives of a corner one after the other [m]
       real(dp) :: by_corner(size(gradient))
       integer :: k
@@ -400,41 +415,63 @@ contains
    end subroutine sum_products
 
    !> Change of the stress, its components first, with those of the displacement gradient [Pa].
-   pure function moduli_of(material, h, past) result(moduli)
+   pure function moduli_of(material, n, h, past, hoop) result(moduli)
       type(material_t), intent(in) :: material
+      integer, intent(in) :: n                   !! derivatives of a shape function
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
-      real(dp) :: moduli(ndim, ndim, ndim, ndim)
-      real(dp) :: unit(ndim, ndim)
+      real(dp), intent(in) :: hoop               !! H_33 [-]
+      real(dp) :: moduli(ndim, n, ndim, n)
+      real(dp) :: unit(ndim, n)
       integer :: j, k
-      do k = 1, ndim
+      do k = 1, n
          do j = 1, ndim
             unit = 0
             unit(j, k) = 1
-            moduli(:, :, j, k) = material%conjugate_change(h, unit, past)
+            moduli(:, :, j, k) = change_of_stress(material, h, unit, past, hoop)
          end do
       end do
    end function moduli_of
 
+   !> What a small change of H makes of the stress, both with a column of the hoop where material is axisymmetric, whose direction 2 has no part [Pa].
+   pure function change_of_stress(material, h, dh, past, hoop) result(change)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: dh(:, :)           !! its change [-], (ndim, derivatives)
+      real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
+      real(dp), intent(in) :: hoop               !! H_33 [-]
+      real(dp) :: change(ndim, size(dh, 2)), in_plane(ndim, ndim)
+      in_plane = dh(:, :ndim)
+      if (size(dh, 2) == ndim) then
+         change = material%conjugate_change(h, in_plane, past)
+      else
+         change(:, :ndim) = material%conjugate_change(h, in_plane, past, hoop, dh(1, ndim + 1))
+         change(:, ndim + 1) = 0
+         change(1, ndim + 1) = material%hoop_change(h, in_plane, past, hoop, dh(1, ndim + 1))
+      end if
+   end function change_of_stress
+
    !> Add the stiffness of material of the same moduli: the force on corner a in direction i by a displacement of corner b in direction
    !> j is the sum over k and l of moduli_ikjl times that of V N_a,k N_b,l.
    pure subroutine add_products(moduli, products, matrix)
-      real(dp), intent(in) :: moduli(ndim, ndim, ndim, ndim)
+      real(dp), intent(in) :: moduli(:, :, :, :)
       real(dp), intent(in) :: products(:, :)     !! by corner, the derivatives of a corner one after the other [m]
       real(dp), intent(inout) :: matrix(:, :)
       integer :: i, j, k, l
+      associate (n => size(moduli, 2))
       do j = 1, ndim
-         do l = 1, ndim
+         do l = 1, n
             do i = 1, ndim
-               do k = 1, ndim
-                  matrix(i::ndim, j::ndim) = matrix(i::ndim, j::ndim) + moduli(i, k, j, l)*products(k::ndim, l::ndim)
+               do k = 1, n
+                  matrix(i::ndim, j::ndim) = matrix(i::ndim, j::ndim) + moduli(i, k, j, l)*products(k::n, l::n)
                end do
             end do
          end do
       end do
+      end associate
    end subroutine add_products
 
-   !> Gradients of the shape functions at the points by which a particle is stiff [1/m], (corners, ndim, points): where it stands.
+   !> Derivatives of the shape functions at the points by which a particle is stiff [1/m], (corners, derivatives, points): where it stands.
    !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
    pure subroutine stiff_points(m, e, i, gradient)
       type(motion_t), intent(in) :: m
@@ -443,11 +480,13 @@ contains
       real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
       real(dp), parameter :: around(ndim, 4) = near*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       integer :: k
-      allocate (gradient(m%grid%n_functions, ndim, merge(4, 1, m%blocks%count_in(e) == 1 .and. .not. m%grid%is_quadratic())))
-      gradient(:, :, 1) = gradient_at(m, i)
+      allocate (gradient(m%grid%n_functions, n_derivatives(m), &
+                         merge(4, 1, m%blocks%count_in(e) == 1 .and. .not. m%grid%is_quadratic())))
+      gradient(:, :, 1) = derivatives_at(m, i)
       if (size(gradient, 3) == 1) return
       do k = 1, 4
-         gradient(:, :, k) = m%grid%gradients_in(e, inside_cell(local_of(m, i) + around(:, k)))
+         gradient(:, :ndim, k) = m%grid%gradients_in(e, inside_cell(local_of(m, i) + around(:, k)))
+         gradient(:, ndim + 1:, k) = gradient(:, ndim + 1:, 1)
       end do
    end subroutine stiff_points
 
@@ -459,6 +498,22 @@ contains
       gradient = m%grid%gradients_in(m%particles%cell(i), local_of(m, i))
    end function gradient_at
 
+   !> How many derivatives a shape function has: in axisymmetric material N/R is one.
+   pure integer function n_derivatives(m)
+      type(motion_t), intent(in) :: m
+      n_derivatives = merge(ndim + 1, ndim, m%particles%thickness%is_ring)
+   end function n_derivatives
+
+   !> The derivatives of the shape functions at a particle [1/m], (corners, derivatives).
+   pure function derivatives_at(m, i) result(derivatives)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: derivatives(m%grid%n_functions, n_derivatives(m))
+      derivatives(:, :ndim) = gradient_at(m, i)
+      if (n_derivatives(m) > ndim) &
+         derivatives(:, ndim + 1) = m%grid%functions_in(m%particles%cell(i), local_of(m, i))/m%particles%reference(i, 1)
+   end function derivatives_at
+
    !> Place of a particle in its cell, 0 to 1.
    pure function local_of(m, i) result(xi)
       type(motion_t), intent(in) :: m
@@ -466,14 +521,6 @@ contains
       real(dp) :: xi(ndim)
       xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
    end function local_of
-
-   !> Stress of a small displacement gradient, whatever the law [Pa].
-   pure function small_stress(material, h) result(stress)
-      type(material_t), intent(in) :: material
-      real(dp), intent(in) :: h(ndim, ndim)      !! [-]
-      real(dp) :: stress(ndim, ndim)
-      stress = material%small_strain_stress(h)
-   end function small_stress
 
    !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in a
    !> second [N], (ndim, n_points).
@@ -555,7 +602,7 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
-      real(dp) :: gradient(m%grid%n_functions, ndim), mean(m%grid%n_functions, ndim)
+      real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
       integer :: k, i
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, b => m%blocks)
@@ -564,11 +611,11 @@ contains
                if (.not. any(abs(u(:, at)) > 0)) cycle
                mean = mean_gradient_in(m, e)
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                  gradient = gradient_at(m, i)
+                  gradient = derivatives_at(m, i)
                   associate (material => m%materials(p%material(i)))
-                     force(:, at) = force(:, at) + p%volume(i)*forces_by(material%conjugate_change( &
-                                    p%gradient_of(i), strain_by(u(:, at), gradient, mean, material%mean_dilatation), &
-                                    p%history_of(i)), gradient, mean, material%mean_dilatation)
+                     force(:, at) = force(:, at) + p%volume(i)*forces_by(change_of_stress(material, p%gradient_of(i), &
+                                    strain_by(u(:, at), gradient, mean, material%mean_dilatation), p%history_of(i), &
+                                    p%hoop_of(i)), gradient, mean, material%mean_dilatation)
                   end associate
                end do
             end associate

@@ -26,9 +26,9 @@ contains
       fill = 0
       do i = 1, p%n
          p%volume(i) = p%mass(i)/materials(p%material(i))%density
-         fill(p%cell(i)) = fill(p%cell(i)) + p%volume(i)
+         fill(p%cell(i)) = fill(p%cell(i)) + p%area_of(i)
       end do
-      fill = fill/(p%thickness*grid%element_size**ndim)
+      fill = fill/grid%element_size**ndim
       do i = 1, p%n
          associate (e => p%cell(i))
             if (fill(e) < least_fill .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) &

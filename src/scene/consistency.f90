@@ -133,6 +133,12 @@ contains
          end if
       end if
       if (.not. has_grid) return
+      if (scene%run%thickness%is_ring .and. scene%grid%lower(1) < 0) then
+         call settings%complain(mistakes, entry, 'lower', 'must have no x below 0 with &run plane = ''axisymmetric'': x is the '// &
+                                'radius. Where bodies reach the axis the lattice begins there')
+         has_grid = .false.
+         return
+      end if
       if (maxval(abs(scene%grid%lower)) <= furthest*scene%grid%cell) return
       call settings%complain(mistakes, entry, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
       has_grid = .false.

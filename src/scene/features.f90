@@ -14,7 +14,7 @@ module hampm_features
       'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', &
-      'another body of that part', 'a mass matrix that acts']
+      'another body of that part', 'a mass matrix that acts', 'quadratic cells at an axis']
 
 contains
 
@@ -38,6 +38,8 @@ contains
          has = cuts_cells(scene)
        case ('a mass matrix that acts')
          has = mass_acts(scene)
+       case ('quadratic cells at an axis')
+         has = scene%run%thickness%is_ring .and. scene%grid%order > 1 .and. .not. scene%grid%lower(1) > 0
        case ('several cracks')
          has = settings%count_of('crack') > 1
        case ('several bodies')

@@ -1,7 +1,7 @@
 !> The largest courant number with which a scene is stable, and the one that is taken where none is given.
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
-   use hampm_critical_step, only: row_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
+   use hampm_critical_step, only: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
    use hampm_material, only: material_t, is_for_any_strain
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
@@ -42,6 +42,8 @@ module hampm_largest_step
    !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and bonds at tips: of 800 at random
    !> 3 % was missing at most (docs/quadratic.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
+   !> What rings around an axis leave of the limit of a plane, where the axis is next to the edges
+   real(dp), parameter :: of_rings = 0.9_dp
    !> What edges in any direction leave of the limit of those along the grid lines
    real(dp), parameter :: of_outlines = 0.95_dp
    !> What deformation leaves of the limit where particles have domains; without the small losses of usl energy grows slowly in longer steps,
@@ -128,6 +130,7 @@ contains
       integer :: n(ndim), d, i, j
       logical :: strains_last
       type(material_t) :: material
+      type(ring_t), allocatable :: ring
       material = material_of(scene, body%material_index) ! gfortran 12 frees the law of an associate name twice
       associate (cell => scene%grid%cell)
          n = points_of(scene, body)
@@ -137,8 +140,10 @@ contains
          moduli = material%small_strain_moduli()/(material%density*speed**2)
          damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
          strains_last = scene%method%scheme == 'usl'
+         if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli()/(material%density*speed**2))
          if (body%outline%is_there() .and. .not. crosses_cells(scene, body) .and. scene%grid%order == 1) then
             limit = cut_limit(body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/speed
+            if (material%is_ring) limit = limit*of_rings
             return
          end if
          if (scene%grid%order > 1 .and. cuts_cells(scene)) then ! whole cells are looked at
@@ -151,7 +156,7 @@ contains
                rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells/scene%grid%order)
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
-                                    are_quadratic=scene%grid%order > 1)/speed
+                                    are_quadratic=scene%grid%order > 1, ring=ring)/speed
             if (.not. refines(scene) .or. scene%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)
@@ -174,7 +179,8 @@ contains
                if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
                moved(1) = shifted(rows(1), shift(1, i))
                moved(2) = shifted(rows(2), shift(2, j))
-               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, scene%method%has_domains())/speed)
+               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, scene%method%has_domains(), &
+                                                  ring=ring)/speed)
             end do
          end do
          if (scene%method%has_domains()) then

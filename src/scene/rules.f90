@@ -37,7 +37,22 @@ module hampm_rules
    character(*), parameter :: with_history = "&material law = 'j2_plastic' | 'viscoelastic'"
    character(*), parameter :: for_any_strain = "&material law = 'neo_hookean' | 'mooney_rivlin'"
 
+   type(rule_t), parameter :: of_rings(*) = [ &
+      rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
+             "&method time = 'explicit' | 'implicit' and quadratic cells at an axis", mechanics, &
+             "nodes on the axis have a lumped mass of 0", "&method mass = 'full'"), &
+      rule_t("&run plane = 'axisymmetric'", not_with, "&run thickness", by_meaning, &
+             "that of a ring is its circumference", ""), &
+      rule_t("&body spin", not_with, "&run plane = 'axisymmetric'", mechanics, &
+             "a ring that turned in the plane of its section would be turned inside out", ""), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&run plane = 'axisymmetric'", mechanics, &
+             "a beam has no axis", ""), &
+      rule_t("&run plane = 'axisymmetric'", not_with, "&method functions = 'cpdi'", not_built, &
+             "the corners of a domain tell no stretch around the axis", "&method functions = 'linear'")]
+
    type(rule_t), parameter :: of_grids(*) = [ &
+      rule_t("&grid order = 1", not_with, "&run plane = 'axisymmetric'", not_built, "bilinear cells know the plane only", &
+             "&grid order = 2"), &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "only paths at rest grow through quadratic cells", "&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
@@ -56,7 +71,7 @@ module hampm_rules
       rule_t("&material angle", requires, "&material law = 'orthotropic'", by_meaning, "other materials have no axes", ""), &
       rule_t("&material law = 'orthotropic'", requires, &
              "&material young_1 and &material young_2 and &material shear_12 and &material poisson_12", by_meaning, "", ""), &
-      rule_t("&material law = 'orthotropic' and &run plane = 'strain'", requires, &
+      rule_t("&material law = 'orthotropic' and &run plane = 'strain' | 'axisymmetric'", requires, &
              "&material young_3 and &material poisson_13 and &material poisson_23", mechanics, &
              "the material is held across the plane", ""), &
       rule_t("&material young", not_with, "&material law = 'orthotropic'", by_meaning, "", "young_1 and young_2"), &
@@ -78,7 +93,7 @@ module hampm_rules
       rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material dilatation = 'cell'", requires, with_history, not_built, &
              "other laws are passed without it", ""), &
-      rule_t("&material dilatation = 'cell'", requires, "&run plane = 'strain'", mechanics, &
+      rule_t("&material dilatation = 'cell'", not_with, "&run plane = 'stress'", mechanics, &
              "in plane stress the thickness gives way, and no cell locks", ""), &
       rule_t("&material dilatation = 'cell'", requires, "&method frame = 'total'", not_built, &
              "the mean is that of particles that stay in their cell", ""), &
@@ -90,8 +105,8 @@ module hampm_rules
       rule_t("&material dilatation = 'cell'", not_with, "&grid order = 2", mechanics, "quadratic cells do not lock", &
              "&material dilatation = 'point'"), &
       rule_t("&material dilatation = 'point'", warned_with, &
-             "&material law = 'j2_plastic' and &run plane = 'strain' and &grid order = 1", mechanics, &
-             "cells that yield in plane strain are too stiff, loads go on rising where the material has a limit", &
+             "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
+             "cells that yield and cannot thin are too stiff, loads go on rising where the material has a limit", &
              "&material dilatation = 'cell' and &method frame = 'total'"), &
       rule_t(with_history, not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
@@ -496,6 +511,6 @@ module hampm_rules
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
-      of_grids, of_materials, of_bodies, of_constraints, of_loads, of_contact, &
+      of_rings, of_grids, of_materials, of_bodies, of_constraints, of_loads, of_contact, &
       of_method, of_refinement, of_cracks, of_growth, of_energies]
 end module hampm_rules

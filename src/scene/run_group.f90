@@ -3,6 +3,7 @@ module hampm_run_group
    use hampm_kinds, only: dp, name_len, path_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, must, may, once, is_required, positive
    use hampm_settings, only: settings_t
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: run_group, run_keys, run_t, fill_run
@@ -15,7 +16,7 @@ module hampm_run_group
       key_t('run', 'title', type_text, 1, 1, may, '', 'DCB, suddenly loaded', '', &
             '', 'what the run is about; the result keeps it'), &
       key_t('run', 'plane', type_name, 1, 1, may, 'stress', '', '', &
-            'stress|strain', 'plane stress or plane strain'), &
+            'stress|strain|axisymmetric', 'plane stress, plane strain, or material around the axis x = 0, where x is the radius'), &
       key_t('run', 'thickness', type_real, 1, 1, may, '1.0', '0.01', 'm', &
             positive, 'thickness of the plane; forces and energies are those of all of it'), &
       key_t('run', 'end_time', type_real, 1, 1, must, '', '1.5e-3', 's', &
@@ -24,8 +25,8 @@ module hampm_run_group
    !> &run: what is computed, and for how long.
    type :: run_t
       character(path_len) :: title = ''
-      character(name_len) :: plane = ''          !! 'stress' or 'strain'
-      real(dp) :: thickness = 0                  !! [m]
+      character(name_len) :: plane = ''          !! 'stress', 'strain' or 'axisymmetric'
+      type(thickness_t) :: thickness
       real(dp) :: end_time = 0                   !! [s]
    end type run_t
 
@@ -39,7 +40,7 @@ contains
       entry = settings%find('run', 1)
       run%title = settings%text(entry, 'title')
       run%plane = settings%text(entry, 'plane')
-      run%thickness = settings%number(entry, 'thickness')
+      run%thickness = thickness_t(settings%number(entry, 'thickness'), run%plane == 'axisymmetric')
       run%end_time = settings%number(entry, 'end_time')
    end subroutine fill_run
 end module hampm_run_group

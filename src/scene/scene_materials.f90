@@ -67,6 +67,7 @@ contains
                                     spec%saturation_strain, spec%kinematic, spec%c01)
             material%mean_dilatation = spec%dilatation == 'cell'
          end if
+         material%is_ring = scene%run%thickness%is_ring
       end associate
    end function material_of
 end module hampm_scene_materials

@@ -8,7 +8,7 @@ module hampm_constraints
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: constraints_t, given_motion_t, constrain_box, rebuild_constraints, hold
+   public :: constraints_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, hold
 
    !> How held nodes are moved.
    type :: given_motion_t
@@ -28,6 +28,7 @@ module hampm_constraints
    !> Boxes, and the nodes of the present grid that are fixed in them.
    type :: constraints_t
       type(box_t), allocatable, private :: boxes(:)
+      logical, private :: has_axis = .false.     !! whether material is axisymmetric: then nothing leaves the axis x = 0
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
       real(dp), allocatable :: free(:, :)        !! 0 where a component is fixed, else 1; (ndim, n_points)
       integer, allocatable :: node(:)            !! nodes with a component in a box, ascending
@@ -78,6 +79,14 @@ contains
       call rebuild_constraints(c, grid)
    end subroutine constrain_box
 
+   !> Hold all nodes on the axis of axisymmetric material in the direction of the radius.
+   subroutine hold_axis(c, grid)
+      type(constraints_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      c%has_axis = .true.
+      call rebuild_constraints(c, grid)
+   end subroutine hold_axis
+
    !> Find the nodes of a grid that are in the boxes.
    subroutine rebuild_constraints(c, grid)
       type(constraints_t), intent(inout) :: c
@@ -94,6 +103,7 @@ contains
       do k = 1, size(c%boxes)
          call hold_in_box(c, grid, k)
       end do
+      if (c%has_axis) where (abs(grid%node_position(1, :grid%n_nodes)) <= grid%forest%tolerance()) c%fixed(1, :) = .true.
       call list_fixed(c, grid)
    end subroutine rebuild_constraints
 

@@ -5,13 +5,13 @@
 !> cut it into convex polygons, over which polynomials are integrated exactly. A circle is a polygon of its area.
 module hampm_piece_moments
    use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: points_of_quadratic, quadratic_gradients
+   use hampm_basis, only: points_of_quadratic, quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, corner_offset
    use hampm_outline, only: outline_t, ring_t
    implicit none
    private
-   public :: polynomials_at, moments_of_pieces, integrals_of_gradients, n_polynomials
+   public :: polynomials_at, moments_of_pieces, integrals_of_gradients, integrals_in_ring, n_polynomials
 
    integer, parameter :: n_polynomials = 13, n_of_gradients = 8
 
@@ -68,6 +68,27 @@ contains
          value = every(:n_of_gradients)
       end function first_polynomials
    end function integrals_of_gradients
+
+   !> The same of material around an axis: integrals of r times the gradients, to which functions themselves come in the first direction, over the area
+   !> of the leaf [m]: what rings of uniform stress, the same in both directions of the first row, give to the points. Of the polynomials all are needed.
+   pure function integrals_in_ring(moments, lower, edge) result(integrals)
+      real(dp), intent(in) :: moments(:)         !! of the polynomials [-]
+      real(dp), intent(in) :: lower, edge        !! least radius of the leaf, and its size [m]
+      real(dp) :: integrals(points_of_quadratic, ndim)
+      real(dp), parameter :: near = 0.339981043584856265_dp, far = 0.861136311594052575_dp, part = 0.326072577431273071_dp
+      real(dp), parameter :: at(4) = 0.5_dp + [-far, -near, near, far]/2, weight(4) = [0.5_dp - part, part, part, 0.5_dp - part]
+      real(dp) :: value(points_of_quadratic, ndim)
+      integer :: i, j
+      integrals = 0
+      do j = 1, 4
+         do i = 1, 4
+            value = (lower + edge*at(i))*quadratic_gradients([at(i), at(j)], 1.0_dp)
+            value(:, 1) = value(:, 1) + edge*quadratic_functions([at(i), at(j)])
+            integrals = integrals + weight(i)*weight(j)*value &
+                        *sum((2*degree(1, :) + 1)*(2*degree(2, :) + 1)*polynomials_at([at(i), at(j)])*moments)
+         end do
+      end do
+   end function integrals_in_ring
 
    !> Integrals of the polynomials over what is in each piece of a leaf, of a body if its outline is given, over the area of the leaf [-],
    !> (polynomials, pieces).

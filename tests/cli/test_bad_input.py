@@ -290,7 +290,7 @@ AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = '
     ("law = 'viscoelastic'", [NO_CLOSURE], "law = 'viscoelastic'", "requires moduli and relaxation_times"),
     (VISCOUS.replace("1e9", "1e9, 2e9"), [NO_CLOSURE], "relaxation_times = 1.0: ", "must be as many as moduli: 2"),
     (VISCOUS.replace("1e9", "3e10"), [NO_CLOSURE], "moduli = 3e10: ", "must have a sum of at most 2.6923076923076923e10 [Pa], the shear modulus"),
-    (PLASTIC + "\n  dilatation = 'cell'", [NO_CLOSURE, ("'updated'", "'total'")], "dilatation = 'cell' ", "requires &run plane = 'strain'"),
+    (PLASTIC + "\n  dilatation = 'cell'", [NO_CLOSURE, ("'updated'", "'total'")], "dilatation = 'cell' ", "is not allowed with &run plane = 'stress'"),
     (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'stress_closure'", "'domain_integral'")], "dilatation = 'cell' ",
      "requires &method frame = 'total'"),
     (PLASTIC + "\n  dilatation = 'cell'", [("'stress'", "'strain'"), ("'updated'", "'total'"), NO_CLOSURE], "dilatation = 'cell' ",

@@ -11,7 +11,7 @@ LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mo
 HISTORY_KEYS = ["history", "start", "rise_time", "frequency", "times", "factors"]
 # Values of keys that are drawn by themselves, when a message names them or as one change too many
 CHOICES = {
-    "run": {"plane": ["stress", "strain"]},
+    "run": {"plane": ["stress", "strain", "axisymmetric"]},
     "grid": {"order": [1, 1, 2]},
     "material": {"dilatation": ["point", "cell"]},
     "body": {"points_per_cell": [1, 2, 2, 3, 4]},
@@ -84,6 +84,9 @@ class Drawing:
         self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
         self.end = self.tick * {"static": 10, "explicit": chance.uniform(6, 25), "implicit": chance.uniform(20, 200)}[self.time]
         self.thickness = chance.choice([1.0, 1.0, 0.01, 3.0])
+        self.plane = chance.choice(["stress", "strain", "stress", "strain", "axisymmetric"])
+        if self.plane == "axisymmetric":                                   # x is the radius, and the lattice ends at the axis
+            self.origin[0] = chance.choice([0.0, 0.0, 2.0, 20.0])
 
     def place(self, x, y):
         """A place given in cells from the lower corner of the body."""
@@ -123,7 +126,7 @@ class Drawing:
         speed = self.strain * self.cell / self.tick
         if self.time != "static" and chance.random() < 0.4:
             keys["velocity"] = [chance.uniform(-1, 1) * speed, chance.uniform(-1, 1) * speed]
-        if self.time != "static" and chance.random() < 0.2:
+        if self.time != "static" and self.plane != "axisymmetric" and chance.random() < 0.2:
             keys["spin"] = chance.uniform(-1, 1) * speed / (5 * self.cell)
         if chance.random() < 0.15:
             keys["eigenstrain"] = [chance.uniform(-1, 1) * self.strain, chance.uniform(-1, 1) * self.strain,
@@ -395,9 +398,10 @@ class Drawing:
     def scene(self):
         """The whole scene."""
         chance, margin = self.chance, self.margin
+        inner = min(margin, self.origin[0]) if self.plane == "axisymmetric" else margin
         bodies = self.bodies()
         wide = math.ceil(self.width)
-        grid = {"lower": self.place(-margin, -margin), "cell": self.cell, "cells": [wide + 2 * margin, self.size[1] + 2 * margin]}
+        grid = {"lower": self.place(-inner, -margin), "cell": self.cell, "cells": [wide + margin + round(inner), self.size[1] + 2 * margin]}
         if self.order == 2:
             grid["order"] = 2
         output = {"file": "case.h5"}
@@ -405,7 +409,8 @@ class Drawing:
             output["history_interval"] = self.end / chance.choice([4, 7, 10])
         if chance.random() < 0.5:
             output["snapshot_interval"] = self.end / 2
-        scene = [["run", {"plane": chance.choice(["stress", "strain"]), "thickness": self.thickness, "end_time": self.end}], ["grid", grid], *bodies,
+        run = {"plane": self.plane, "end_time": self.end} | ({} if self.plane == "axisymmetric" else {"thickness": self.thickness})
+        scene = [["run", run], ["grid", grid], *bodies,
                  *self.cracks(), *self.constraints(), *self.loads(), ["method", self.method()], *self.refine(), ["energy_release", self.energy_release()],
                  ["output", output]]
         if self.time != "static" and chance.random() < 0.25:

@@ -116,7 +116,7 @@ def in_units(scene, mass, length, time):
         for key, exponents in DIMENSIONS.get(name, {}).items():
             if key in keys:
                 keys[key] = scaled(keys[key], mass**exponents[0] * length**exponents[1] * time**exponents[2])
-        if name == "run" and "thickness" not in keys:
+        if name == "run" and "thickness" not in keys and keys.get("plane") != "axisymmetric":
             keys["thickness"] = length
     return scene
 

@@ -12,6 +12,7 @@ module hampm_quadratic_samples
    use hampm_particles, only: new_particles
    use hampm_quadratic_points, only: weigh_points
    use hampm_sorting, only: sort_into_cells
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: fill_with_quadratic
@@ -35,15 +36,17 @@ contains
       call build_grid(forest, m%grid, failure, solids=solids)
       call new_particles(n**2*forest%leaf_count(), m%particles, failure)
       m%particles%total_frame = .true.
-      m%springs%thickness = thickness
+      m%springs%thickness = thickness_t(thickness)
+      m%particles%thickness = thickness_t(thickness)
       m%materials = [new_material('sample', 'linear_elastic', .true., 2.0_dp, 0.3_dp, density)]
       do leaf = 1, forest%leaf_count()
          lower = forest%position(forest%place_of(leaf))
-         call fill_rectangle(m%particles, 1 + n**2*(leaf - 1), [n, n], lower, lower + forest%size_of(leaf), thickness, density, &
+         call fill_rectangle(m%particles, 1 + n**2*(leaf - 1), [n, n], lower, lower + forest%size_of(leaf), &
+                             thickness_t(thickness), density, &
                              [0.0_dp, 0.0_dp], 1, 1)
       end do
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      call weigh_points(m%particles, m%grid, m%blocks, thickness)
+      call weigh_points(m%particles, m%grid, m%blocks, thickness_t(thickness))
       call start_motion(m, 'musl', failure, mass)
       call refresh_grid(m)
       call check(.not. failure%failed(), 'the mesh is built')

@@ -14,6 +14,7 @@ module hampm_samples
    use hampm_particles, only: new_particles
    use hampm_sorting, only: sort_into_cells
    use hampm_step, only: advance
+   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual, thickness
@@ -45,11 +46,13 @@ contains
       end do
       call build_grid(forest, m%grid, failure, cuts)
       call new_particles(n, m%particles, failure)
+      m%particles%thickness = thickness_t(thickness)
       m%materials = [material]
       first = 1
       do k = 1, size(rectangles)
          associate (r => rectangles(k))
-            call fill_rectangle(m%particles, first, r%points, r%lower, r%upper, thickness, material%density, r%velocity, 1, k)
+            call fill_rectangle(m%particles, first, r%points, r%lower, r%upper, thickness_t(thickness), &
+                                material%density, r%velocity, 1, k)
             first = first + product(r%points)
          end associate
       end do

@@ -5,6 +5,7 @@ program test_bodies
    use hampm_failure, only: failure_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_particles, only: particles_t, new_particles
+   use hampm_thickness, only: thickness_t
    implicit none
 
    real(dp), parameter :: thickness = 0.02_dp, density = 2700.0_dp, cell = 0.1_dp
@@ -34,7 +35,7 @@ contains
       n = points_along(lower, upper, cell, points_per_cell)
       total = product(n)
       call new_particles(total, p, failure)
-      call fill_rectangle(p, 1, n, lower, upper, thickness, density, [1.0_dp, 2.0_dp], 3, 4)
+      call fill_rectangle(p, 1, n, lower, upper, thickness_t(thickness), density, [1.0_dp, 2.0_dp], 3, 4)
       mass = density*thickness*product(upper - lower)
       call check_close(sum(p%mass)/mass, 1.0_dp, total*epsilon(mass), 'mass = density area thickness')
       call check_close(sum(p%volume)/(mass/density), 1.0_dp, total*epsilon(mass), 'volume = area thickness')

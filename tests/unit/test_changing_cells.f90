@@ -14,6 +14,7 @@ program test_changing_cells
    use hampm_sorting, only: sort_into_cells
    use hampm_step, only: take_step
    use hampm_threads, only: use_threads
+   use hampm_thickness, only: thickness_t
    implicit none
 
    real(dp), parameter :: coarse = 0.1_dp                !! cell size [m]
@@ -59,7 +60,8 @@ contains
       m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                      new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp)]
       do k = 1, 2
-         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], thickness, &
+         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], &
+                             thickness_t(thickness), &
                              m%materials(k)%density, [0.0_dp, 0.0_dp], k, k)
       end do
       associate (p => m%particles)

@@ -12,6 +12,7 @@ program test_cracks
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
    use hampm_motion, only: motion_t
+   use hampm_thickness, only: thickness_t
    implicit none
 
    real(dp), parameter :: cell = 0.5_dp, x(ndim) = [1.0_dp, 0.0_dp], y(ndim) = [0.0_dp, 1.0_dp]
@@ -35,7 +36,7 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! of the body [m]
       type(scene_t) :: scene
       scene%run%plane = 'stress'
-      scene%run%thickness = 1
+      scene%run%thickness = thickness_t(1.0_dp)
       scene%grid%cell = cell
       scene%grid%cells = cells
       scene%method%scheme = 'musl'

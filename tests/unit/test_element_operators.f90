@@ -18,6 +18,7 @@ program test_element_operators
    use hampm_sorting, only: sort_into_cells
    use hampm_step, only: take_step
    use hampm_threads, only: use_threads
+   use hampm_thickness, only: thickness_t
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp, dt = 0.1_dp*cell/4
@@ -61,7 +62,8 @@ contains
                      new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp), &
                      new_material('', 'neo_hookean', .true., 1.0_dp, 0.2_dp, 1.0_dp)]
       do k = 1, 3
-         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], thickness, &
+         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], &
+                             thickness_t(thickness), &
                              m%materials(k)%density, [0.0_dp, 0.0_dp], k, k)
       end do
       call random_number(m%particles%velocity)

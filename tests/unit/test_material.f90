@@ -1,5 +1,6 @@
 !> What holds for every law: agreement at small strains, and the wave speeds.
 program test_material
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_keys, only: choices, find_group, find_key, first_key, keys
    use hampm_kinds, only: dp, name_len, ndim
@@ -14,6 +15,9 @@ program test_material
    call names()
    call kinds_of_laws()
    call repeat_random_numbers()
+   do law = 1, size(laws)
+      call hoops(trim(laws(law)))
+   end do
    do k = 1, 2
       do law = 1, size(laws)
          call eigenstrain(trim(laws(law)), plane_stress(k))
@@ -106,6 +110,60 @@ contains
                  law//': at small strain the stress of the linear law with the same eigenstrain')
       call check_close(m%energy_density(h, nothing)/linear%energy_density(h), 1.0_dp, 1.0e-5_dp, law//': and its energy')
    end subroutine eigenstrain
+
+   !> In axisymmetric material, at the end of a step in which plastic material yields: what stretches along the axis and around it exchanges the stresses along
+   !> it and around it, stress and hoop stress are the derivatives of the energy where nothing is dissipated, and the tangent is that of the stresses. With H_33 = 0
+   !> stress is that of plane strain; where none is given it is no number.
+   subroutine hoops(law)
+      character(*), intent(in) :: law
+      real(dp), parameter :: step = 1.0e-5_dp
+      real(dp) :: h(ndim, ndim), dh(ndim, ndim), exchanged(ndim, ndim), stress(ndim, ndim), change(ndim, ndim), hoop, dhoop, work
+      real(dp), allocatable :: nothing(:)
+      type(material_t) :: m, plane
+      plane = new_material('', law, .false., young, poisson, density, yield_stress=1.0e-3_dp*young, hardening=0.1_dp*young, &
+                           kinematic=0.05_dp*young, moduli=[0.1_dp*young], relaxation_times=[1.0_dp], c01=0.1_dp*young)
+      m = plane
+      m%is_ring = .true.
+      m%on_trial = .true.
+      m%elapsed = 0.7_dp
+      plane%on_trial = .true.
+      plane%elapsed = 0.7_dp
+      allocate (nothing(m%columns), source=0.0_dp)
+      call random_number(h)
+      call random_number(dh)
+      h = 0.05_dp*(h - 0.5_dp)
+      hoop = 0.013_dp
+      dhoop = 0.4_dp
+      stress = m%conjugate_stress(h, nothing, 0.0_dp)
+      call check(maxval(abs(stress - plane%conjugate_stress(h, nothing))) < 1.0e-13_dp*young, &
+                 law//': without a hoop as in plane strain')
+      if (m%linear) then                         ! others stop here where invalid numbers are trapped
+         stress = m%kirchhoff_stress(h, nothing)
+         call check(all(ieee_is_nan(stress)), law//': a hoop that is forgotten is noticed')
+      end if
+      exchanged = h
+      exchanged(1, 2) = 0
+      exchanged(2, 1) = 0
+      stress = m%conjugate_stress(exchanged, nothing, hoop)
+      work = stress(2, 2)
+      exchanged(2, 2) = hoop
+      call check(abs(m%hoop_stress(exchanged, nothing, h(2, 2)) - work) < 1.0e-13_dp*young, &
+                 law//': stress around the axis is that along it of exchanged stretches')
+      stress = m%conjugate_stress(h, nothing, hoop)
+      if (.not. m%has_history()) then
+         work = (m%energy_density(h + step*dh, nothing, hoop + step*dhoop) &
+                 - m%energy_density(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
+         call check(abs(work - sum(stress*dh) - m%hoop_stress(h, nothing, hoop)*dhoop) < 1.0e-9_dp*young, &
+                    law//': stresses are the derivatives of the energy')
+      end if
+      change = (m%conjugate_stress(h + step*dh, nothing, hoop + step*dhoop) &
+                - m%conjugate_stress(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
+      call check(maxval(abs(change - m%conjugate_change(h, dh, nothing, hoop, dhoop))) < 1.0e-6_dp*young, &
+                 law//': tangent of the stress')
+      work = (m%hoop_stress(h + step*dh, nothing, hoop + step*dhoop) &
+              - m%hoop_stress(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
+      call check(abs(work - m%hoop_change(h, dh, nothing, hoop, dhoop)) < 1.0e-6_dp*young, law//': and of the hoop stress')
+   end subroutine hoops
 
    !> Largest difference between the stress of a law and the linear stress [Pa].
    real(dp) function difference_to_linear(law, stress_free_across, h) result(difference)

@@ -20,6 +20,7 @@ program test_reference_step
    use hampm_samples, only: schemes, start, run_steps, thickness
    use hampm_sorting, only: sort_into_cells
    use hampm_threads, only: use_threads
+   use hampm_thickness, only: thickness_t
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp, dt = 0.05_dp*cell
@@ -117,7 +118,8 @@ contains
       m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                      new_material('', 'neo_hookean', .true., 2.0_dp, 0.2_dp, 1.5_dp)]
       do k = 1, 2
-         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(1), y(k)], [x(2), y(k + 1)], thickness, &
+         call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(1), y(k)], [x(2), y(k + 1)], &
+                             thickness_t(thickness), &
                              m%materials(k)%density, [0.0_dp, 0.0_dp], k, k)
       end do
       m%particles%id = [(k, k=1, m%particles%n)]
