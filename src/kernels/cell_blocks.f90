@@ -8,7 +8,8 @@
 !> at a stride of `stride_in(e)`, and nothing outside the kernels needs to know more.
 module hampm_cell_blocks
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: points_of_quadratic
+   use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
+                          quadratic_functions, quadratic_gradients
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: deepest
    use hampm_dofs, only: element_of_slot, corner_of_slot
@@ -17,7 +18,7 @@ module hampm_cell_blocks
    use hampm_step_groups, only: step_groups_t, find_groups
    implicit none
    private
-   public :: cell_blocks_t, quadratic_cell_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
+   public :: cell_blocks_t, support_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
              are_in_row, smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
 
    integer, parameter :: lanes = 4               !! cells of a block
@@ -28,17 +29,24 @@ module hampm_cell_blocks
    integer, parameter :: of_force = of_momentum + ndim     !! the first component
    integer, parameter :: n_sums = of_force + ndim - 1
 
-   !> A quadratic cell with particles, or a piece of one, which is stored as its quarters.
-   type :: quadratic_cell_t
-      integer :: first = 0                              !! the first of its four elements
-      integer :: points(points_of_quadratic) = 0
+   !> A cell with particles, or a piece of one, and the points on which these act: the four of a bilinear cell, or the nine of a
+   !> quadratic one, which is stored as its quarters.
+   type :: support_t
+      integer :: n = 0                                  !! number of points
+      integer :: first = 0, last = 0                    !! its elements
+      integer :: points(points_of_quadratic) = 0        !! 0 behind the last
       real(dp) :: lower(ndim) = 0                       !! its lower corner [m]
       real(dp) :: inverse_size = 0                      !! 1 / its edge length [1/m]
-      integer :: block(corners) = 0                     !! in which each quarter is, 0 where it has no particles
+      integer :: block(corners) = 0                     !! in which each of its elements is
       integer :: lane(corners) = 0                      !! and where in it
+      integer :: element_of(points_of_quadratic) = 0    !! of which of them each point is a corner, 1 to 4
+      integer :: corner_of(points_of_quadratic) = 0     !! and which corner
       logical :: is_cut = .false.                       !! by a crack or the edge of a body
       real(dp) :: correction(points_of_quadratic, ndim) = 0 !! of the gradients of its functions, where it is cut [1/m]
-   end type quadratic_cell_t
+   contains
+      procedure :: functions
+      procedure :: gradients
+   end type support_t
 
    !> The cells with particles, in blocks.
    type :: cell_blocks_t
@@ -75,7 +83,9 @@ module hampm_cell_blocks
       ! With local time steps
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
-      type(quadratic_cell_t), allocatable :: quadratic(:) !! the leaves with particles, where these are quadratic; else not allocated
+      ! Passes by supports (`hampm_support_pass`)
+      logical :: by_supports = .false.                  !! whether bilinear cells are passed so, too
+      type(support_t), allocatable :: supports(:)       !! the cells with particles, where they are; else not allocated
       integer :: sorts = 0                              !! how often blocks have been formed
    contains
       procedure :: last
@@ -283,14 +293,14 @@ contains
          blocks%in_row(b) = are_in_row(blocks%nodes(:, :, b))
       end do
       call find_slots(blocks, grid)
-      if (grid%is_quadratic()) call place_quadratic_cells(blocks, grid)
+      if (grid%is_quadratic() .or. blocks%by_supports) call place_supports(blocks, grid)
    end subroutine place_blocks
 
-   !> Find the quadratic cells with particles, or their pieces: their points, and where their contributions stand.
-   subroutine place_quadratic_cells(blocks, grid)
+   !> Find the cells with particles, or their pieces: their points, and where their contributions stand.
+   subroutine place_supports(blocks, grid)
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
-      integer :: block_of(grid%n_elements), lane_of(grid%n_elements), b, l, e, n
+      integer :: block_of(grid%n_elements), lane_of(grid%n_elements), b, l, e, k, n, together
       block_of = 0
       lane_of = 0
       do b = 1, blocks%n
@@ -299,18 +309,58 @@ contains
             lane_of(blocks%cells(l, b)) = l
          end do
       end do
-      if (allocated(blocks%quadratic)) deallocate (blocks%quadratic)
-      allocate (blocks%quadratic(count([(any(block_of(e:e + corners - 1) > 0), e=1, grid%n_elements, corners)])))
+      together = merge(corners, 1, grid%is_quadratic())
+      if (allocated(blocks%supports)) deallocate (blocks%supports)
+      allocate (blocks%supports(count(block_of(::together) > 0)))
       n = 0
-      do e = 1, grid%n_elements, corners
-         if (all(block_of(e:e + corners - 1) == 0)) cycle
+      do e = 1, grid%n_elements, together
+         if (block_of(e) == 0) cycle
          n = n + 1
-         blocks%quadratic(n) = quadratic_cell_t(e, grid%support_of(e), grid%element_lower(:, e), 0.5_dp/grid%element_size(e), &
-                                                block_of(e:e + corners - 1), lane_of(e:e + corners - 1), &
-                                                grid%is_cut(grid%element_leaf(e)))
-         if (allocated(grid%correction)) blocks%quadratic(n)%correction = grid%correction(:, :, (e - 1)/corners + 1)
+         associate (s => blocks%supports(n))
+            s%n = grid%n_functions
+            s%first = e
+            s%last = e + together - 1
+            s%points(:s%n) = grid%support_of(e)
+            s%lower = grid%element_lower(:, e)
+            s%inverse_size = 1/(grid%element_size(e)*merge(2, 1, grid%is_quadratic()))
+            s%block(:together) = block_of(e:s%last)
+            s%lane(:together) = lane_of(e:s%last)
+            if (grid%is_quadratic()) then
+               s%element_of = quarter_of_point
+               s%corner_of = corner_of_point
+            else
+               s%element_of(:corners) = 1
+               s%corner_of(:corners) = [(k, k=1, corners)]
+            end if
+            s%is_cut = grid%is_cut(grid%element_leaf(e))
+            if (allocated(grid%correction)) s%correction = grid%correction(:, :, (e - 1)/corners + 1)
+         end associate
       end do
-   end subroutine place_quadratic_cells
+   end subroutine place_supports
+
+   !> Shape functions of the points of a cell.
+   pure function functions(self, xi) result(n)
+      class(support_t), intent(in) :: self
+      real(dp), intent(in) :: xi(ndim)                  !! place in the cell, 0 to 1
+      real(dp) :: n(self%n)
+      if (self%n == corners) then
+         n = shape_functions(xi)
+      else
+         n = quadratic_functions(xi)
+      end if
+   end function functions
+
+   !> And their gradients [1/m].
+   pure function gradients(self, xi) result(gradient)
+      class(support_t), intent(in) :: self
+      real(dp), intent(in) :: xi(ndim)                  !! place in the cell, 0 to 1
+      real(dp) :: gradient(self%n, ndim)
+      if (self%n == corners) then
+         gradient = shape_gradients(xi, self%inverse_size)
+      else
+         gradient = quadratic_gradients(xi, self%inverse_size) + self%correction
+      end if
+   end function gradients
 
    !> Room for where the blocks and the points around them are.
    subroutine resize_to_grid(blocks, n_points, failure)

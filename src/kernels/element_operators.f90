@@ -30,8 +30,8 @@ module hampm_element_operators
    use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
-   use hampm_quadratic_operators, only: quadratic_operators_t, find_quadratic_operators, apply_quadratic_operators
-   use hampm_quadratic_pass, only: pass_between_quadratic
+   use hampm_support_operators, only: support_operators_t, find_support_operators, apply_support_operators
+   use hampm_support_pass, only: pass_by_supports
    implicit none
    private
    public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_or_apply, pass_or_apply_everywhere, &
@@ -50,7 +50,7 @@ module hampm_element_operators
       integer, allocatable :: blocks(:)                 !! those that have
       real(dp), allocatable :: masses(:, :, :)          !! M of the cells [kg], (lanes, n_masses, blocks)
       real(dp), allocatable :: moments(:, :, :)         !! moments of their volume [m3], (lanes, n_moments, blocks)
-      type(quadratic_operators_t) :: quadratic          !! instead of these, where cells are quadratic
+      type(support_operators_t) :: cells            !! instead of these, where cells are passed by supports
       ! What the particles have not got yet, by point; zero where they are not behind. (ndim, n_points)
       real(dp), allocatable :: kick(:, :)               !! A [m/s]
       real(dp), allocatable :: move(:, :)               !! U [m]
@@ -68,9 +68,9 @@ contains
       type(nodal_fields_t), intent(in) :: f
       type(element_operators_t), intent(out) :: operators
       integer :: b, k, status
-      if (allocated(blocks%quadratic)) then
-         call find_quadratic_operators(materials, is_loaded, p, blocks, operators%quadratic)
-         if (size(operators%quadratic%with) == 0) return
+      if (allocated(blocks%supports)) then
+         call find_support_operators(materials, is_loaded, p, blocks, operators%cells)
+         if (size(operators%cells%with) == 0) return
          associate (points => size(f%acceleration, 2))
             allocate (operators%kick(ndim, points), operators%move(ndim, points), operators%strain(ndim, points), stat=status)
          end associate
@@ -206,9 +206,9 @@ contains
             call add_up(pass, dt, all%nodes(k:min(k + nodes_per_chunk - 1, all%n_points)), f, operators)
          end do
       end associate
-      if (allocated(blocks%quadratic)) then
-         call apply_quadratic_operators(operators%quadratic, pass, dt, blocks, f)
-         call pass_cells(operators%quadratic%without, pass, dt, materials, p, blocks, f, f%acceleration, f%velocity(1, 1, v_next), &
+      if (allocated(blocks%supports)) then
+         call apply_support_operators(operators%cells, pass, dt, blocks, f)
+         call pass_cells(operators%cells%without, pass, dt, materials, p, blocks, f, f%acceleration, f%velocity(1, 1, v_next), &
                          f%velocity(1, 1, pass%strain_by))
          return
       end if
@@ -218,7 +218,7 @@ contains
       end do
    end subroutine pass_or_apply_everywhere
 
-   !> Do a pass over the particles of some quadratic cells.
+   !> Do a pass over the particles of some cells by their supports.
    subroutine pass_cells(cells, pass, dt, materials, p, blocks, f, acceleration, new_velocity, strain_velocity)
       integer, intent(in) :: cells(:)
       type(pass_t), intent(in) :: pass
@@ -229,7 +229,7 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp) :: unused(2, size(cells))
-      if (size(cells) > 0) call pass_between_quadratic(pass, dt, materials, p, blocks, f, cells, acceleration, new_velocity, &
+      if (size(cells) > 0) call pass_by_supports(pass, dt, materials, p, blocks, f, cells, acceleration, new_velocity, &
                                                        strain_velocity, unused)
    end subroutine pass_cells
 
@@ -244,8 +244,8 @@ contains
       integer :: k
       if (.not. operators%is_behind) return
       gain = pass_t(kick=.true., strain_fraction=1.0_dp, move=.true., map_momentum=.true., map_force=.true.)
-      if (allocated(blocks%quadratic)) then
-         call pass_cells(operators%quadratic%with, gain, 1.0_dp, materials, p, blocks, f, operators%kick, operators%move, &
+      if (allocated(blocks%supports)) then
+         call pass_cells(operators%cells%with, gain, 1.0_dp, materials, p, blocks, f, operators%kick, operators%move, &
                          operators%strain)
          call clear_sums(operators)
          return

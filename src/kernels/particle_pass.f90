@@ -26,14 +26,13 @@ module hampm_particle_pass
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, n_sums
    use hampm_mass_matrix, only: prepare_cell
    use hampm_material, only: material_t
-   use hampm_mean_dilatation, only: n_pressures, share_dilatation, add_pressures, share_pressures
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
                                      add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
                                      add_stress, divergence
    use hampm_particles, only: particles_t, remembered
    use hampm_pass, only: pass_t
-   use hampm_quadratic_pass, only: pass_over_quadratic
+   use hampm_support_pass, only: pass_by_supports
    implicit none
    private
    public :: pass_report_t, pass_over_all, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
@@ -60,12 +59,9 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       type(pass_report_t), intent(out) :: report
-      real(dp) :: audit(2)
       integer :: first, b
-      if (allocated(blocks%quadratic)) then
-         call pass_over_quadratic(pass, dt, materials, p, blocks, f, audit)
-         report%velocity_change_energy = audit(1)
-         report%stress_work = audit(2)
+      if (allocated(blocks%supports)) then
+         call pass_cells(pass, dt, materials, p, blocks, f, [(b, b=1, size(blocks%supports))], report)
          return
       end if
       !$omp parallel do schedule(static)
@@ -81,6 +77,26 @@ contains
       end do
    end subroutine pass_over_all
 
+   !> Do a pass over some cells by their supports.
+   subroutine pass_cells(pass, dt, materials, p, blocks, f, cells, report)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! time step [s]
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(inout) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer, intent(in) :: cells(:)                   !! among the supports
+      type(pass_report_t), intent(inout), optional :: report
+      real(dp) :: audit(2, size(cells))
+      call pass_by_supports(pass, dt, materials, p, blocks, f, cells, f%acceleration, f%velocity(1, 1, v_next), &
+                            f%velocity(1, 1, pass%strain_by), audit)
+      if (pass%map_matrix) f%mass_matrix%assembled = .false.
+      if (.not. present(report)) return
+      if (pass%move .and. .not. p%total_frame) call look_for_leavers(p, blocks, f, report)
+      report%velocity_change_energy = sum(audit(1, :))
+      report%stress_work = sum(audit(2, :))
+   end subroutine pass_cells
+
    !> Do a pass over some blocks.
    subroutine pass_over(pass, dt, materials, p, blocks, f, listed)
       type(pass_t), intent(in) :: pass
@@ -90,8 +106,15 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
-      call pass_between(pass, dt, materials, p, blocks, f, listed, blocks%nodes, blocks%in_row, f%acceleration, &
-                        f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+      integer :: k
+      if (allocated(blocks%supports)) then
+         call pass_cells(pass, dt, materials, p, blocks, f, &
+                         pack([(k, k=1, size(blocks%supports))], [(any(blocks%supports(k)%block(1) == listed), &
+                                                                   k=1, size(blocks%supports))]))
+      else
+         call pass_between(pass, dt, materials, p, blocks, f, listed, blocks%nodes, blocks%in_row, f%acceleration, &
+                           f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+      end if
    end subroutine pass_over
 
    !> Report whether particles have left their cells.
@@ -104,33 +127,8 @@ contains
       if (report%left_cell) report%jumped = any_has_jumped(p, blocks, f)
    end subroutine look_for_leavers
 
-   !> Do a pass over some blocks by given fields at given points at the corners of the cells. Where particles share the dilatation
-   !> of their cell all of them are strained before any of them acts on the nodes.
+   !> Do a pass over some blocks by given fields at given points at the corners of the cells.
    subroutine pass_between(pass, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
-      type(pass_t), intent(in) :: pass
-      real(dp), intent(in) :: dt                        !! time step [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: listed(:)                  !! blocks
-      integer, intent(in) :: nodes(corners, lanes, *)   !! by block
-      logical, intent(in) :: in_row(*)                  !! as in `cell_blocks_t`, by block
-      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
-      type(pass_t) :: part
-      if (.not. (pass%strain_fraction > 0 .and. any(materials%mean_dilatation))) then
-         call do_pass(pass, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
-         return
-      end if
-      part = pass_t(pass%locate, pass%kick, pass%strain_fraction, pass%strain_by, keeps_history=.false., move=pass%move)
-      call do_pass(part, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
-      call share_dilatation(materials, p, blocks, listed, pass%keeps_history, pass%strain_fraction*dt)
-      part = pass_t(map_mass=pass%map_mass, map_momentum=pass%map_momentum, map_matrix=pass%map_matrix, map_force=pass%map_force)
-      call do_pass(part, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
-   end subroutine pass_between
-
-   !> Do the pass.
-   subroutine do_pass(pass, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! time step [s]
       type(material_t), intent(in) :: materials(:)
@@ -145,9 +143,8 @@ contains
       integer :: material_of(room), number_of(room)
       real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
       real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
-      real(dp) :: pressures(lanes, n_pressures, most_rows)
       real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
-      logical :: is_linear, is_isotropic, shares_pressure
+      logical :: is_linear, is_isotropic
       integer :: j, b, n, i, s, rows
       j = 1
       do while (j <= size(listed))
@@ -189,7 +186,6 @@ contains
             call clear(n, ndim*ndim, ndim*ndim, zeros, total)
             call clear(n, ndim*ndim, ndim*ndim, zeros, moment)
             call find_law()
-            if (shares_pressure) pressures(:, :, :n) = 0
          end if
          if (pass%move) call clear(n, 1, 1, zeros, beyond)
          if (pass%map_matrix) call clear_matrices()
@@ -209,7 +205,6 @@ contains
             end if
             s = s + rows
          end do
-         if (pass%map_force .and. shares_pressure) call share_pressures(n, pressures, moment)
          if (pass%map_force) call divergence(n, inverse_size, total, moment, contribution)
          if (.not. pass%move) return
          do k = 1, n
@@ -220,12 +215,9 @@ contains
       !> Find the law of a batch, if it is one linear law.
       subroutine find_law()
          is_linear = blocks%material(b) > 0
-         shares_pressure = .false.
-         if (.not. is_linear) shares_pressure = any(materials%mean_dilatation)
          if (.not. is_linear) return
          associate (m => materials(blocks%material(b)))
             is_linear = m%linear .and. .not. m%has_eigenstrain
-            shares_pressure = m%mean_dilatation
             is_isotropic = m%isotropic
             lambda = m%lambda
             mu = m%mu
@@ -295,7 +287,6 @@ contains
                call anisotropic_forces(n*rows, ld, materials(blocks%material(b))%stiffness, volume, h, t)
             else
                call forces(n*rows, ld, materials, material, volume, h, p, number_of, t)
-               if (shares_pressure) call add_pressures(n, rows, ld, materials, material, volume, xi, t, pressures)
             end if
             call add_stress(n, rows, ld, xi, t, total, moment)
          end if
@@ -396,7 +387,7 @@ contains
          holds = .false.
          if (e > 0) holds = k <= blocks%count_in(e)
       end function holds
-   end subroutine do_pass
+   end subroutine pass_between
 
    !> The mass matrices (6) of the cells of a block, whose particles have been located, by lane [kg].
    pure subroutine cell_matrices(p, blocks, b, matrix)

@@ -108,6 +108,7 @@ contains
       type(failure_t), intent(inout) :: failure
       m%mapped = .false.
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
+      m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
       m%plan = tiling_t()
       m%operators = element_operators_t()
       m%corners = corner_map_t()

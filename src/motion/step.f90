@@ -86,7 +86,8 @@ contains
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
       is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. m%body_contact%n == 0 &
-                 .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() .and. .not. m%grid%is_quadratic()
+                 .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() &
+                 .and. .not. allocated(m%blocks%supports)
    end function is_local
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.

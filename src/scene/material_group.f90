@@ -43,7 +43,7 @@ module hampm_material_group
       key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
             positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e'), &
       key_t('material', 'dilatation', type_name, 1, 1, may, 'point', '', '', &
-            'point|cell', 'of laws with a history: each point has its own, or the mean of its cell, which does not lock'), &
+            'point|cell', 'each point has its own, or the mean of its cell, which does not lock where material keeps its volume'), &
       key_t('material', 'young_1', type_real, 0, 1, may, '', '', 'Pa', &
             positive, 'of ''orthotropic'': Young''s modulus along axis 1 of the material'), &
       key_t('material', 'young_2', type_real, 0, 1, may, '', '', 'Pa', &

@@ -51,8 +51,6 @@ module hampm_rules
              "the corners of a domain tell no stretch around the axis", "&method functions = 'linear'")]
 
    type(rule_t), parameter :: of_grids(*) = [ &
-      rule_t("&grid order = 1", not_with, "&run plane = 'axisymmetric'", not_built, "bilinear cells know the plane only", &
-             "&grid order = 2"), &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "only paths at rest grow through quadratic cells", "&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
@@ -91,15 +89,10 @@ module hampm_rules
       rule_t("&material law = 'viscoelastic'", requires, "&material moduli and &material relaxation_times", by_meaning, "", ""), &
       rule_t("&material moduli", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
-      rule_t("&material dilatation = 'cell'", requires, with_history, not_built, &
-             "other laws are passed without it", ""), &
-      rule_t("&material dilatation = 'cell'", not_with, "&run plane = 'stress'", mechanics, &
-             "in plane stress the thickness gives way, and no cell locks", ""), &
-      rule_t("&material dilatation = 'cell'", requires, "&method frame = 'total'", not_built, &
-             "the mean is that of particles that stay in their cell", ""), &
-      rule_t("&material dilatation = 'cell'", not_with, &
-             "&energy_release estimators = 'energy_balance' and &method time = 'explicit'", not_built, &
-             "the audit books the work of each point", "&material dilatation = 'point'"), &
+      rule_t("&material dilatation = 'cell'", not_with, "&method time = 'static' | 'implicit' and "//for_any_strain, not_built, &
+             "means of large strains have no tangent yet", "&material dilatation = 'point'"), &
+      rule_t("&material dilatation = 'cell'", not_with, "&run plane = 'axisymmetric'", not_built, &
+             "the mean is that of strains in the plane", "&grid order = 2"), &
       rule_t("&material dilatation = 'cell'", not_with, "&method functions = 'cpdi'", mechanics, &
              "the corners of a domain tell one dilatation", "&material dilatation = 'point'"), &
       rule_t("&material dilatation = 'cell'", not_with, "&grid order = 2", mechanics, "quadratic cells do not lock", &
@@ -107,7 +100,7 @@ module hampm_rules
       rule_t("&material dilatation = 'point'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "cells that yield and cannot thin are too stiff, loads go on rising where the material has a limit", &
-             "&material dilatation = 'cell' and &method frame = 'total'"), &
+             "&grid order = 2, or in plane strain &material dilatation = 'cell'"), &
       rule_t(with_history, not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
       rule_t(for_any_strain, not_with, "&growth law = 'quasi_static'", not_built, &
@@ -270,6 +263,8 @@ module hampm_rules
              "", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material law /= 'linear_elastic' | 'orthotropic'", mechanics, &
              "cells take their steps by a linear relation of forces to displacements", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&material dilatation = 'cell'", not_built, &
+             "fine steps are those of cells by moments of their volume", "&material dilatation = 'point'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
              "where the mesh changes, vibrations of the small cells grow", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'path'", not_built, &

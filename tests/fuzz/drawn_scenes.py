@@ -116,7 +116,7 @@ class Drawing:
             keys["c01"] = young / (4 * (1 + self.poisson)) * min(1.0, self.poisson / (1 - 2 * self.poisson)) * chance.choice([0.1, 0.5, 1.0])
         if law == "viscoelastic":
             keys |= {"moduli": [0.1 * young, 0.05 * young], "relaxation_times": [self.end / 20, self.end]}
-        if law in ("j2_plastic", "viscoelastic") and chance.random() < 0.3:
+        if chance.random() < (0.3 if law in ("j2_plastic", "viscoelastic") else 0.1):
             keys["dilatation"] = "cell"
         return keys
 

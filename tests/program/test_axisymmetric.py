@@ -10,7 +10,7 @@ from paths import INPUT, REFERENCE
 from snapshots import field, points, read_steps
 
 YOUNG, DENSITY, PRESSURE = 1e9, 1000.0, 1e6
-ORDERS = [(2, 3)]                                                          # order of the cells, particles in a cell and direction
+ORDERS = [(1, 2), (2, 3)]                                                          # order of the cells, particles in a cell and direction
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ def test_a_thick_cylinder_under_pressure(hampm, order, across):
         errors.append([off(found, one) for found, one in zip((u[:, 0], radial, hoop), exact)])
     orders = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     print("errors", errors[-1], "orders", orders)
-    assert orders[-1] == pytest.approx([order + 1, order, order] if order == 2 else [2, 1.5, 2], abs=0.1 if order == 2 else 0.6)
+    assert orders[-1] == pytest.approx([order + 1, order, order], abs=0.1)
     assert errors[-1][0] < 3e-5 if order == 2 else 3e-3
     assert h["reaction_end_y"][-1] == pytest.approx(-0.3 * 2 * PRESSURE / 3 * np.pi * 3, rel=1e-3)  # it is kept from becoming shorter
 
@@ -117,7 +117,7 @@ def test_a_hollow_sphere_under_pressure(hampm, order, across):
         exact = c / YOUNG * ((1 - 2 * nu) * r + (1 + nu) * 8 / (2 * r**2))
         errors.append(off(np.sum(u * x, axis=1) / r, exact))
     print("errors", errors)
-    assert errors[-1] < 2e-3
+    assert errors[-1] < {1: 5e-3, 2: 2e-3}[order]
     assert errors[-1] < errors[0] / 2.5
 
 

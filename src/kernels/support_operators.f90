@@ -1,0 +1,233 @@
+!> Element operators (`hampm_element_operators`) of cells that are passed by supports: how the contributions of a cell to momentum and
+!> internal force change with the motion of its points.
+!>
+!> In two dimensions the stiffness of a square does not depend on its size, and its mass matrix over its mass does not either. So all
+!> cells of one material with as many particles share them, as the particles stand at the same places in each: those of quadratic
+!> cells do, and of bilinear ones the mass matrix tells.
+!> Of cells that are cut each has its own.
+module hampm_support_operators
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: points_of_quadratic
+   use hampm_cell_blocks, only: cell_blocks_t, support_t, of_momentum, of_force
+   use hampm_material, only: material_t
+   use hampm_nodal_fields, only: nodal_fields_t
+   use hampm_orthotropic, only: n_voigt
+   use hampm_particles, only: particles_t
+   use hampm_pass, only: pass_t
+   use hampm_support_pass, only: look_at_particle, mean_gradients
+   implicit none
+   private
+   public :: support_operators_t, find_support_operators, apply_support_operators
+
+   integer, parameter :: most_points = points_of_quadratic, most_dofs = ndim*most_points
+   !> Part of the mass of a bilinear cell that each of its corners needs to have, as in `hampm_element_operators`
+   real(dp), parameter :: least_part = 1.0e-6_dp
+   real(dp), parameter :: alike = 1e-9_dp        !! relative difference of volumes, and of masses, that is rounding
+
+   !> What cells of a kind have in common.
+   type :: kind_t
+      logical :: is_own = .false.                !! of one cell only, which is cut
+      integer :: material = 0, particles = 0
+      real(dp) :: volume = 0                     !! of their particles over the square of their size: the thickness [m]
+      real(dp) :: mass(most_points, most_points) = 0   !! over the mass of a cell [-]
+      real(dp) :: stiffness(most_dofs, most_dofs) = 0  !! of (x, y) of each point, one after the other [N/m]
+   end type kind_t
+
+   !> The kinds, and the kind of each cell, 0 where it is passed particle by particle.
+   type :: support_operators_t
+      type(kind_t), allocatable :: kinds(:)
+      integer, allocatable :: kind_of(:)         !! (cells)
+      real(dp), allocatable :: cell_mass(:)      !! [kg], (cells)
+      integer, allocatable :: with(:), without(:) !! the cells that have operators, and the others
+   end type support_operators_t
+
+contains
+
+   !> Find the operators of cells with a linear law, one material, and no particle that carries a load.
+   pure subroutine find_support_operators(materials, is_loaded, p, blocks, operators)
+      type(material_t), intent(in) :: materials(:)
+      logical, intent(in) :: is_loaded(:)        !! whether a particle of the element carries a load
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(support_operators_t), intent(out) :: operators
+      type(kind_t) :: kind
+      integer :: k, j, n
+      allocate (operators%kinds(8), operators%kind_of(size(blocks%supports)), operators%cell_mass(size(blocks%supports)))
+      n = 0
+      operators%kind_of = 0
+      do k = 1, size(blocks%supports)
+         associate (cell => blocks%supports(k))
+            if (any(is_loaded(cell%first:cell%last))) cycle
+            call look_at_cell(p, blocks, cell, kind, operators%cell_mass(k))
+            if (kind%material == 0) cycle
+            if (.not. materials(kind%material)%linear) cycle
+            if (cell%n == corners) then
+               call sum_masses(p, blocks, cell, operators%cell_mass(k), kind)
+               if (minval(sum(kind%mass(:corners, :corners), dim=2)) < least_part) cycle
+            end if
+            do j = merge(n + 1, 1, kind%is_own), n
+               if (is_alike(kind, operators%kinds(j))) exit
+            end do
+            if (j > n) then
+               if (cell%n > corners) call sum_masses(p, blocks, cell, operators%cell_mass(k), kind)
+               call sum_stiffness(materials, p, blocks, cell, kind)
+               if (n == size(operators%kinds)) operators%kinds = [operators%kinds, operators%kinds]
+               n = n + 1
+               operators%kinds(n) = kind
+            end if
+            operators%kind_of(k) = j
+         end associate
+      end do
+      operators%with = pack([(k, k=1, size(operators%kind_of))], operators%kind_of > 0)
+      operators%without = pack([(k, k=1, size(operators%kind_of))], operators%kind_of == 0)
+   end subroutine find_support_operators
+
+   !> The material, 0 where there are several, the number of particles and the volume that make the kind of a cell, and its mass [kg].
+   pure subroutine look_at_cell(p, blocks, cell, kind, mass)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(support_t), intent(in) :: cell
+      type(kind_t), intent(out) :: kind
+      real(dp), intent(out) :: mass
+      integer :: e, i, root
+      mass = 0
+      do e = cell%first, cell%last
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+            if (kind%particles == 0) kind%material = p%material(i)
+            if (kind%material /= p%material(i)) kind%material = 0
+            kind%particles = kind%particles + 1
+            kind%volume = kind%volume + p%volume(i)*cell%inverse_size**ndim
+            mass = mass + p%mass(i)
+         end do
+      end do
+      kind%is_own = cell%is_cut
+      root = nint(sqrt(real(kind%particles, dp)))
+      if (root**2 /= kind%particles .and. .not. kind%is_own .and. cell%n > corners) kind%material = 0
+   end subroutine look_at_cell
+
+   !> Whether two kinds are the same.
+   pure logical function is_alike(a, b)
+      type(kind_t), intent(in) :: a, b
+      is_alike = .not. b%is_own .and. a%material == b%material .and. a%particles == b%particles &
+                 .and. abs(a%volume - b%volume) <= alike*b%volume
+      if (any(abs(a%mass) > 0)) is_alike = is_alike .and. all(abs(a%mass - b%mass) <= alike)
+   end function is_alike
+
+   !> Sum the mass matrix of a kind over the particles of a cell of it.
+   pure subroutine sum_masses(p, blocks, cell, mass, kind)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(support_t), intent(in) :: cell
+      real(dp), intent(in) :: mass               !! [kg]
+      type(kind_t), intent(inout) :: kind
+      real(dp) :: n(cell%n), gradient(cell%n, ndim)
+      integer :: e, i, c
+      do e = cell%first, cell%last
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+            call look_at_particle(p, cell, i, n, gradient)
+            do c = 1, cell%n
+               kind%mass(:cell%n, c) = kind%mass(:cell%n, c) + p%mass(i)/mass*n(c)*n
+            end do
+         end do
+      end do
+   end subroutine sum_masses
+
+   !> And the stiffness.
+   pure subroutine sum_stiffness(materials, p, blocks, cell, kind)
+      type(material_t), intent(in) :: materials(:)
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(support_t), intent(in) :: cell
+      type(kind_t), intent(inout) :: kind
+      real(dp) :: n(cell%n), gradient(cell%n, ndim), strain(n_voigt, ndim*cell%n), missing(ndim*cell%n), mean(cell%n, ndim)
+      integer :: e, i
+      strain = 0
+      mean = mean_gradients(materials, p, blocks, cell)
+      associate (material => materials(kind%material), dofs => ndim*cell%n)
+         do e = cell%first, cell%last
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               call look_at_particle(p, cell, i, n, gradient)
+               strain(1, 1::ndim) = gradient(:, 1)
+               strain(2, 2::ndim) = gradient(:, 2)
+               strain(3, 1::ndim) = gradient(:, 2)
+               strain(3, 2::ndim) = gradient(:, 1)
+               if (material%mean_dilatation) then
+                  missing = reshape(transpose(mean - gradient), [dofs])/2
+                  strain(1, :) = strain(1, :) + missing
+                  strain(2, :) = strain(2, :) + missing
+               end if
+               kind%stiffness(:dofs, :dofs) = kind%stiffness(:dofs, :dofs) &
+                  + p%volume(i)*matmul(transpose(strain), matmul(material%small_strain_moduli(), strain))
+               strain = 0
+            end do
+         end do
+      end associate
+   end subroutine sum_stiffness
+
+   !> Add to the contributions of the cells that have operators what a pass does.
+   subroutine apply_support_operators(operators, pass, dt, blocks, f)
+      type(support_operators_t), intent(in) :: operators
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                 !! [s]
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      integer :: k
+      !$omp parallel do schedule(static)
+      do k = 1, size(operators%with)
+         call apply_to_cell(operators, operators%with(k), pass, dt, blocks%supports(operators%with(k)), f)
+      end do
+   end subroutine apply_support_operators
+
+   !> The same of one cell.
+   pure subroutine apply_to_cell(operators, k, pass, dt, cell, f)
+      type(support_operators_t), intent(in) :: operators
+      integer, intent(in) :: k
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                 !! [s]
+      type(support_t), intent(in) :: cell
+      type(nodal_fields_t), intent(inout) :: f
+      real(dp) :: change(ndim*cell%n), by_point(ndim, cell%n), factor
+      integer :: c
+      associate (kind => operators%kinds(operators%kind_of(k)))
+         if (pass%kick) then
+            factor = dt*operators%cell_mass(k)
+            by_point = 0
+            do c = 1, cell%n
+               associate (a => factor*f%acceleration(:, cell%points(c)))
+                  by_point(1, :) = by_point(1, :) + kind%mass(:cell%n, c)*a(1)
+                  by_point(2, :) = by_point(2, :) + kind%mass(:cell%n, c)*a(2)
+               end associate
+            end do
+            call add_to(cell, of_momentum, by_point, f)
+         end if
+         if (pass%strain_fraction > 0) then
+            factor = -pass%strain_fraction*dt
+            change = 0
+            do c = 1, cell%n
+               associate (v => factor*f%velocity(:, cell%points(c), pass%strain_by))
+                  change = change + (kind%stiffness(:ndim*cell%n, ndim*c - 1)*v(1) + kind%stiffness(:ndim*cell%n, ndim*c)*v(2))
+               end associate
+            end do
+            call add_to(cell, of_force, reshape(change, [ndim, cell%n]), f)
+         end if
+      end associate
+   end subroutine apply_to_cell
+
+   !> Add to what a cell gives to its points, which is kept as contributions of its elements.
+   pure subroutine add_to(cell, first, by_point, f)
+      type(support_t), intent(in) :: cell
+      integer, intent(in) :: first               !! of_momentum or of_force
+      real(dp), intent(in) :: by_point(:, :)
+      type(nodal_fields_t), intent(inout) :: f
+      integer :: c, d
+      do c = 1, cell%n
+         associate (q => cell%element_of(c))
+            do d = 1, ndim
+               associate (sum => f%contribution(cell%lane(q), cell%corner_of(c), first + d - 1, cell%block(q)))
+                  sum = sum + by_point(d, c)
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine add_to
+end module hampm_support_operators
