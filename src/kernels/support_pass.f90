@@ -10,6 +10,8 @@
 !>
 !>    L = sum_c v_c (x) g_c + (sum_c v_c . (mean g_c - g_c))/2 I,    f_c = -V (stress g_c + (stress_11 + stress_22)/2 (mean g_c - g_c)).
 !>
+!> Of a ring N_c/r comes to the radial component of g_c in these traces.
+!>
 !> Laws for small strain have g_c = grad N_c in their frame. Those for any strain have the Kirchhoff stress, and gradients with respect to
 !> present positions in both frames, F^-T grad N_c in the total one: F-bar (de Souza Neto et al., Int. J. Solids Struct. 33 (1996) 3277-3296)
 !> step by step.
@@ -110,14 +112,14 @@ contains
             end do
          end do
       end if
-      if (p%thickness%is_ring) where (abs(mass) <= rounding*sum(mass)) mass = 0 ! on the axis
+      if (p%thickness%is_ring .and. cell%n > corners) where (abs(mass) <= rounding*sum(mass)) mass = 0 ! on the axis
       call store(pass, cell, mass, momentum, force, f)
    contains
 
       !> Give a particle what the points do to it (G2P).
       subroutine gain(i)
          integer, intent(in) :: i
-         real(dp) :: dv(ndim), v(ndim, cell%n), change(ndim, ndim), xi(ndim), hoop
+         real(dp) :: dv(ndim), v(ndim, cell%n), change(ndim, ndim), xi(ndim), hoop, missing
          associate (material => materials(p%material(i)))
             if (pass%kick) then
                dv = dt*matmul(acceleration(:, cell%points(:cell%n)), n)
@@ -134,7 +136,11 @@ contains
             if (pass%strain_fraction > 0) then
                v = pass%strain_fraction*dt*strain_velocity(:, cell%points(:cell%n))
                change = matmul(v, gradients_by_place(material, p, i, gradient))
-               if (material%mean_dilatation) change = change + (sum(v*transpose(mean)) - trace(change))/2*identity
+               if (material%mean_dilatation) then
+                  missing = sum(v*transpose(mean)) - trace(change)
+                  if (material%is_ring) missing = missing - dot_product(v(1, :), n)/radius_of(material, p, i)
+                  change = change + missing/2*identity
+               end if
                if (.not. p%total_frame .or. is_by_place(material, p)) change = change + product_of(change, p%gradient_of(i))
                if (pass%audit) audit(2) = audit(2) + p%volume(i)*work_of_change(material, p%gradient_of(i), change, &
                                                                                 pass%strain_fraction*dt, p, i, p%hoop_of(i))
@@ -159,6 +165,7 @@ contains
             force = force - matmul(t, transpose(g))
             if (material%is_ring) force(1, :) = force(1, :) - p%volume(i)*hoop_resistance(material, p, i)*n
             if (.not. material%mean_dilatation) return
+            if (material%is_ring) g(:, 1) = g(:, 1) + n/radius_of(material, p, i)
          end associate
          do c = 1, cell%n
             force(:, c) = force(:, c) - trace(t)/2*(mean(c, :) - g(c, :))
@@ -197,6 +204,15 @@ contains
       if (is_by_place(material, p)) g = matmul(g, transpose(inverse_transpose(identity + p%gradient_of(i))))
    end function gradients_by_place
 
+   !> The radius that goes with these gradients [m].
+   pure real(dp) function radius_of(material, p, i) result(radius)
+      type(material_t), intent(in) :: material
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      radius = p%reference(i, 1)
+      if (.not. p%total_frame .or. is_by_place(material, p)) radius = radius + p%displacement(i, 1)
+   end function radius_of
+
    !> Whether particles of a cell share their dilatation.
    pure logical function shares_dilatation(materials, p, blocks, cell) result(shares)
       type(material_t), intent(in) :: materials(:)
@@ -227,8 +243,9 @@ contains
                if (.not. material%mean_dilatation) cycle
                call look_at_particle(p, cell, i, n, gradient)
                weight = p%volume(i)
-               if (material%is_finite()) weight = weight*determinant(identity + p%gradient_of(i))
+               if (material%is_finite()) weight = weight*determinant(identity + p%gradient_of(i))*(1 + p%hoop_of(i))
                mean = mean + weight*gradients_by_place(material, p, i, gradient)
+               if (material%is_ring) mean(:, 1) = mean(:, 1) + weight*n/radius_of(material, p, i)
                total = total + weight
             end associate
          end do

@@ -91,8 +91,6 @@ module hampm_rules
       rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material dilatation = 'cell'", not_with, "&method time = 'static' | 'implicit' and "//for_any_strain, not_built, &
              "means of large strains have no tangent yet", "&material dilatation = 'point'"), &
-      rule_t("&material dilatation = 'cell'", not_with, "&run plane = 'axisymmetric'", not_built, &
-             "the mean is that of strains in the plane", "&grid order = 2"), &
       rule_t("&material dilatation = 'cell'", not_with, "&method functions = 'cpdi'", mechanics, &
              "the corners of a domain tell one dilatation", "&material dilatation = 'point'"), &
       rule_t("&material dilatation = 'cell'", not_with, "&grid order = 2", mechanics, "quadratic cells do not lock", &

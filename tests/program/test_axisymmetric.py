@@ -10,7 +10,7 @@ from paths import INPUT, REFERENCE
 from snapshots import field, points, read_steps
 
 YOUNG, DENSITY, PRESSURE = 1e9, 1000.0, 1e6
-ORDERS = [(1, 2), (2, 3)]                                                          # order of the cells, particles in a cell and direction
+ORDERS = [(1, 2), (2, 3)]                                                  # order of the cells, particles in a cell and direction
 
 
 @pytest.fixture
@@ -117,8 +117,8 @@ def test_a_hollow_sphere_under_pressure(hampm, order, across):
         exact = c / YOUNG * ((1 - 2 * nu) * r + (1 + nu) * 8 / (2 * r**2))
         errors.append(off(np.sum(u * x, axis=1) / r, exact))
     print("errors", errors)
-    assert errors[-1] < {1: 5e-3, 2: 2e-3}[order]
-    assert errors[-1] < errors[0] / 2.5
+    assert errors[-1] < (5e-3 if order == 1 else 1e-3)
+    assert errors[-1] < errors[0] / 3.5
 
 
 @pytest.mark.parametrize(("order", "across"), ORDERS)
@@ -130,6 +130,93 @@ def test_shares_of_loads_are_those_of_rings(hampm, order, across):
     x, u, axial = particles(hampm, "stress_yy")
     assert h["reaction_floor_y"][-1] == pytest.approx(DENSITY * 10 * np.pi, rel=1e-10)
     assert axial == pytest.approx(DENSITY * 10 * (x[:, 1] - 1), rel=1e-9 if order == 2 else 0.2, abs=1e-6 if order == 2 else 0.15 * DENSITY * 10)
+
+
+# --- laws ------------------------------------------------------------------------------------------------------------
+
+SHEAR, LAME = YOUNG / 2.6, YOUNG * 0.3 / (1.3 * 0.4)
+
+
+def by_energy(energy, strain):
+    """Kirchhoff stress along principal axes: stretch times the derivative of the energy by it, by a complex step."""
+    stretch = 1 + np.array(strain, dtype=complex)
+    return np.array([(1 + strain[k]) * energy(stretch + 1e-20j * (np.arange(3) == k)).imag / 1e-20 for k in range(3)])
+
+
+def neo_hookean(s):
+    return SHEAR / 2 * (np.sum(s**2) - 3 - 2 * np.log(np.prod(s))) + LAME / 2 * np.log(np.prod(s))**2
+
+
+def mooney_rivlin(s, c01=4e7):
+    c10, first = SHEAR / 2 - c01, np.sum(s**2)
+    second, j = (first**2 - np.sum(s**4)) / 2, np.log(np.prod(s))
+    return c10 * (first - 3) + c01 * (second - 3) - (2 * c10 + 4 * c01) * j + (LAME - 4 * c01) / 2 * j**2
+
+
+def linear(strain, shear=SHEAR):
+    """With the bulk modulus of the material, and another shear modulus where that has relaxed."""
+    e = np.array(strain)
+    return (LAME + 2 * SHEAR / 3) * np.sum(e) + 2 * shear * (e - np.mean(e))
+
+
+def plastic(strain, yield_stress=2e6, hardening=1e8):
+    """Radial return: a straight path of strain keeps its direction."""
+    e = np.array(strain) - np.mean(strain)
+    equivalent = np.sqrt(2 / 3 * np.sum(e**2))
+    flow = (3 * SHEAR * equivalent - yield_stress) / (3 * SHEAR + hardening)
+    assert flow > 0
+    return linear(strain, 0) + 2 / 3 * (yield_stress + hardening * flow) * e / equivalent
+
+
+def orthotropic(strain):
+    e1, e2, e3, n12, n13, n23 = YOUNG, 0.4 * YOUNG, YOUNG, 0.3, 0.2, 0.12   # alike around the axis: else stretches that are the same are not in balance
+    return np.linalg.solve([[1 / e1, -n12 / e1, -n13 / e1], [-n12 / e1, 1 / e2, -n23 / e2], [-n13 / e1, -n23 / e2, 1 / e3]], strain)
+
+
+SMALL, LARGE = (2e-3, -3e-3), (0.05, -0.08)                               # along and around the radius, along the axis
+ISOTROPIC = f"young = {YOUNG}  poisson = 0.3"
+LAWS = {"linear_elastic": (ISOTROPIC, SMALL, linear), "neo_hookean": (ISOTROPIC, LARGE, lambda e: by_energy(neo_hookean, e)),
+        "mooney_rivlin": (ISOTROPIC + "  c01 = 4e7", LARGE, lambda e: by_energy(mooney_rivlin, e)),
+        "j2_plastic": (ISOTROPIC + "  yield_stress = 2e6  hardening = 1e8", SMALL, plastic),
+        "viscoelastic": (ISOTROPIC + "  moduli = 1e8, 5e7  relaxation_times = 1e-3, 2e-3", SMALL, lambda e: linear(e, SHEAR - 1.5e8)),
+        "orthotropic": (f"young_1 = {YOUNG}  young_2 = {0.4 * YOUNG}  young_3 = {YOUNG}  shear_12 = 2e8  poisson_12 = 0.3  poisson_13 = 0.2  poisson_23 = 0.12", SMALL,
+                        orthotropic)}
+METHODS = {"static": "time = 'static'", "implicit": "time = 'implicit'  time_step = 2e-3  hht_alpha = -0.3", "explicit": "time = 'explicit'  frame = 'total'",
+           "updated": "time = 'explicit'  frame = 'updated'  courant = 0.3"}
+
+
+@pytest.mark.parametrize(("order", "across"), [(1, 2), (2, 3)])
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_in_uniform_strain(hampm, law, method, order, across):
+    """A ring whose section is strained by H = diag(e, e', e), slowly and with damping in motion: exact to rounding at rest, and with what motion leaves of it, where what
+    yields has a memory of waves. The stress is by another formula than that of the program."""
+    keys, (radial, axial), stress = LAWS[law]
+    if method == "updated" and (order == 2 or radial > SMALL[0]):
+        pytest.skip("quadratic cells stay in the total frame, and nodes that are moved far are no longer at the edge of the material in another one")
+    end = 0.3
+    shift = "&constraint lower = {0}, 0  upper = {0}, 1  fix = 'x'  displacement = {1}, 0  history = 'ramp'  rise_time = 0.2 /\n"
+    text = f"""&run plane = 'axisymmetric'  end_time = {end} /
+&grid lower = 0.5, -0.5  cell = 0.25  cells = 8, 8  order = {order} /
+&material name = 'm'  law = '{law}'  density = {DENSITY}  {keys} /
+&body material = 'm'  lower = 1, 0  upper = 2, 1  points_per_cell = {across} /
+&constraint lower = 0, 0  upper = 3, 0  fix = 'y' /
+&constraint lower = 0, 1  upper = 3, 1  fix = 'y'  displacement = 0, {axial}  history = 'ramp'  rise_time = 0.2 /
+{shift.format(1, radial)}{shift.format(2, 2 * radial)}&damping rate = 2e3 /
+&method {METHODS[method]} /
+&output file = 'out.h5'  snapshot_interval = {end}  history_interval = {end / 4} /
+"""
+    if method == "static":
+        text = text.replace("&damping rate = 2e3 /", "").replace(f"history_interval = {end / 4}", "").replace("'static'", "'static'  load_steps = 3" if law == "viscoelastic" else "'static'")
+    run(hampm, text)
+    x, u, *found = particles(hampm, "stress_xx", "stress_yy", "stress_zz", "stress_xy")
+    exact = stress((radial, axial, radial))
+    near = 1e-8 if method == "static" else 0.01 if law == "j2_plastic" or method == "updated" else 1e-6
+    size = np.max(np.abs(exact))
+    print(law, method, order, [float(np.max(np.abs(one - value)) / size) for one, value in zip(found, (*exact, 0.0))])
+    for one, value in zip(found, (*exact, 0.0)):
+        assert one == pytest.approx(value, abs=near * size)
+    assert u[:, 0] == pytest.approx(radial * x[:, 0], abs=near * radial * (1 if law != "j2_plastic" else 2))
 
 
 # --- cracks -----------------------------------------------------------------------------------------------------------
@@ -166,12 +253,37 @@ def test_a_penny_crack_has_the_converged_value(hampm, poisson, size, factor):
     assert h["J_spread"][-1] < 1e-4 * h["J"][-1]
 
 
-def test_a_whole_penny_crack_is_that_of_the_half(hampm):
-    """Of kind 'path', in any order the same."""
-    half, whole = penny(hampm, 0.3, 4.0, level=2), penny(hampm, 0.3, 4.0, kind="path", level=2)
+@pytest.mark.parametrize(("kind", "order", "across"), [("path", 2, 3), ("path", 1, 2), ("line", 1, 2)])
+def test_a_whole_penny_crack_is_that_of_the_half(hampm, kind, order, across):
+    """In both orders the same."""
+    keys = {"order": order, "across": across, "level": 2}
+    half, whole = penny(hampm, 0.3, 2.5, **keys), penny(hampm, 0.3, 2.5, kind=kind, **keys)
     assert whole[0] == pytest.approx(half[0], rel=1e-6)
     assert whole[1] == pytest.approx(half[1], rel=1e-3)
     assert abs(whole[2]["K_II"][-1]) < 1e-6 * whole[2]["K_I"][-1]
+
+
+@pytest.mark.parametrize("load", ["tension", "pressure"])
+def test_a_penny_crack_in_bilinear_cells(hampm, load):
+    """Within 0.5 %, pulled from afar or with pressed faces, within the error that is estimated; so of a path that is pressed as it runs through cells."""
+    j, k, h = penny(hampm, 0.3, 4.0, order=1, across=2, load=load, level=5)
+    print("J", j / 1.016346 - 1, "K", k / 1.016346 - 1, "estimate", h["K_I_error"][-1] / h["K_I"][-1])
+    assert j == pytest.approx(1.016346, rel=5e-3)
+    assert k == pytest.approx(1.016346, rel=5e-3)
+    assert abs(k - 1.016346) < 2 * h["K_I_error"][-1] / (2 * PRESSURE * np.sqrt(1 / np.pi))
+
+
+def test_a_penny_crack_inside_cells(hampm):
+    """A path along no grid line, pressed, with its tip inside a cell: within what a tip there is off."""
+    text = scene(1, 0.25, (17, 34), "&body material = 'm'  lower = 0, -4  upper = 4, 4  points_per_cell = 2 /", f"""&load kind = 'pressure'  on = 'crack'  pressure = {PRESSURE} /
+&crack kind = 'path'  points = 0, 0.0137, 1, 0.0137 /
+&refine indicator = 'tip'  max_level = 4  rings = 6 /
+&energy_release estimators = 'domain_integral' /""", lower="0, -4.25")
+    h = run(hampm, text)
+    k = h["K_I"][-1] / (2 * PRESSURE * np.sqrt(1 / np.pi))
+    print("K", k / 1.016346 - 1, h["K_II"][-1] / h["K_I"][-1])
+    assert k == pytest.approx(1.016346, rel=0.01)
+    assert abs(h["K_II"][-1]) < 0.01 * h["K_I"][-1]
 
 
 def test_the_penny_crack_of_the_gallery(hampm):
