@@ -41,21 +41,34 @@ contains
       call pattern_of_cliques(numbering%n, cliques, matrix)
    end subroutine pattern_of_elements
 
-   !> The matrix of an element by masters, T transposed A T with A by its corners and T their weights. Rows and columns are by node,
-   !> the directions of a node one after the other.
-   pure function matrix_by_masters(directions, weight, by_corner) result(by_master)
+   !> The matrix of an element by masters, T transposed A T with A by its nodes and T their weights (`masters_of`). Rows and columns are
+   !> by node, the directions of a node one after the other.
+   pure subroutine matrix_by_masters(grid, e, directions, by_node, n, masters, by_master)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: e                   !! the element
       integer, intent(in) :: directions
-      real(dp), intent(in) :: weight(:, :)       !! T, see `masters_of`; (corners, or all points of a quadratic cell, most_nodes_of_leaf)
-      real(dp), intent(in) :: by_corner(directions*size(weight, 1), directions*size(weight, 1))
-      real(dp) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf)
+      real(dp), intent(in) :: by_node(directions*grid%n_functions, directions*grid%n_functions)
+      integer, intent(out) :: n                  !! number of masters
+      integer, intent(out) :: masters(most_nodes_of_leaf)
+      real(dp), intent(out) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf) !! as far as there are masters
+      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf)
       integer :: d, j
+      associate (at => grid%support_of(e))
+         if (all(at <= grid%n_nodes)) then
+            n = size(at)
+            masters(:n) = at
+            by_master(:directions*n, :directions*n) = by_node
+            return
+         end if
+         call grid%dofs%masters_of(at, n, masters, weight)
+      end associate
       do j = 1, directions
          do d = 1, directions
-            by_master(d::directions, j::directions) = &
-               matmul(transpose(weight), matmul(by_corner(d::directions, j::directions), weight))
+            by_master(d:directions*n:directions, j:directions*n:directions) = &
+               matmul(transpose(weight(:, :n)), matmul(by_node(d::directions, j::directions), weight(:, :n)))
          end do
       end do
-   end function matrix_by_masters
+   end subroutine matrix_by_masters
 
    !> Add the matrix of an element; what it has for fixed degrees of freedom is left out.
    pure subroutine add_element(numbering, masters, by_master, matrix)
@@ -63,13 +76,8 @@ contains
       integer, intent(in) :: masters(:)          !! of the element
       real(dp), intent(in) :: by_master(:, :)    !! see `matrix_by_masters`
       type(sparse_t), intent(inout) :: matrix
-      integer :: unknown(size(numbering%dof, 1)*size(masters)), r, c
+      integer :: unknown(size(numbering%dof, 1)*size(masters))
       unknown = reshape(numbering%dof(:, masters), [size(unknown)])
-      do c = 1, size(unknown)
-         if (unknown(c) == 0) cycle
-         do r = 1, size(unknown)
-            if (unknown(r) > 0) call matrix%add(unknown(r), unknown(c), by_master(r, c))
-         end do
-      end do
+      call matrix%add_block(unknown, by_master)
    end subroutine add_element
 end module hampm_element_assembly

@@ -183,14 +183,13 @@ contains
       type(mass_matrix_t), intent(in) :: mass
       integer, intent(in) :: coupled(:)
       real(dp), allocatable :: rest(:)
-      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf), by_master(most_nodes_of_leaf, most_nodes_of_leaf)
+      real(dp) :: by_master(most_nodes_of_leaf, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), k, c, i, n
       factor%matrix%value = 0
       allocate (rest(factor%unknowns%n))
       rest = mass%lumped(factor%unknowns%node)
       do k = 1, size(coupled)
-         call grid%dofs%masters_of(grid%support_of(coupled(k)), n, masters, weight)
-         by_master = matrix_by_masters(1, weight, mass%cell(:, :, mass%cell_of(coupled(k))))
+         call matrix_by_masters(grid, coupled(k), 1, mass%cell(:, :, mass%cell_of(coupled(k))), n, masters, by_master)
          do c = 1, n
             i = factor%unknowns%dof(1, masters(c))
             if (i > 0) rest(i) = rest(i) - sum(by_master(:n, c))

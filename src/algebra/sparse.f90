@@ -13,6 +13,8 @@ module hampm_sparse
       real(dp), allocatable :: value(:)          !! (entries)
    contains
       procedure :: add
+      procedure :: add_block
+      procedure :: has_pattern_of
    end type sparse_t
 
 contains
@@ -53,8 +55,8 @@ contains
             m = next_clique(m - size(cliques, 1)*(k - 1), k)
          end do
          length = entries + 1 - matrix%row_start(i)
-         row = sorted(matrix%column(matrix%row_start(i):entries))
-         matrix%column(entries - length + 1:entries) = row
+         row = matrix%column(matrix%row_start(i):entries)
+         matrix%column(entries - length + 1:entries) = row(ascending(row))
       end do
       matrix%row_start(n + 1) = entries + 1
       matrix%column = matrix%column(:entries)
@@ -75,19 +77,51 @@ contains
       end do
    end subroutine add
 
-   !> Ascending order by insertion: rows are short.
-   pure function sorted(values) result(s)
+   !> Add a full matrix of some rows and columns, which are coupled in the pattern: a walk along each row meets the columns in their
+   !> order.
+   pure subroutine add_block(self, index, block)
+      class(sparse_t), intent(inout) :: self
+      integer, intent(in) :: index(:)            !! row and column of each of the matrix, 0 for one that is left out
+      real(dp), intent(in) :: block(:, :)        !! (size(index), size(index))
+      integer :: order(size(index)), r, c, k
+      order = ascending(index)
+      do r = 1, size(index)
+         if (index(r) == 0) cycle
+         k = self%row_start(index(r))
+         do c = 1, size(index)
+            if (index(order(c)) == 0) cycle
+            do while (self%column(k) < index(order(c)))
+               k = k + 1
+            end do
+            self%value(k) = self%value(k) + block(r, order(c))
+         end do
+      end do
+   end subroutine add_block
+
+   !> Whether two matrices have entries at the same places.
+   pure logical function has_pattern_of(self, other)
+      class(sparse_t), intent(in) :: self
+      type(sparse_t), intent(in) :: other
+      has_pattern_of = .false.
+      if (self%n /= other%n .or. .not. (allocated(self%column) .and. allocated(other%column))) return
+      if (size(self%column) /= size(other%column)) return
+      has_pattern_of = all(self%row_start == other%row_start)
+      if (has_pattern_of) has_pattern_of = all(self%column == other%column)
+   end function has_pattern_of
+
+   !> Places of some numbers in their ascending order, by insertion: they are few.
+   pure function ascending(values) result(place)
       integer, intent(in) :: values(:)
-      integer :: s(size(values))
+      integer :: place(size(values))
       integer :: i, k
       do i = 1, size(values)
          k = i
          do while (k > 1)
-            if (s(k - 1) <= values(i)) exit
-            s(k) = s(k - 1)
+            if (values(place(k - 1)) <= values(i)) exit
+            place(k) = place(k - 1)
             k = k - 1
          end do
-         s(k) = values(i)
+         place(k) = i
       end do
-   end function sorted
+   end function ascending
 end module hampm_sparse

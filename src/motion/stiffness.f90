@@ -53,7 +53,7 @@ module hampm_stiffness
       type(numbering_t), private :: unknowns
       real(dp) :: spring = 0                     !! squared frequency of the springs [1/s2]
       type(factorisation_t), private :: factorised
-      type(sparse_t), private :: matrix          !! where it is not factorised but solved by iteration
+      type(sparse_t), private :: matrix          !! of which the pattern alone is kept where it is factorised
    contains
       procedure :: solve
       procedure :: on_unknowns
@@ -90,13 +90,13 @@ contains
       logical, intent(in) :: tied(:)             !! by pair of the contact
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
-      call stiffness%release()
       stiffness%kind = kind
       call number(m, tied, stiffness)
       if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, failure)
    end subroutine factorise_stiffness
 
-   !> Assemble and factorise the stiffness of the unknowns that there are.
+   !> Assemble and factorise the stiffness of the unknowns that there are. What CHOLMOD found out of the pattern of the last one is
+   !> kept as long as that stays.
    subroutine assemble_and_factorise(m, stiffness, failure)
       type(motion_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
@@ -106,11 +106,12 @@ contains
          call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_springs(m))
          call fill(m, cells, stiffness, matrix)
       end associate
-      if (stiffness%kind%solver == 'cg') then
-         stiffness%matrix = matrix
-         return
+      if (stiffness%kind%solver /= 'cg') then
+         if (.not. matrix%has_pattern_of(stiffness%matrix)) call stiffness%factorised%release()
+         call stiffness%factorised%factorise(matrix, failure)
+         deallocate (matrix%value)
       end if
-      call stiffness%factorised%factorise(matrix, failure)
+      stiffness%matrix = matrix
    end subroutine assemble_and_factorise
 
    !> Number the unknowns: a tied pair has one for both of its nodes.
@@ -149,13 +150,11 @@ contains
       type(sparse_t), intent(inout) :: matrix
       real(dp) :: by_corner(ndim*m%grid%n_functions, ndim*m%grid%n_functions), &
                   by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
-      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n, k, d
       stiffness%spring = 0
       if (stiffness%kind%on_springs) &
          stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
       do k = 1, size(cells)
-         call m%grid%dofs%masters_of(m%grid%support_of(cells(k)), n, masters, weight)
          call element_stiffness(m, cells(k), stiffness, by_corner)
          if (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(k))) then
             associate (mass => m%fields%mass_matrix%cell(:, :, m%fields%mass_matrix%cell_of(cells(k))))
@@ -164,7 +163,7 @@ contains
                end do
             end associate
          end if
-         by_master = matrix_by_masters(ndim, weight, by_corner)
+         call matrix_by_masters(m%grid, cells(k), ndim, by_corner, n, masters, by_master)
          if (m%grid%is_quadratic() .and. stiffness%kind%mass_factor > 0) then
             continue                             ! ties hold them, and their masses (`hampm_mass_ties`)
          else if (may_be_loose(m, cells(k))) then

@@ -55,14 +55,14 @@ contains
       logical, intent(in) :: fixed(:, :)
       type(numbering_t), intent(out) :: numbering
       type(sparse_t), intent(out) :: stiffness
-      real(dp) :: weight(corners, most_nodes_of_leaf), by_corner(ndim*corners, ndim*corners)
+      real(dp) :: by_corner(ndim*corners, ndim*corners), by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n, e
       call number_unknowns(nodes, fixed, numbering)
       call pattern_of_elements(grid, elements, numbering, stiffness)
       do e = 1, grid%n_elements
-         call grid%dofs%masters_of(grid%element_nodes(:, e), n, masters, weight)
          by_corner = element_stiffness(grid%element_size(e))
-         call add_element(numbering, masters(:n), matrix_by_masters(ndim, weight, by_corner), stiffness)
+         call matrix_by_masters(grid, e, ndim, by_corner, n, masters, by_master)
+         call add_element(numbering, masters(:n), by_master, stiffness)
       end do
    end subroutine assemble
 
