@@ -8,7 +8,7 @@ program eigenvalue_limit
    use hampm_kinds, only: dp, ndim
    use hampm_command_line, only: options_t, command_arguments, parse_arguments
    use hampm_constraints, only: hold
-   use hampm_face_springs, only: face_springs_t, stretch_springs, add_spring_forces
+   use hampm_face_springs, only: face_springs_t, relax_springs, stretch_springs, add_spring_forces
    use hampm_failure, only: failure_t
    use hampm_lapack, only: dsyev
    use hampm_mass_solver, only: solve_aside
@@ -94,7 +94,7 @@ contains
       call forces_of(s%motion, u, force)
       springs = s%motion%springs
       if (springs%n > 0) then
-         springs%opening = 0
+         call relax_springs(springs)
          call stretch_springs(springs, u, 1.0_dp)
          allocate (of_springs, mold=force)
          of_springs = 0

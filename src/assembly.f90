@@ -11,18 +11,17 @@ module hampm_assembly
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
    use hampm_domains, only: start_domains
-   use hampm_explicit, only: explicit_t
+   use hampm_explicit, only: explicit_t, reference_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid, only: build_grid
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
-   use hampm_largest_step, only: courant_limit, default_part
+   use hampm_largest_step, only: courant_limit, default_part, time_between_outputs
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
    use hampm_joints, only: sheets_of_bodies
-   use hampm_output_times, only: time_between_outputs
    use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
@@ -33,7 +32,6 @@ module hampm_assembly
    use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t, load_spec_t, mass_used
-   use hampm_reference, only: reference_t
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells

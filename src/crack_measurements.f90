@@ -10,8 +10,8 @@ module hampm_crack_measurements
    use hampm_cut_cells, only: side_of_ties
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_estimated_errors, only: error_t, estimated_errors_t, relative_errors, follow, hardly
-   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, place_of_tip, &
-                                   tip_zone
+   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, &
+                                   place_of_tip, tip_zone, tips_at_rest_t, find_tips_at_rest
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
    use hampm_loads, only: place_loads, force_at_node, factors_at, largest_factors
@@ -25,7 +25,6 @@ module hampm_crack_measurements
    use hampm_path_closure, only: path_closure
    use hampm_scene, only: scene_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
-   use hampm_tip_shift, only: tips_at_rest_t, find_tips_at_rest
    implicit none
    private
    public :: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack, best_rate

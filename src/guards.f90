@@ -1,4 +1,10 @@
 !> The look, at every sample, whether the numbers of a run still mean something.
+!>
+!> The look whether a piece of a cell, as a crack or the edge of a body leaves it, holds by next to nothing: then the load on it has strained it
+!> far more than the cells beside it, and nothing that depends on it has a meaning.
+!>
+!> A measure, whatever has let it loose: in a piece that holds, strains are those beside it but for a factor that the place tells (2.6 in slivers at
+!> rings under pressure), while loose ones have hundreds of times these.
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
@@ -12,7 +18,6 @@ module hampm_guards
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_loads, only: work_of_step
-   use hampm_loose_pieces, only: check_pieces
    use hampm_measurements, only: measurements_t, energy_residual
    use hampm_motion, only: motion_t
    use hampm_particles, only: spacing_of
@@ -20,9 +25,12 @@ module hampm_guards
    use hampm_spring_placement, only: part_for
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
+   use hampm_ghost_penalty, only: fills_of_pieces, enough
    implicit none
    private
    public :: check_state, check_tip, check_step, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
+
+   real(dp), parameter :: most = 20              !! strain of a piece over the largest beside it
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
    ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
@@ -277,18 +285,20 @@ contains
    subroutine look_at_normals(motion, failure)
       type(motion_t), intent(in) :: motion
       type(failure_t), intent(inout) :: failure
-      real(dp) :: turn
+      real(dp) :: turn, x(ndim), normal(ndim)
       integer :: k, elements(faces)
       associate (springs => motion%springs, blocks => motion%blocks)
          if (springs%n_contact == 0) return
          do k = 1, springs%n
-            if (.not. is_pressed(springs, k)) cycle
-            elements = faces_at(motion%grid, blocks, springs%place(:, k), springs%normal(:, k), both_faces)
+            if (.not. is_pressed(springs%list(k))) cycle
+            x = springs%list(k)%place
+            normal = springs%list(k)%normal
+            elements = faces_at(motion%grid, blocks, x, normal, both_faces)
             if (any(elements == 0)) cycle
-            turn = turn_between(motion%particles, motion%grid, blocks, elements, springs%normal(:, k))
+            turn = turn_between(motion%particles, motion%grid, blocks, elements, normal)
             if (abs(turn) <= largest_turn) cycle
             call failure%report(exit_computation, when(motion%steps, motion%time)//'faces of a crack that press on each other '// &
-                                'at ('//to_text(springs%place(1, k))//', '//to_text(springs%place(2, k))//') m have turned by '// &
+                                'at ('//to_text(x(1))//', '//to_text(x(2))//') m have turned by '// &
                                 three_digits(turn)//' rad, and &crack contact takes their normals to stay: forces between them '// &
                                 'are wrong beyond '//to_text(largest_turn)//' rad. Keep the body from turning, or load it less')
             return
@@ -337,7 +347,7 @@ contains
          remedy = '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(springs))// &
                   ', which leaves them all of it, or use time = ''static'''
          if (springs%weakest <= nearly_full) call tell('bonds in the cells of crack tips', springs%weakest, weakened)
-         if (springs%weakest_contact <= nearly_full .and. any([(is_pressed(springs, k), k=1, springs%n)])) &
+         if (springs%weakest_contact <= nearly_full .and. any([(is_pressed(springs%list(k)), k=1, springs%n)])) &
             call tell('springs between faces in contact', springs%weakest_contact, yielding)
       end associate
    contains
@@ -463,4 +473,58 @@ contains
       text = ''
       if (motion%scheme%name == 'usl') text = ', or choose another &method scheme than ''usl'''
    end function other_scheme
+
+   !> Fail where a piece is loose, and name the place.
+   subroutine check_pieces(m, now, failure)
+      type(motion_t), intent(in) :: m
+      character(*), intent(in) :: now            !! time, in words
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: fill(m%grid%n_elements), strain(m%grid%n_elements), beside
+      integer :: i, e
+      fill = fills_of_pieces(m%grid, m%particles)
+      strain = 0
+      do i = 1, m%particles%n
+         associate (first => m%grid%first_of_piece(m%particles%cell(i)))
+            strain(first) = max(strain(first), strain_of(m%particles%gradient_of(i)))
+         end associate
+      end do
+      do e = 1, m%grid%n_elements
+         if (.not. fill(e) > 0 .or. fill(e) >= enough .or. .not. m%grid%is_cut(m%grid%element_leaf(e))) cycle
+         beside = largest_beside(m, e, fill, strain)
+         if (.not. (beside > 0 .and. strain(e) > most*beside)) cycle
+         associate (x => m%grid%element_lower(:, e) + m%grid%leaf_size(e)/2)
+            call failure%report(exit_computation, now//'material in the cell around ('//to_text(x(1))//', '//to_text(x(2))// &
+                                ') m, of which a crack or an edge leaves '//three_digits(100*fill(e))//' %, has a strain of '// &
+                                three_digits(strain(e))//', '//three_digits(strain(e)/beside)//' times that of the cells '// &
+                                'beside it: hardly anything holds it. Move the crack, the edge or the load, or use smaller '// &
+                                '&grid cell')
+         end associate
+         return
+      end do
+   end subroutine check_pieces
+
+   !> The largest strain in fuller pieces that have a node in common with a piece; 0 where there are none.
+   pure real(dp) function largest_beside(m, e, fill, strain) result(largest)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: e                   !! the first element of the piece
+      real(dp), intent(in) :: fill(:), strain(:) !! by the first element of each piece
+      integer :: element, c, k, other
+      largest = 0
+      do element = e, m%grid%last_of_piece(e)
+         do c = 1, size(m%grid%element_nodes, 1)
+            associate (around => m%grid%dofs%elements_at(m%grid%element_nodes(c, element)))
+               do k = 1, size(around)
+                  other = m%grid%first_of_piece(around(k))
+                  if (fill(other) > fill(e)) largest = max(largest, strain(other))
+               end do
+            end associate
+         end do
+      end do
+   end function largest_beside
+
+   !> Norm of the strain of Green and Lagrange [-].
+   pure real(dp) function strain_of(gradient) result(strain)
+      real(dp), intent(in) :: gradient(ndim, ndim) !! of the displacement [-]
+      strain = norm2(gradient + transpose(gradient) + matmul(transpose(gradient), gradient))/2
+   end function strain_of
 end module hampm_guards

@@ -1,4 +1,9 @@
 !> What the history records: what is measured, and the list of its columns.
+!>
+!> Whether the faces of a crack have gone through each other. Without contact nothing keeps them from it, and what is measured at
+!> the tip is then that of material that cannot be: K_I below zero.
+!>
+!> Closed forms for the double cantilever beam.
 module hampm_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
@@ -9,9 +14,7 @@ module hampm_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t
-   use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
    use hampm_energy, only: linear_momentum, angular_momentum, plastic_dissipation, viscous_dissipation
-   use hampm_face_overlap, only: face_overlap_t, keep_overlap
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
@@ -29,8 +32,28 @@ module hampm_measurements
    use hampm_text, only: to_text
    implicit none
    private
-   public :: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, measure, &
-             take_row, declare_columns, energy_residual, keep_measurements
+   public :: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, measure, take_row, &
+             declare_columns, energy_residual, keep_measurements, dcb_energy_release_rate, chi_foundation
+
+   real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
+
+   !> Overlap over the largest displacement of the faces against each other in the run, above which it is told [-]. While waves come
+   !> and go it takes more: before a beam opens, the first bending waves press its arms together by a hundredth of that, or by a
+   !> thirtieth of what they have opened by then. What
+   !> is left at rest needs to be above what is not yet at rest only.
+   real(dp), parameter :: noticed_in_motion = 0.1_dp, noticed_at_rest = 1e-3_dp
+
+   !> The most that was seen, by the opening one cell behind the tip and at the mouth.
+   type :: face_overlap_t
+      real(dp) :: largest_jump = 0               !! largest opening, overlap or sliding [m]
+      real(dp) :: overlap = 0                    !! largest overlap [m]
+      real(dp) :: time = 0                       !! when that was [s]
+      real(dp) :: last = 0                       !! overlap at the last look; below 0 where the faces have parted [m]
+      real(dp) :: last_time = 0                  !! when that was [s]
+   contains
+      procedure :: look
+      procedure :: is_notable
+   end type face_overlap_t
 
    !> What was measured last, with what is needed to measure again.
    type :: measurements_t
@@ -371,4 +394,48 @@ contains
       call archive%section('extrapolation')
       call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
    end subroutine keep_measurements
+
+   !> Look at the openings and slidings of the faces at some places.
+   pure subroutine look(self, jumps, time)
+      class(face_overlap_t), intent(inout) :: self
+      real(dp), intent(in) :: jumps(:, :)        !! opening, sliding [m], (modes, places)
+      real(dp), intent(in) :: time               !! [s]
+      self%largest_jump = max(self%largest_jump, maxval(abs(jumps)))
+      self%last = maxval(-jumps(1, :))
+      self%last_time = time
+      if (self%last <= self%overlap) return
+      self%overlap = self%last
+      self%time = time
+   end subroutine look
+
+   !> Whether there was an overlap beyond rounding and passing waves.
+   pure logical function is_notable(self, at_rest)
+      class(face_overlap_t), intent(in) :: self
+      logical, intent(in) :: at_rest             !! whether the motion has come to rest
+      is_notable = self%overlap > noticed_in_motion*self%largest_jump
+      if (at_rest) is_notable = is_notable .or. self%last > noticed_at_rest*self%largest_jump
+   end function is_notable
+
+   !> Keep it in a section of an archive.
+   subroutine keep_overlap(overlap, archive)
+      type(face_overlap_t), intent(inout) :: overlap
+      class(archive_t), intent(inout) :: archive
+      call archive%keep('largest_jump', overlap%largest_jump)
+      call archive%keep('overlap', overlap%overlap)
+      call archive%keep('time', overlap%time)
+      call archive%keep('last', overlap%last)
+      call archive%keep('last_time', overlap%last_time)
+   end subroutine keep_overlap
+
+   !> Static G of a double cantilever beam, (33): 12 P**2 (a + chi D)**2 / (E B**2 D**3) [J/m2]. With chi = 0 it is
+   !> simple beam theory, with `chi_foundation` the beam on an elastic foundation (Kanninen 1973).
+   pure real(dp) function dcb_energy_release_rate(force, crack_length, depth, thickness, young, chi) result(g)
+      real(dp), intent(in) :: force              !! P, at the end of each arm [N]
+      real(dp), intent(in) :: crack_length       !! a [m]
+      real(dp), intent(in) :: depth              !! D, of one arm [m]
+      real(dp), intent(in) :: thickness          !! B [m]
+      real(dp), intent(in) :: young              !! E [Pa]
+      real(dp), intent(in) :: chi                !! [-]
+      g = 12*force**2*(crack_length + chi*depth)**2/(young*thickness**2*depth**3)
+   end function dcb_energy_release_rate
 end module hampm_measurements

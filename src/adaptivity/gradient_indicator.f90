@@ -4,12 +4,12 @@ module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell, points_of_quadratic
    use hampm_cell_values, only: is_occupied
-   use hampm_corner_values, only: are_corners, gather_at_corners, spread_from_corners, sides_of_cell, middle_of_cell
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_motion, only: motion_t, refresh_grid
-   use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
+   use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, &
+                             sides_of_cell, middle_of_cell
    implicit none
    private
    public :: nodal_field, refinement_parameter

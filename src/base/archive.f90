@@ -22,7 +22,7 @@ module hampm_archive
       procedure :: longs
       procedure(keep_text), deferred :: keep_text
       procedure(keep_reals), deferred :: keep_reals
-      procedure(keep_integers), deferred :: keep_integers
+      procedure :: keep_integers
       procedure(keep_longs), deferred :: keep_longs
       procedure(section), deferred :: section
       procedure(refuse), deferred :: refuse
@@ -45,15 +45,6 @@ module hampm_archive
          integer, intent(in) :: n
          real(dp), intent(inout) :: values(n)
       end subroutine keep_reals
-
-      !> Keep the first `n` elements of an array of integers of any shape.
-      subroutine keep_integers(self, name, n, values)
-         import :: archive_t
-         class(archive_t), intent(inout) :: self
-         character(*), intent(in) :: name
-         integer, intent(in) :: n
-         integer, intent(inout) :: values(n)
-      end subroutine keep_integers
 
       !> Keep the first `n` elements of an array of long integers of any shape.
       subroutine keep_longs(self, name, n, values)
@@ -148,6 +139,18 @@ contains
       call self%keep_logicals(name, 1, values)
       value = values(1)
    end subroutine keep_logical
+
+   !> Keep the first `n` elements of an array of integers of any shape.
+   subroutine keep_integers(self, name, n, values)
+      class(archive_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, intent(in) :: n
+      integer, intent(inout) :: values(n)
+      integer(long), allocatable :: wide(:)
+      allocate (wide, source=int(values, long))
+      call self%keep_longs(name, n, wide)
+      values = int(wide)
+   end subroutine keep_integers
 
    !> Keep the first `n` elements of an array of logical values of any shape.
    subroutine keep_logicals(self, name, n, values)

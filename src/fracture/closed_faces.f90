@@ -11,7 +11,7 @@
 !> with 3; fitted up to 12, 16, 20, 24 cells 0.9, 0.7, 0.6, 0.8 % (K_II).
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, contact, force_of
+   use hampm_face_springs, only: face_springs_t, spring_t, contact, force_of
    implicit none
    private
    public :: closed_faces_t, look_behind_tip
@@ -53,14 +53,14 @@ contains
       there = 0
       parted = 0
       do n = 1, springs%n
-         r = faces%distance_of(springs, n)
+         r = faces%distance_of(springs%list(n))
          if (r < from*cell .or. r > to*cell) cycle
-         length = length + springs%length(n)
-         faces%middle = faces%middle + r*springs%length(n)
-         faces%mean = faces%mean + force_of(springs, n)
+         length = length + springs%list(n)%length
+         faces%middle = faces%middle + r*springs%list(n)%length
+         faces%mean = faces%mean + force_of(springs%list(n))
          if (r > told*cell) cycle
-         there = there + springs%length(n)
-         parted = parted + springs%length(n)*dot_product(springs%normal(:, n), springs%opening(:, n))
+         there = there + springs%list(n)%length
+         parted = parted + springs%list(n)%length*dot_product(springs%list(n)%normal, springs%list(n)%opening)
       end do
       if (there < least*cell .or. .not. parted < 0) return
       faces%are_closed = .true.
@@ -69,47 +69,44 @@ contains
       if (length < for_line*cell) return
       square = 0
       do n = 1, springs%n
-         r = faces%distance_of(springs, n)
+         r = faces%distance_of(springs%list(n))
          if (r < from*cell .or. r > to*cell) cycle
          moment = r - faces%middle
-         square = square + moment**2*springs%length(n)
-         faces%slope = faces%slope + moment*force_of(springs, n)
+         square = square + moment**2*springs%list(n)%length
+         faces%slope = faces%slope + moment*force_of(springs%list(n))
       end do
       faces%slope = faces%slope/square
    end function look_behind_tip
 
    !> How far behind the tip a spring between its faces is; below 0 for all others [m].
-   pure real(dp) function distance_of(self, springs, n) result(r)
+   pure real(dp) function distance_of(self, spring) result(r)
       class(closed_faces_t), intent(in) :: self
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: n                   !! the spring
+      type(spring_t), intent(in) :: spring
       real(dp), parameter :: beside = 1e-3_dp    ! of a cell, and of a right angle
       r = -1
-      if (springs%kind(n) /= contact) return
-      associate (way => self%tip - springs%place(:, n), d => self%direction)
-         if (abs(dot_product(springs%normal(:, n), d)) > beside .or. abs(way(1)*d(2) - way(2)*d(1)) > beside*self%cell) return
+      if (spring%kind /= contact) return
+      associate (way => self%tip - spring%place, d => self%direction)
+         if (abs(dot_product(spring%normal, d)) > beside .or. abs(way(1)*d(2) - way(2)*d(1)) > beside*self%cell) return
          r = dot_product(way, d)
       end associate
    end function distance_of
 
    !> Whether the traction at a spring is that of the faces behind, continued.
-   pure logical function has(self, springs, n)
+   pure logical function has(self, spring)
       class(closed_faces_t), intent(in) :: self
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: n                   !! the spring
+      type(spring_t), intent(in) :: spring
       has = .false.
       if (.not. self%are_closed) return
-      associate (r => self%distance_of(springs, n))
+      associate (r => self%distance_of(spring))
          has = r > 0 .and. r < replaced*self%cell
       end associate
    end function has
 
    !> That traction, the force over the length [N/m].
-   pure function traction_at(self, springs, n) result(traction)
+   pure function traction_at(self, spring) result(traction)
       class(closed_faces_t), intent(in) :: self
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: n                   !! the spring
+      type(spring_t), intent(in) :: spring
       real(dp) :: traction(ndim)
-      traction = self%mean + self%slope*(self%distance_of(springs, n) - self%middle)
+      traction = self%mean + self%slope*(self%distance_of(spring) - self%middle)
    end function traction_at
 end module hampm_closed_faces

@@ -430,26 +430,28 @@ contains
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
       do n = 1, springs%n
          at_point = 0
-         do i = 1, count(springs%node(:, n) > 0)    ! the mean of both faces, of which the right one has the other sign
-            at_point = at_point + sign(0.5_dp, springs%n_left(n) - i + 0.5_dp)*springs%share(i, n)*q(:, springs%node(i, n))
+         do i = 1, count(springs%list(n)%node > 0)    ! the mean of both faces, of which the right one has the other sign
+            associate (spring => springs%list(n))
+               at_point = at_point + sign(0.5_dp, spring%n_left - i + 0.5_dp)*spring%share(i)*q(:, spring%node(i))
+            end associate
          end do
          if (.not. any(at_point > 0)) cycle
          doubt = 0
          call look_at_faces(springs, n, direction, force, slope, is_there)
-         is_closed = closed%has(springs, n)
+         is_closed = closed%has(springs%list(n))
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
-            force = springs%length(n)*closed%traction_at(springs, n)
-            doubt = force - springs%length(n)*closed%mean
+            force = springs%list(n)%length*closed%traction_at(springs%list(n))
+            doubt = force - springs%list(n)%length*closed%mean
          else if (.not. is_there) then
             cycle
          end if
-         normal = domain%from_tip(domain%tip + springs%normal(:, n), total_frame)
+         normal = domain%from_tip(domain%tip + springs%list(n)%normal, total_frame)
          force = sign(1.0_dp, normal(2))*domain%in_axes(force)
          doubt = sign(1.0_dp, normal(2))*domain%in_axes(doubt)
-         x = domain%from_tip(springs%place(:, n), total_frame)
+         x = domain%from_tip(springs%list(n)%place, total_frame)
          do mode = 1, modes
-            of_unit = 2*mean_slope_of_face(domain, mode, -x(1), springs%length(n)/2)
+            of_unit = 2*mean_slope_of_face(domain, mode, -x(1), springs%list(n)%length/2)
             k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
             if (is_closed) by_closed(mode, :) = by_closed(mode, :) + dot_product(force, of_unit)*at_point
             k_doubt(mode, :) = k_doubt(mode, :) + dot_product(doubt, of_unit)*at_point

@@ -145,7 +145,7 @@ contains
    end subroutine assemble
 
    !> Sum the contributions of the cells around some points. Crowded nodes have all of theirs in their slots meanwhile, so that sums have the order, and the last
-   !> bits, that they have in `hampm_tiled_step`.
+   !> bits, that they have in `hampm_tiling`.
    subroutine assemble_at(points, blocks, f, mass, momentum, force)
       integer, intent(in) :: points(:)
       type(cell_blocks_t), intent(in) :: blocks

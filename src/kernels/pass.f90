@@ -1,4 +1,4 @@
-!> What one pass over the particles does (`hampm_particle_pass`): the words in which the schemes are written (`hampm_schemes`).
+!> What one pass over the particles does (`hampm_particle_pass`): the words in which the schemes are written (`hampm_motion`).
 module hampm_pass
    use hampm_kinds, only: dp, name_len
    use hampm_nodal_fields, only: v_n

@@ -10,7 +10,7 @@
 !> before and after.
 module hampm_bond_release
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, bond, force_of, energy_of
+   use hampm_face_springs, only: face_springs_t, spring_t, force_of, energy_of
    use hampm_spring_placement, only: release_length
    implicit none
    private
@@ -29,10 +29,10 @@ contains
       integer :: k
       taken = 0
       do k = 1, springs%n
-         if (springs%tip(k) /= tip .or. springs%way(k) > way) cycle
-         if (.not. springs%lets_go(k)) call let_go(springs, k, taken)
-         springs%kept(k) = min(springs%kept(k), max(0.0_dp, 1 - (way + further - springs%way(k)) &
-                                                                /(release_length*springs%cell(k))))
+         if (springs%list(k)%tip /= tip .or. springs%list(k)%way > way) cycle
+         if (.not. springs%list(k)%lets_go) call let_go(springs%list(k), taken)
+         springs%list(k)%kept = min(springs%list(k)%kept, max(0.0_dp, 1 - (way + further - springs%list(k)%way) &
+                                                                /(release_length*springs%list(k)%cell)))
       end do
    end subroutine let_go_behind
 
@@ -50,32 +50,32 @@ contains
       taken = 0
       overload = 0
       do k = 1, springs%n
-         if (springs%tip(k) /= tip .or. springs%lets_go(k)) cycle
-         force = force_of(springs, k)
-         across = dot_product(force, springs%normal(:, k))
-         force = force - min(across, 0.0_dp)*springs%normal(:, k)
-         traction = norm2(force)/(springs%thickness%at(springs%place(:, k))*springs%length(k)*strength/sqrt(springs%cell(k)))
-         if (springs%way(k) > last) then
+         if (springs%list(k)%tip /= tip .or. springs%list(k)%lets_go) cycle
+         force = force_of(springs%list(k))
+         across = dot_product(force, springs%list(k)%normal)
+         force = force - min(across, 0.0_dp)*springs%list(k)%normal
+         traction = norm2(force)/(springs%thickness%at(springs%list(k)%place)*springs%list(k)%length &
+                                  *strength/sqrt(springs%list(k)%cell))
+         if (springs%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
-            call let_go(springs, k, taken)
+            call let_go(springs%list(k), taken)
          end if
       end do
    end subroutine let_go_beyond
 
    !> Let a bond go.
-   pure subroutine let_go(springs, k, taken)
-      type(face_springs_t), intent(inout) :: springs
-      integer, intent(in) :: k
+   pure subroutine let_go(spring, taken)
+      type(spring_t), intent(inout) :: spring
       real(dp), intent(inout) :: taken           !! [J]
       real(dp) :: force(ndim)
-      force = force_of(springs, k)
-      springs%stored(k) = energy_of(springs, k)
-      taken = taken + springs%stored(k)
-      springs%held(:, k) = force
-      springs%start(:, k) = springs%opening(:, k)
-      springs%reached(k) = 0
-      springs%lets_go(k) = .true.
+      force = force_of(spring)
+      spring%stored = energy_of(spring)
+      taken = taken + spring%stored
+      spring%held = force
+      spring%start = spring%opening
+      spring%reached = 0
+      spring%lets_go = .true.
    end subroutine let_go
 
    !> Length of crack for which the bonds of a tip that have let go would take a toughness now, by how they have opened since the step before [m]:
@@ -87,35 +87,35 @@ contains
       integer :: k
       way = 0
       do k = 1, springs%n
-         if (springs%tip(k) /= tip .or. .not. springs%lets_go(k)) cycle
-         way = way + springs%length(k)*(springs%kept(k)**2 - kept_at(springs, k, toughness)**2)
+         if (springs%list(k)%tip /= tip .or. .not. springs%list(k)%lets_go) cycle
+         associate (spring => springs%list(k))
+            way = way + spring%length*(spring%kept**2 - kept_at(spring, springs%thickness%at(spring%place)*toughness)**2)
+         end associate
       end do
    end function way_at
 
    !> Part of its force that a bond keeps now.
-   pure real(dp) function kept_at(springs, k, toughness) result(kept)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
-      real(dp), intent(in) :: toughness          !! [J/m2]
+   pure real(dp) function kept_at(spring, toughness) result(kept)
+      type(spring_t), intent(in) :: spring
+      real(dp), intent(in) :: toughness          !! times the thickness [J/m]
       real(dp) :: further, all
-      kept = springs%kept(k)
+      kept = spring%kept
       if (.not. kept > 0) return
-      associate (held => norm2(springs%held(:, k)))
-         all = 2*(toughness*springs%thickness%at(springs%place(:, k))*springs%length(k) - springs%stored(k))
+      associate (held => norm2(spring%held))
+         all = 2*(toughness*spring%length - spring%stored)
          if (.not. (held > 0 .and. all > 0)) then
             kept = 0
             return
          end if
-         further = opening_along(springs, k) - springs%reached(k)
+         further = opening_along(spring) - spring%reached
          if (further > 0) kept = max(0.0_dp, kept - held*further/all)
       end associate
    end function kept_at
 
    !> How far a bond has opened along its force since it has let go [m].
-   pure real(dp) function opening_along(springs, k) result(opening)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
-      opening = dot_product(springs%opening(:, k) - springs%start(:, k), springs%held(:, k))/norm2(springs%held(:, k))
+   pure real(dp) function opening_along(spring) result(opening)
+      type(spring_t), intent(in) :: spring
+      opening = dot_product(spring%opening - spring%start, spring%held)/norm2(spring%held)
    end function opening_along
 
    !> Let the forces of bonds that have let go follow their openings, at a toughness. `has_parted` tells whether any
@@ -128,10 +128,10 @@ contains
       integer :: k
       has_parted = .false.
       do k = 1, springs%n
-         if (springs%tip(k) /= tip .or. .not. springs%lets_go(k)) cycle
-         springs%kept(k) = kept_at(springs, k, toughness)
-         if (norm2(springs%held(:, k)) > 0) springs%reached(k) = max(springs%reached(k), opening_along(springs, k))
-         has_parted = has_parted .or. .not. springs%kept(k) > 0
+         if (springs%list(k)%tip /= tip .or. .not. springs%list(k)%lets_go) cycle
+         springs%list(k)%kept = kept_at(springs%list(k), springs%thickness%at(springs%list(k)%place)*toughness)
+         if (norm2(springs%list(k)%held) > 0) springs%list(k)%reached = max(springs%list(k)%reached, opening_along(springs%list(k)))
+         has_parted = has_parted .or. .not. springs%list(k)%kept > 0
       end do
    end subroutine soften_released
 
@@ -145,14 +145,14 @@ contains
       integer :: k, j
       work = 0
       do k = 1, springs%n
-         if (.not. springs%lets_go(k) .or. .not. springs%kept(k) > 0) cycle
+         if (.not. springs%list(k)%lets_go .or. .not. springs%list(k)%kept > 0) cycle
          way = 0
-         do j = 1, size(springs%node, 1)
-            associate (node => springs%node(j, k))
-               if (node > 0) way = way + dt*springs%share(j, k)*(before(:, node) + after(:, node))/2
+         do j = 1, count(springs%list(k)%node > 0)
+            associate (node => springs%list(k)%node(j))
+               way = way + dt*springs%list(k)%share(j)*(before(:, node) + after(:, node))/2
             end associate
          end do
-         work = work + dot_product(force_of(springs, k), way)
+         work = work + dot_product(force_of(springs%list(k)), way)
       end do
    end function work_of_release
 
@@ -163,7 +163,9 @@ contains
       integer :: k
       way = 0
       do k = 1, springs%n
-         if (springs%tip(k) == tip .and. springs%lets_go(k)) way = max(way, springs%way(k) + springs%length(k)/2)
+         associate (spring => springs%list(k))
+            if (spring%tip == tip .and. spring%lets_go) way = max(way, spring%way + spring%length/2)
+         end associate
       end do
    end function foremost_released
 end module hampm_bond_release

@@ -457,7 +457,7 @@ contains
       type(motion_t), intent(in) :: m
       may_turn = (m%contact%n > 0 .or. m%springs%n_contact > 0 .or. m%constraints%only_push()) .and. all(m%materials%linear) &
                  .and. .not. any(m%materials%has_eigenstrain .or. m%materials%has_history())
-      if (m%springs%n_contact > 0) may_turn = may_turn .and. .not. any(m%springs%friction(:m%springs%n) > 0)
+      if (m%springs%n_contact > 0) may_turn = may_turn .and. .not. any(m%springs%list(:m%springs%n)%friction > 0)
    end function may_turn
 
    !> Whether the work of the loads, as if they went straight to where they are, is not what has been stored and taken: as faces or supports open
@@ -519,7 +519,9 @@ contains
          call m%grid%dofs%distribute(all, ndim, u)
          p%displacement = 0
          p%gradient = 0
-         if (m%springs%n > 0) m%springs%opening = 0
+         do k = 1, m%springs%n
+            m%springs%list(k)%opening = 0
+         end do
       end associate
       call displace(m, u)
       if (m%constraints%only_push()) call lift_by(m, u)

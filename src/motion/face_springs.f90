@@ -32,17 +32,48 @@ module hampm_face_springs
    use hampm_archive, only: archive_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_mass_ties, only: mass_ties_t
+   use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: face_springs_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, spring_states, &
-             spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
-             have_friction, hold_friction, free_friction, keep_springs, make_room, add_spring, is_half, have_mass, &
+   public :: face_springs_t, spring_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, &
+             spring_states, spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
+             have_friction, hold_friction, free_friction, keep_springs, add_spring, is_half, have_mass, &
              mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
    integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
+
+   !> A spring.
+   type :: spring_t
+      integer :: kind = bond                     !! or `contact`
+      integer :: node(2*most_nodes_of_leaf) = 0  !! whose displacement matters, 0 behind the last
+      integer :: n_left = 0                      !! how many of them are those of the left face, which come first
+      real(dp) :: share(2*most_nodes_of_leaf) = 0 !! c_j [-]
+      real(dp) :: stiffness = 0                  !! s [N/m]
+      real(dp) :: place(ndim) = 0                !! on the line [m]
+      real(dp) :: length = 0                     !! of the line that it stands for [m]
+      real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
+      real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
+      real(dp) :: slip = 0                       !! sliding at which the faces hold each other without a force along them [m]
+      real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
+      real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
+                                                 !! pressure [m]
+      integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for bonds
+      integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
+      real(dp) :: way = 0                        !! of that tip from where it was at first to the bond [m]
+      real(dp) :: cell = 0                       !! size of the cell there [m]
+      real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
+      real(dp) :: start(ndim) = 0                !! [m]
+      logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`
+      real(dp) :: kept = 1                       !! [-]
+      real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
+      real(dp) :: mass = 0                       !! m [kg]
+      real(dp) :: rate(ndim) = 0                 !! w [m/s]
+      real(dp) :: stored = 0                     !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
+   end type spring_t
 
    !> All springs.
    type :: face_springs_t
@@ -57,106 +88,79 @@ module hampm_face_springs
                                                  !! for none
       integer :: n = 0                           !! number of springs
       integer :: n_contact = 0                   !! of which are for contact
-      integer, allocatable :: kind(:)            !! `bond` or `contact`
-      integer, allocatable :: node(:, :)         !! whose displacement matters, 0 behind the last; (2 most_nodes_of_leaf, n)
-      integer, allocatable :: n_left(:)          !! how many of them are those of the left face, which come first; (n)
-      real(dp), allocatable :: share(:, :)       !! c_j [-]
-      real(dp), allocatable :: stiffness(:)      !! s [N/m]
-      real(dp), allocatable :: place(:, :)       !! on the line [m], (ndim, n)
-      real(dp), allocatable :: length(:)         !! of the line that each stands for [m]
-      real(dp), allocatable :: normal(:, :)      !! from the right to the left face, (ndim, n)
-      real(dp), allocatable :: friction(:)       !! coefficient [-]
-      real(dp), allocatable :: opening(:, :)     !! g, of the left face from the right one [m], (ndim, n)
-      real(dp), allocatable :: slip(:)           !! sliding at which the faces hold each other without a force along them [m]
-      real(dp), allocatable :: pressed(:)        !! by how much the faces overlapped after the last step [m]
       real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
-      real(dp), allocatable :: most_held(:)      !! what friction holds at most, over the stiffness; not allocated where that follows
-                                                 !! the pressure [m]
-      integer, allocatable :: line(:)            !! number of the crack whose faces may touch there, 0 for bonds
-      integer, allocatable :: tip(:)             !! number of the tip that moves over a bond, 0 for none
-      real(dp), allocatable :: way(:)            !! of that tip from where it was at first to the bond [m]
-      real(dp), allocatable :: cell(:)           !! size of the cell there [m]
-      real(dp), allocatable :: held(:, :)        !! force of a bond at the opening `start` [N], (ndim, n)
-      real(dp), allocatable :: start(:, :)       !! [m], (ndim, n)
-      logical, allocatable :: lets_go(:)         !! whether a bond has begun to let go: its force is then `kept` of `held`
-      real(dp), allocatable :: kept(:)           !! [-]
-      real(dp), allocatable :: reached(:)        !! largest opening since then along the force, of law = toughness [m]
-      real(dp), allocatable :: mass(:)           !! m [kg]
-      real(dp), allocatable :: rate(:, :)        !! w [m/s], (ndim, n)
-      real(dp), allocatable :: stored(:)         !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
       real(dp) :: loss = 0                       !! energy taken by friction [J]
+      type(spring_t), allocatable :: list(:)     !! (n at least)
    end type face_springs_t
 
 contains
 
    !> Unit vector along the line of a spring.
-   pure function along(springs, k) result(t)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure function along(spring) result(t)
+      type(spring_t), intent(in) :: spring
       real(dp) :: t(ndim)
-      t = [springs%normal(2, k), -springs%normal(1, k)]
+      t = [spring%normal(2), -spring%normal(1)]
    end function along
 
    !> Whether a bond is one to the mirror image of a face: the nodes of the other face are missing.
-   pure logical function is_half(springs, k)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
-      is_half = springs%n_left(k) == 0 .or. springs%node(springs%n_left(k) + 1, k) == 0
+   pure logical function is_half(spring)
+      type(spring_t), intent(in) :: spring
+      is_half = spring%n_left == 0 .or. spring%node(spring%n_left + 1) == 0
    end function is_half
 
    !> How far a bond has been stretched since it began [m].
-   pure function stretch_of(springs, k) result(stretch)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure function stretch_of(spring) result(stretch)
+      type(spring_t), intent(in) :: spring
       real(dp) :: stretch(ndim)
-      stretch = springs%opening(:, k) - springs%start(:, k)
-      if (is_half(springs, k)) stretch = dot_product(stretch, springs%normal(:, k))*springs%normal(:, k)
+      stretch = spring%opening - spring%start
+      if (is_half(spring)) stretch = dot_product(stretch, spring%normal)*spring%normal
    end function stretch_of
 
    !> What a spring does.
-   pure integer function state_of(springs, k) result(state)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure integer function state_of(spring) result(state)
+      type(spring_t), intent(in) :: spring
       real(dp) :: pressed
       logical :: holds
       state = sticks
-      if (springs%kind(k) == bond) return
-      pressed = -dot_product(springs%normal(:, k), springs%opening(:, k))
-      holds = springs%friction(k) > 0
-      if (holds) holds = abs(dot_product(along(springs, k), springs%opening(:, k)) - springs%slip(k)) &
-                         <= limit_of(springs, k, pressed)
+      if (spring%kind == bond) return
+      pressed = -dot_product(spring%normal, spring%opening)
+      holds = spring%friction > 0
+      if (holds) holds = abs(dot_product(along(spring), spring%opening) - spring%slip) &
+                         <= limit_of(spring, pressed)
       if (.not. holds) state = slides
-      if (pressed < 0) state = merge(sticks_apart, is_open, holds .and. allocated(springs%most_held))
+      if (pressed < 0) state = merge(sticks_apart, is_open, holds .and. spring%most_held >= 0)
    end function state_of
 
    !> What friction holds at most, over the stiffness [m].
-   pure real(dp) function limit_of(springs, k, pressed) result(limit)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure real(dp) function limit_of(spring, pressed) result(limit)
+      type(spring_t), intent(in) :: spring
       real(dp), intent(in) :: pressed            !! overlap [m]
-      limit = springs%friction(k)*max(pressed, 0.0_dp)
-      if (allocated(springs%most_held)) limit = springs%most_held(k)
+      limit = spring%friction*max(pressed, 0.0_dp)
+      if (spring%most_held >= 0) limit = spring%most_held
    end function limit_of
 
    !> Let friction hold no more than what follows from the present pressure, whatever that becomes.
    pure subroutine hold_friction(springs)
       type(face_springs_t), intent(inout) :: springs
       integer :: k
-      springs%most_held = [(springs%friction(k)*max(0.0_dp, -dot_product(springs%normal(:, k), springs%opening(:, k))), &
-                            k=1, springs%n)]
+      do k = 1, springs%n
+         associate (spring => springs%list(k))
+            spring%most_held = spring%friction*max(0.0_dp, -dot_product(spring%normal, spring%opening))
+         end associate
+      end do
    end subroutine hold_friction
 
    !> Let what friction holds follow the pressure.
    pure subroutine free_friction(springs)
       type(face_springs_t), intent(inout) :: springs
-      if (allocated(springs%most_held)) deallocate (springs%most_held)
+      if (springs%n > 0) springs%list%most_held = -1
    end subroutine free_friction
 
    !> Whether there is friction.
    pure logical function have_friction(springs)
       type(face_springs_t), intent(in) :: springs
       have_friction = springs%n_contact > 0
-      if (have_friction) have_friction = any(springs%friction(:springs%n) > 0)
+      if (have_friction) have_friction = any(springs%list(:springs%n)%friction > 0)
    end function have_friction
 
    !> What all springs do: a matrix that was factorised fits as long as this stays.
@@ -165,25 +169,24 @@ contains
       integer :: states(springs%n)
       integer :: k
       do k = 1, springs%n
-         states(k) = state_of(springs, k)
+         states(k) = state_of(springs%list(k))
       end do
    end function spring_states
 
    !> Force by which a spring resists its opening [N].
-   pure function force_of(springs, k) result(force)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure function force_of(spring) result(force)
+      type(spring_t), intent(in) :: spring
       real(dp) :: force(ndim)
       real(dp) :: across, sliding
-      associate (g => springs%opening(:, k), n => springs%normal(:, k), s => springs%stiffness(k))
-         if (springs%kind(k) == bond) then
-            force = springs%held(:, k) + s*stretch_of(springs, k)
-            if (springs%lets_go(k)) force = springs%kept(k)*springs%held(:, k)
+      associate (g => spring%opening, n => spring%normal, s => spring%stiffness)
+         if (spring%kind == bond) then
+            force = spring%held + s*stretch_of(spring)
+            if (spring%lets_go) force = spring%kept*spring%held
             return
          end if
          across = dot_product(n, g)
-         sliding = dot_product(along(springs, k), g) - springs%slip(k)
-         force = s*(min(across, 0.0_dp)*n + sign(min(limit_of(springs, k, -across), abs(sliding)), sliding)*along(springs, k))
+         sliding = dot_product(along(spring), g) - spring%slip
+         force = s*(min(across, 0.0_dp)*n + sign(min(limit_of(spring, -across), abs(sliding)), sliding)*along(spring))
       end associate
    end function force_of
 
@@ -200,47 +203,46 @@ contains
       real(dp) :: way
       force = 0
       slope = 0
-      is_there = springs%kind(k) == contact
-      if (is_there) is_there = state_of(springs, k) /= is_open
+      is_there = springs%list(k)%kind == contact
+      if (is_there) is_there = state_of(springs%list(k)) /= is_open
       if (.not. is_there) return
-      force = force_of(springs, k)
+      force = force_of(springs%list(k))
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, springs%n)))
-      way = dot_product(springs%place(:, after) - springs%place(:, before), direction)
-      if (abs(way) > 0) slope = (springs%opening(:, after) - springs%opening(:, before))/way
+      way = dot_product(springs%list(after)%place - springs%list(before)%place, direction)
+      if (abs(way) > 0) slope = (springs%list(after)%opening - springs%list(before)%opening)/way
 
    contains
 
       !> Whether another spring is one of the same crack, on the same straight part of it.
       pure logical function is_next(other)
          integer, intent(in) :: other
-         is_next = other /= k .and. springs%kind(other) == contact .and. springs%line(other) == springs%line(k) &
-                   .and. norm2(springs%normal(:, other) - springs%normal(:, k)) <= 1e-6_dp
+         is_next = other /= k .and. springs%list(other)%kind == contact .and. springs%list(other)%line == springs%list(k)%line &
+                   .and. norm2(springs%list(other)%normal - springs%list(k)%normal) <= 1e-6_dp
       end function is_next
    end subroutine look_at_faces
 
    !> Whether a spring is for contact and its faces press on each other.
-   pure logical function is_pressed(springs, k)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
-      is_pressed = springs%kind(k) == contact
-      if (is_pressed) is_pressed = state_of(springs, k) /= is_open
+   pure logical function is_pressed(spring)
+      type(spring_t), intent(in) :: spring
+      is_pressed = spring%kind == contact
+      if (is_pressed) is_pressed = state_of(spring) /= is_open
    end function is_pressed
 
    !> Change of that force with the opening, without what friction changes with the pressure, which is not symmetric [N/m].
-   pure function spring_stiffness(springs, k) result(tangent)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure function spring_stiffness(spring, caution) result(tangent)
+      type(spring_t), intent(in) :: spring
       real(dp) :: tangent(ndim, ndim)
       real(dp) :: of_normal, of_tangent          ! parts of the stiffness
+      real(dp), intent(in) :: caution            !! see `face_springs_t`
       integer :: i, j, state
       tangent = 0
-      if (springs%lets_go(k)) return
-      state = state_of(springs, k)
-      of_normal = merge(1.0_dp, springs%caution, state == sticks .or. state == slides)
-      of_tangent = merge(1.0_dp, springs%caution, state == sticks .or. state == sticks_apart)
-      if (is_half(springs, k)) of_tangent = 0
-      associate (n => springs%normal(:, k), t => along(springs, k), s => springs%stiffness(k))
+      if (spring%lets_go) return
+      state = state_of(spring)
+      of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
+      of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
+      if (is_half(spring)) of_tangent = 0
+      associate (n => spring%normal, t => along(spring), s => spring%stiffness)
          do j = 1, ndim
             do i = 1, ndim
                tangent(i, j) = s*(of_normal*n(i)*n(j) + of_tangent*t(i)*t(j))
@@ -256,10 +258,10 @@ contains
       real(dp) :: f(ndim)
       integer :: k, j
       do k = 1, springs%n
-         f = force_of(springs, k)
-         do j = 1, size(springs%node, 1)
-            associate (node => springs%node(j, k))
-               if (node > 0) force(:, node) = force(:, node) - springs%share(j, k)*f
+         f = force_of(springs%list(k))
+         do j = 1, 2*most_nodes_of_leaf
+            associate (node => springs%list(k)%node(j))
+               if (node > 0) force(:, node) = force(:, node) - springs%list(k)%share(j)*f
             end associate
          end do
       end do
@@ -273,25 +275,24 @@ contains
       real(dp) :: f(ndim)
       integer :: k, j
       do k = 1, springs%n
-         f = matmul(spring_stiffness(springs, k), opening_by(springs, k, u))
-         do j = 1, count(springs%node(:, k) > 0)
-            associate (of_node => force(:, springs%node(j, k)))
-               of_node = of_node + springs%share(j, k)*f
+         f = matmul(spring_stiffness(springs%list(k), springs%caution), opening_by(springs%list(k), u))
+         do j = 1, count(springs%list(k)%node > 0)
+            associate (of_node => force(:, springs%list(k)%node(j)))
+               of_node = of_node + springs%list(k)%share(j)*f
             end associate
          end do
       end do
    end subroutine add_spring_resistance
 
    !> What opens a spring of a field of the nodes.
-   pure function opening_by(springs, k, field) result(opening)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
+   pure function opening_by(spring, field) result(opening)
+      type(spring_t), intent(in) :: spring
       real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
       real(dp) :: opening(ndim)
       integer :: j
       opening = 0
-      do j = 1, count(springs%node(:, k) > 0)
-         opening = opening + springs%share(j, k)*field(:, springs%node(j, k))
+      do j = 1, count(spring%node > 0)
+         opening = opening + spring%share(j)*field(:, spring%node(j))
       end do
    end function opening_by
 
@@ -302,9 +303,9 @@ contains
       real(dp), intent(in) :: scale
       integer :: k, j
       do k = 1, springs%n
-         do j = 1, size(springs%node, 1)
-            associate (node => springs%node(j, k))
-               if (node > 0) springs%opening(:, k) = springs%opening(:, k) + scale*springs%share(j, k)*field(:, node)
+         do j = 1, 2*most_nodes_of_leaf
+            associate (node => springs%list(k)%node(j))
+               if (node > 0) springs%list(k)%opening = springs%list(k)%opening + scale*springs%list(k)%share(j)*field(:, node)
             end associate
          end do
       end do
@@ -314,21 +315,25 @@ contains
    pure logical function have_mass(springs)
       type(face_springs_t), intent(in) :: springs
       have_mass = springs%n > 0
-      if (have_mass) have_mass = any(springs%mass(:springs%n) > 0)
+      if (have_mass) have_mass = any(springs%list(:springs%n)%mass > 0)
    end function have_mass
 
    !> The masses of springs, as those that a mass matrix has beside the particles.
    pure function mass_ties_of(springs) result(ties)
       type(face_springs_t), intent(in) :: springs
       type(mass_ties_t) :: ties
-      integer, allocatable :: with(:)
       integer :: k
       if (.not. have_mass(springs)) return
-      with = pack([(k, k=1, springs%n)], springs%mass(:springs%n) > 0)
-      ties%n = size(with)
-      ties%node = springs%node(:, with)
-      ties%share = springs%share(:, with)
-      ties%mass = springs%mass(with)
+      ties%n = count(springs%list(:springs%n)%mass > 0)
+      allocate (ties%node(2*most_nodes_of_leaf, ties%n), ties%share(2*most_nodes_of_leaf, ties%n))
+      ties%mass = pack(springs%list(:springs%n)%mass, springs%list(:springs%n)%mass > 0)
+      ties%n = 0
+      do k = 1, springs%n
+         if (.not. springs%list(k)%mass > 0) cycle
+         ties%n = ties%n + 1
+         ties%node(:, ties%n) = springs%list(k)%node
+         ties%share(:, ties%n) = springs%list(k)%share
+      end do
    end function mass_ties_of
 
    !> Add the momentum of the springs at the nodes [kg m/s].
@@ -337,10 +342,10 @@ contains
       real(dp), intent(inout) :: momentum(:, :)  !! (ndim, n_points)
       integer :: k, j
       do k = 1, springs%n
-         if (.not. springs%mass(k) > 0) cycle
-         do j = 1, count(springs%node(:, k) > 0)
-            associate (of_node => momentum(:, springs%node(j, k)))
-               of_node = of_node + springs%mass(k)*springs%share(j, k)*springs%rate(:, k)
+         if (.not. springs%list(k)%mass > 0) cycle
+         do j = 1, count(springs%list(k)%node > 0)
+            associate (of_node => momentum(:, springs%list(k)%node(j)))
+               of_node = of_node + springs%list(k)%mass*springs%list(k)%share(j)*springs%list(k)%rate
             end associate
          end do
       end do
@@ -356,10 +361,10 @@ contains
       integer :: k
       energy = 0
       do k = 1, springs%n
-         if (.not. springs%mass(k) > 0) cycle
-         gain = dt*opening_by(springs, k, acceleration)
-         springs%rate(:, k) = springs%rate(:, k) + gain
-         energy = energy + springs%mass(k)*sum(gain**2)/2
+         if (.not. springs%list(k)%mass > 0) cycle
+         gain = dt*opening_by(springs%list(k), acceleration)
+         springs%list(k)%rate = springs%list(k)%rate + gain
+         energy = energy + springs%list(k)%mass*sum(gain**2)/2
       end do
    end subroutine kick_springs
 
@@ -369,17 +374,20 @@ contains
       integer :: k
       energy = 0
       do k = 1, springs%n
-         if (springs%mass(k) > 0) energy = energy + springs%mass(k)*sum(springs%rate(:, k)**2)/2
+         if (springs%list(k)%mass > 0) energy = energy + springs%list(k)%mass*sum(springs%list(k)%rate**2)/2
       end do
    end function energy_of_rates
 
    !> Let all be as before any load.
    pure subroutine relax_springs(springs)
       type(face_springs_t), intent(inout) :: springs
+      integer :: k
       if (springs%n == 0) return
-      springs%opening = 0
-      springs%slip = 0
-      springs%pressed = 0
+      do k = 1, springs%n
+         springs%list(k)%opening = 0
+         springs%list(k)%slip = 0
+         springs%list(k)%pressed = 0
+      end do
       springs%loss = 0
    end subroutine relax_springs
 
@@ -391,19 +399,19 @@ contains
       integer :: k
       if (springs%n_contact == 0) return
       do k = 1, springs%n
-         if (springs%kind(k) == bond) cycle
-         associate (g => springs%opening(:, k), t => along(springs, k))
-            pressed = max(0.0_dp, -dot_product(springs%normal(:, k), g))
-            select case (state_of(springs, k))
+         associate (spring => springs%list(k))
+            if (spring%kind == bond) cycle
+            sliding = dot_product(along(spring), spring%opening) - spring%slip
+            pressed = max(0.0_dp, -dot_product(spring%normal, spring%opening))
+            select case (state_of(spring))
              case (is_open)
-               springs%slip(k) = dot_product(t, g)
+               spring%slip = dot_product(along(spring), spring%opening)
              case (slides)
-               sliding = dot_product(t, g) - springs%slip(k)
-               sliding = sliding - sign(springs%friction(k)*pressed, sliding)
-               springs%loss = springs%loss + springs%stiffness(k)*springs%friction(k)*(springs%pressed(k) + pressed)/2*abs(sliding)
-               springs%slip(k) = springs%slip(k) + sliding
+               sliding = sliding - sign(spring%friction*pressed, sliding)
+               springs%loss = springs%loss + spring%stiffness*spring%friction*(spring%pressed + pressed)/2*abs(sliding)
+               spring%slip = spring%slip + sliding
             end select
-            springs%pressed(k) = pressed
+            spring%pressed = pressed
          end associate
       end do
    end subroutine settle_slip
@@ -414,21 +422,20 @@ contains
       integer :: k
       energy = 0
       do k = 1, springs%n
-         energy = energy + energy_of(springs, k)
+         energy = energy + energy_of(springs%list(k))
       end do
    end function spring_energy
 
    !> Energy that a spring stores [J]: that of a bond since it began. One that has begun to let go stores none, what it takes is lost.
-   pure real(dp) function energy_of(springs, k) result(energy)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: k
-      associate (stretch => stretch_of(springs, k), s => springs%stiffness(k))
-         if (springs%kind(k) /= bond) then
-            energy = sum(force_of(springs, k)**2)/(2*s)
-         else if (springs%lets_go(k)) then
+   pure real(dp) function energy_of(spring) result(energy)
+      type(spring_t), intent(in) :: spring
+      associate (stretch => stretch_of(spring), s => spring%stiffness)
+         if (spring%kind /= bond) then
+            energy = sum(force_of(spring)**2)/(2*s)
+         else if (spring%lets_go) then
             energy = 0
          else
-            energy = springs%stored(k) + dot_product(springs%held(:, k), stretch) + s*sum(stretch**2)/2
+            energy = spring%stored + dot_product(spring%held, stretch) + s*sum(stretch**2)/2
          end if
       end associate
    end function energy_of
@@ -437,125 +444,63 @@ contains
    pure subroutine add_spring(springs, kind)
       type(face_springs_t), intent(inout) :: springs
       integer, intent(in) :: kind
-      if (springs%n == size(springs%kind)) call make_room(springs, 2*springs%n)
+      type(spring_t), allocatable :: more(:)
+      if (.not. allocated(springs%list)) allocate (springs%list(64))
+      if (springs%n == size(springs%list)) then
+         allocate (more(2*springs%n))
+         more(:springs%n) = springs%list
+         call move_alloc(more, springs%list)
+      end if
       springs%n = springs%n + 1
+      springs%list(springs%n) = spring_t(kind=kind)
       if (kind == contact) springs%n_contact = springs%n_contact + 1
-      associate (s => springs%n)
-         springs%kind(s) = kind
-         springs%node(:, s) = 0
-         springs%n_left(s) = 0
-         springs%share(:, s) = 0
-         springs%normal(:, s) = [1, 0]
-         springs%friction(s) = 0
-         springs%opening(:, s) = 0
-         springs%slip(s) = 0
-         springs%pressed(s) = 0
-         springs%line(s) = 0
-         springs%tip(s) = 0
-         springs%way(s) = 0
-         springs%held(:, s) = 0
-         springs%start(:, s) = 0
-         springs%lets_go(s) = .false.
-         springs%kept(s) = 1
-         springs%reached(s) = 0
-         springs%stored(s) = 0
-         springs%mass(s) = 0
-         springs%rate(:, s) = 0
-      end associate
    end subroutine add_spring
-
-   !> Room for a number of springs; those that there are stay.
-   pure subroutine make_room(springs, most)
-      type(face_springs_t), intent(inout) :: springs
-      integer, intent(in) :: most
-      type(face_springs_t) :: more
-      more%thickness = springs%thickness
-      more%are_bounded = springs%are_bounded
-      more%most = springs%most
-      more%wanted = springs%wanted
-      more%weakest = springs%weakest
-      more%weakest_contact = springs%weakest_contact
-      more%are_moving = springs%are_moving
-      more%alone = springs%alone
-      more%n = springs%n
-      more%n_contact = springs%n_contact
-      more%loss = springs%loss
-      allocate (more%kind(most), more%node(2*most_nodes_of_leaf, most), more%n_left(most), more%share(2*most_nodes_of_leaf, most), &
-                more%stiffness(most), more%place(ndim, most), more%length(most), more%normal(ndim, most), &
-                more%friction(most), more%opening(ndim, most), more%slip(most), more%pressed(most))
-      allocate (more%line(most), more%tip(most), more%way(most), &
-                more%cell(most), more%held(ndim, most), more%start(ndim, most), more%stored(most))
-      allocate (more%lets_go(most), more%kept(most), more%reached(most), more%mass(most), more%rate(ndim, most))
-      associate (n => springs%n)
-         if (n > 0) then
-            more%kind(:n) = springs%kind(:n)
-            more%node(:, :n) = springs%node(:, :n)
-            more%n_left(:n) = springs%n_left(:n)
-            more%share(:, :n) = springs%share(:, :n)
-            more%stiffness(:n) = springs%stiffness(:n)
-            more%place(:, :n) = springs%place(:, :n)
-            more%length(:n) = springs%length(:n)
-            more%normal(:, :n) = springs%normal(:, :n)
-            more%friction(:n) = springs%friction(:n)
-            more%opening(:, :n) = springs%opening(:, :n)
-            more%slip(:n) = springs%slip(:n)
-            more%pressed(:n) = springs%pressed(:n)
-            more%line(:n) = springs%line(:n)
-            more%tip(:n) = springs%tip(:n)
-            more%way(:n) = springs%way(:n)
-            more%cell(:n) = springs%cell(:n)
-            more%held(:, :n) = springs%held(:, :n)
-            more%start(:, :n) = springs%start(:, :n)
-            more%lets_go(:n) = springs%lets_go(:n)
-            more%kept(:n) = springs%kept(:n)
-            more%reached(:n) = springs%reached(:n)
-            more%stored(:n) = springs%stored(:n)
-            more%mass(:n) = springs%mass(:n)
-            more%rate(:, :n) = springs%rate(:, :n)
-         end if
-      end associate
-      springs = more
-   end subroutine make_room
 
    !> Keep springs: in the updated frame they are where faces were when cells were cut last, and what they remember.
    subroutine keep_springs(springs, archive)
       type(face_springs_t), intent(inout) :: springs
       class(archive_t), intent(inout) :: archive
-      integer :: n
+      integer :: n, j, d
       n = springs%n
       call archive%section('face_springs')
       call archive%keep('number', n)
       if (n == 0 .or. archive%failure%failed()) return
       if (archive%is_read) then
-         springs%n = 0
-         call make_room(springs, max(n, 64))
          springs%n = n
+         if (allocated(springs%list)) deallocate (springs%list)
+         allocate (springs%list(max(n, 64)))
       end if
       call archive%keep('n_contact', springs%n_contact)
       call archive%keep('loss', springs%loss)
-      call archive%keep_integers('kind', n, springs%kind)
-      call archive%keep_integers('node', n*size(springs%node, 1), springs%node)
-      call archive%keep_integers('n_left', n, springs%n_left)
-      call archive%keep_reals('share', n*size(springs%share, 1), springs%share)
-      call archive%keep_reals('stiffness', n, springs%stiffness)
-      call archive%keep_reals('place', ndim*n, springs%place)
-      call archive%keep_reals('length', n, springs%length)
-      call archive%keep_reals('normal', ndim*n, springs%normal)
-      call archive%keep_reals('friction', n, springs%friction)
-      call archive%keep_reals('opening', ndim*n, springs%opening)
-      call archive%keep_reals('slip', n, springs%slip)
-      call archive%keep_reals('pressed', n, springs%pressed)
-      call archive%keep_integers('line', n, springs%line)
-      call archive%keep_integers('tip', n, springs%tip)
-      call archive%keep_reals('way', n, springs%way)
-      call archive%keep_reals('cell', n, springs%cell)
-      call archive%keep_reals('held', ndim*n, springs%held)
-      call archive%keep_reals('start', ndim*n, springs%start)
-      call archive%keep_logicals('lets_go', n, springs%lets_go)
-      call archive%keep_reals('kept', n, springs%kept)
-      call archive%keep_reals('reached', n, springs%reached)
-      call archive%keep_reals('stored', n, springs%stored)
-      call archive%keep_reals('mass', n, springs%mass)
-      call archive%keep_reals('rate', ndim*n, springs%rate)
+      associate (of => springs%list(:n))
+         call archive%keep_integers('kind', n, of%kind)
+         call archive%keep_integers('n_left', n, of%n_left)
+         do j = 1, 2*most_nodes_of_leaf
+            call archive%keep_integers('node_'//to_text(j), n, of%node(j))
+            call archive%keep_reals('share_'//to_text(j), n, of%share(j))
+         end do
+         do d = 1, ndim
+            call archive%keep_reals('place_'//to_text(d), n, of%place(d))
+            call archive%keep_reals('normal_'//to_text(d), n, of%normal(d))
+            call archive%keep_reals('opening_'//to_text(d), n, of%opening(d))
+            call archive%keep_reals('held_'//to_text(d), n, of%held(d))
+            call archive%keep_reals('start_'//to_text(d), n, of%start(d))
+            call archive%keep_reals('rate_'//to_text(d), n, of%rate(d))
+         end do
+         call archive%keep_reals('stiffness', n, of%stiffness)
+         call archive%keep_reals('length', n, of%length)
+         call archive%keep_reals('friction', n, of%friction)
+         call archive%keep_reals('slip', n, of%slip)
+         call archive%keep_reals('pressed', n, of%pressed)
+         call archive%keep_integers('line', n, of%line)
+         call archive%keep_integers('tip', n, of%tip)
+         call archive%keep_reals('way', n, of%way)
+         call archive%keep_reals('cell', n, of%cell)
+         call archive%keep_logicals('lets_go', n, of%lets_go)
+         call archive%keep_reals('kept', n, of%kept)
+         call archive%keep_reals('reached', n, of%reached)
+         call archive%keep_reals('stored', n, of%stored)
+         call archive%keep_reals('mass', n, of%mass)
+      end associate
    end subroutine keep_springs
 end module hampm_face_springs

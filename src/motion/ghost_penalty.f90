@@ -155,18 +155,18 @@ contains
          associate (s => springs%n)
             xi(direction) = 1
             xi(3 - direction) = gauss(k)
-            springs%place(:, s) = grid%element_lower(:, e) + xi*grid%element_size(e)
+            springs%list(s)%place = grid%element_lower(:, e) + xi*grid%element_size(e)
             call grid%dofs%masters_of(grid%element_nodes(:, e), n, master, weight)
-            springs%node(:n, s) = master(:n)
-            springs%share(:n, s) = normal_derivative(e, xi, weight(:, :n))
-            springs%n_left(s) = n
+            springs%list(s)%node(:n) = master(:n)
+            springs%list(s)%share(:n) = normal_derivative(e, xi, weight(:, :n))
+            springs%list(s)%n_left = n
             xi(direction) = 0
             call grid%dofs%masters_of(grid%element_nodes(:, other), j, master, weight)
-            springs%node(n + 1:n + j, s) = master(:j)
-            springs%share(n + 1:n + j, s) = -normal_derivative(other, xi, weight(:, :j))
-            springs%stiffness(s) = modulus*springs%thickness%at(springs%place(:, s))/(3*size(gauss))
-            springs%length(s) = grid%element_size(e)/size(gauss)
-            springs%cell(s) = grid%leaf_size(e)
+            springs%list(s)%node(n + 1:n + j) = master(:j)
+            springs%list(s)%share(n + 1:n + j) = -normal_derivative(other, xi, weight(:, :j))
+            springs%list(s)%stiffness = modulus*springs%thickness%at(springs%list(s)%place)/(3*size(gauss))
+            springs%list(s)%length = grid%element_size(e)/size(gauss)
+            springs%list(s)%cell = grid%leaf_size(e)
          end associate
       end do
    contains

@@ -1,4 +1,18 @@
 !> Everything that moves, and how it stands on the grid between two steps.
+!>
+!> Cells that the edges of bodies leave nearly empty, and whose nodes do not hang on others (`hampm_outer_nodes`): those beside cells of
+!> another size or at a crack. Their outer nodes have little mass, and would have explicit steps as short as one likes.
+!>
+!> So in explicit steps the material in them is softer: with f the part of the cell that is filled, and f_least that from which on nodes are free, its stress acts
+!> on the volume times (f/f_least)**2. The stiffness of an outer node falls with f, its mass at least with f**2 if lumped and with f**3 if
+!> not. What is lost is less than a tenth of a cell at the few cells where sizes change along an edge. Masses stay.
+!>
+!> The schemes of a step. They differ in when the stress, that is H, is updated:
+!>
+!>   usf    first, with the velocities mapped from the particles at the start;
+!>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
+!>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
+!>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
 module hampm_motion
    use hampm_kinds, only: dp, ndim, long
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
@@ -18,23 +32,22 @@ module hampm_motion
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
    use hampm_remembering, only: remember
-   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
+   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t, scheme_t
    use hampm_quadratic_points, only: weigh_points
-   use hampm_schemes, only: new_scheme, new_scheme_of_domains
    use hampm_small_pieces, only: enough_alone
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_spring_placement, only: rebuild_springs
    use hampm_text, only: to_text
-   use hampm_thin_cells, only: soften_thin_cells
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
+   use hampm_outer_nodes, only: least_fill
    implicit none
    private
-   public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, rebuild_operators, &
-             refresh_grid, pass_on, do_pass, assemble_sums, stored_energy, dissipated_energy, keep_history
+   public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, &
+             rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, stored_energy, dissipated_energy, keep_history
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -314,4 +327,95 @@ contains
       type(failure_t), intent(inout) :: failure
       if (part%failed()) call failure%report(part%code, when(step, m%time)//part%message)
    end subroutine pass_on
+
+   !> Give particles the volume on which their stress acts, in the cells of a new grid.
+   pure subroutine soften_thin_cells(p, grid, materials)
+      type(particles_t), intent(inout) :: p
+      type(grid_t), intent(in) :: grid
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: fill(grid%n_elements)
+      integer :: i
+      fill = 0
+      do i = 1, p%n
+         p%volume(i) = p%mass(i)/materials(p%material(i))%density
+         fill(p%cell(i)) = fill(p%cell(i)) + p%area_of(i)
+      end do
+      fill = fill/grid%element_size**ndim
+      do i = 1, p%n
+         associate (e => p%cell(i))
+            if (fill(e) < least_fill .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) &
+               p%volume(i) = p%volume(i)*(fill(e)/least_fill)**2
+         end associate
+      end do
+   end subroutine soften_thin_cells
+
+   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the
+   !> particles stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
+   pure function new_scheme(name, has_matrix, particles_stay) result(scheme)
+      character(*), intent(in) :: name
+      logical, intent(in) :: has_matrix, particles_stay
+      type(scheme_t) :: scheme
+      type(pass_t) :: strain_and_map_force, kick_and_map
+      scheme%name = name
+      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
+      strain_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_force=.true.)
+      scheme%remaps = .false.
+      select case (name)
+      case ('usf')
+         allocate (scheme%passes, source=[strain_and_map_force, pass_t(kick=.true., move=.true., map_momentum=.true.)])
+      case ('usl')
+         scheme%map_at_start%map_force = .true.
+         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
+                                                  map_momentum=.true., map_force=.true.)])
+      case ('usavg')
+         scheme%remaps = .true.
+         strain_and_map_force%strain_fraction = 0.5_dp
+         allocate (scheme%passes, source=[strain_and_map_force, kick_and_map, &
+                                          pass_t(strain_fraction=0.5_dp, strain_by=v_mapped, move=.true., &
+                                                  map_momentum=.not. particles_stay)])
+      case default
+         scheme%remaps = .true.
+         scheme%map_at_start%map_force = .true.
+         allocate (scheme%passes, source=[kick_and_map, &
+                                          pass_t(strain_fraction=1.0_dp, strain_by=v_mapped, move=.true., &
+                                                  map_momentum=.not. particles_stay, map_force=.true.)])
+      end select
+      scheme%map_at_start%locate = .true.
+      scheme%map_at_start%map_mass = .true.
+      scheme%map_at_start%map_momentum = .true.
+      scheme%map_at_start%map_matrix = has_matrix
+      associate (last => scheme%passes(size(scheme%passes)))
+         last%map_mass = .not. particles_stay
+         last%map_matrix = has_matrix .and. .not. particles_stay
+      end associate
+   end function new_scheme
+
+   !> The scheme of that name where particles have domains (`hampm_domain_pass`). As the corners that tell the strain move with it,
+   !> stress and positions are always of one time, and usf, usavg and musl are the same leapfrog: they drift, kick and drift by the
+   !> whole and nothing, by halves, or by nothing and the whole of a step. Every step begins with a map,
+   !> and where it has drifted before the kick, velocities are mapped anew to where the forces act.
+   pure function new_scheme_of_domains(name, has_matrix) result(scheme)
+      character(*), intent(in) :: name           !! 'usf', 'usl', 'usavg' or 'musl'
+      logical, intent(in) :: has_matrix
+      type(scheme_t) :: scheme
+      type(pass_t) :: drift_and_map_force, kick_and_map
+      scheme%name = name
+      scheme%remaps = name == 'usavg' .or. name == 'musl'
+      scheme%map_at_start = pass_t(map_mass=.true., map_momentum=.true., map_matrix=has_matrix)
+      scheme%map_at_start%map_force = name == 'usl' .or. name == 'musl'
+      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
+      drift_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_mass=.true., map_momentum=.true., &
+                                   map_matrix=has_matrix, map_force=.true.)
+      select case (name)
+      case ('usf')
+         allocate (scheme%passes, source=[drift_and_map_force, pass_t(kick=.true.)])
+      case ('usl')
+         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next)])
+      case ('usavg')
+         drift_and_map_force%strain_fraction = 0.5_dp
+         allocate (scheme%passes, source=[drift_and_map_force, kick_and_map, pass_t(strain_fraction=0.5_dp, strain_by=v_mapped)])
+      case default
+         allocate (scheme%passes, source=[kick_and_map, pass_t(strain_fraction=1.0_dp, strain_by=v_mapped)])
+      end select
+   end function new_scheme_of_domains
 end module hampm_motion

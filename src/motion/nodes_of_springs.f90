@@ -29,7 +29,7 @@ contains
       integer :: node, n, k, j, master(most_nodes_of_leaf)
       is_wanted = .false.
       do k = 1, springs%n
-         is_wanted(pack(springs%node(:, k), springs%node(:, k) > 0)) = .true.
+         is_wanted(pack(springs%list(k)%node, springs%list(k)%node > 0)) = .true.
       end do
       mass = masses_of(grid, p, blocks, is_wanted)
       force = 0

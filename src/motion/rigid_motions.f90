@@ -219,8 +219,8 @@ contains
          call sets%join(m%contact%node(1, k), m%contact%node(2, k))
       end do
       do k = 1, m%springs%n
-         do j = 2, count(m%springs%node(:, k) > 0)
-            call sets%join(m%springs%node(1, k), m%springs%node(j, k))
+         do j = 2, count(m%springs%list(k)%node > 0)
+            call sets%join(m%springs%list(k)%node(1), m%springs%list(k)%node(j))
          end do
       end do
       piece = [(sets%least_of(k), k=1, m%grid%n_nodes)]

@@ -139,21 +139,21 @@ contains
          call add_spring(springs, bond)
          s = springs%n
          call grid%dofs%masters_of(own(k:k), n, master, of_node)
-         springs%node(:n, s) = master(:n)
-         springs%share(:n, s) = of_node(1, :n)
-         springs%n_left(s) = n
+         springs%list(s)%node(:n) = master(:n)
+         springs%list(s)%share(:n) = of_node(1, :n)
+         springs%list(s)%n_left = n
          associate (x => grid%node_position(:, own(k)))
             call grid%dofs%masters_of(grid%support_of(host), j, master, of_host)
-            springs%node(n + 1:n + j, s) = master(:j)
-            springs%share(n + 1:n + j, s) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
-            springs%place(:, s) = x
+            springs%list(s)%node(n + 1:n + j) = master(:j)
+            springs%list(s)%share(n + 1:n + j) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
+            springs%list(s)%place = x
          end associate
-         associate (thickness => springs%thickness%at(springs%place(:, s)))
-            springs%stiffness(s) = part*merge(firmness*modulus*thickness, 0.0_dp, is_stiff)
-            springs%mass(s) = part*merge(heaviness*density*thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
+         associate (thickness => springs%thickness%at(springs%list(s)%place))
+            springs%list(s)%stiffness = part*merge(firmness*modulus*thickness, 0.0_dp, is_stiff)
+            springs%list(s)%mass = part*merge(heaviness*density*thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
          end associate
-         springs%length(s) = grid%leaf_size(e)
-         springs%cell(s) = grid%leaf_size(e)
+         springs%list(s)%length = grid%leaf_size(e)
+         springs%list(s)%cell = grid%leaf_size(e)
       end do
    contains
       !> The largest value that the materials of the particles in an element have; 0 where there are none.

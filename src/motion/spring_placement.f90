@@ -4,21 +4,33 @@
 !> A node with little mass would tremble faster than any cell does: in explicit steps springs are weaker where they must be, so that
 !> with M the lumped masses the largest eigenvalue of M**-1 K of all springs by themselves is at most a part of that of the cells. With quadratic
 !> cells, whose masses where they are cut are not lumped, they are as at rest (docs/quadratic.md).
+!>
+!> The forces with which bonds begin where cells are cut through material that bears something: such that the cut changes nothing at that moment.
+!> With them the nodes of both faces have accelerations that do not part them. Of the forces that do this they are those that
+!> differ least from the traction of the material there, whose mean in a cell is less than half of what the node at a tip bears: with that alone
+!> the node would be let go by half at once, and K would ring.
+!>
+!>    C M**-1 C' x = C M**-1 S f
+!>
+!> with C the shares of the nodes in the openings, M their lumped masses, f the forces on them, S the parts of them that are held, and x what the
+!> forces of the bonds lack. A node is held by bonds as far as its function reaches along them, over what this is along a side of a
+!> cell: what is behind the tip is free. Least squares of x over the lengths of the bonds, damped where bonds
+!> are much shorter than a cell and could hold nodes only by tractions without bounds.
 module hampm_spring_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_bond_balance, only: balance_bonds
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, bond, contact, along, make_room, add_spring, force_of, energy_of, is_half
+   use hampm_face_springs, only: face_springs_t, spring_t, bond, contact, along, add_spring, force_of, energy_of, is_half
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
-   use hampm_nodes_of_springs, only: masses_of
+   use hampm_nodes_of_springs, only: masses_of, load_nodes
    use hampm_particles, only: particles_t
    use hampm_small_pieces, only: tie_small_pieces
+   use hampm_lapack, only: dposv
    implicit none
    private
    public :: rebuild_springs, look_at_openings, shorter_step, eigenvalue_left, part_for, release_length
@@ -74,7 +86,6 @@ contains
       springs%n = 0
       springs%n_contact = 0
       if (.not. (grid%cut_cells%are_there() .or. allocated(grid%bodies))) return
-      if (.not. allocated(springs%kind)) call make_room(springs, 64)
       if (grid%cut_cells%are_there()) call add_springs_of_cracks(springs, grid, p, blocks, materials, old)
       if (grid%is_quadratic()) then
          call tie_small_pieces(springs, grid, p, blocks, materials)
@@ -110,9 +121,10 @@ contains
       end do
       allocate (begins(springs%n), source=.false.)
       do s = 1, springs%n
-         if (springs%tip(s) == 0) cycle
-         associate (end => grid%cut_cells%ends(springs%tip(s)))
-            call begin_bond(springs, s, old, grid%cut_cells%lines(end%line)%grown(end%end), grid, p, blocks, materials, begins(s))
+         if (springs%list(s)%tip == 0) cycle
+         associate (end => grid%cut_cells%ends(springs%list(s)%tip))
+            call begin_bond(springs%list(s), springs%thickness%at(springs%list(s)%place), old, &
+                            grid%cut_cells%lines(end%line)%grown(end%end), grid, p, blocks, materials, begins(s))
          end associate
       end do
       if (.not. p%total_frame .and. any(begins)) call balance_bonds(springs, begins, grid, p, blocks, materials)
@@ -144,18 +156,20 @@ contains
       integer :: s, k, i
       k = 0
       do s = 1, springs%n
-         if (springs%tip(s) > 0) cycle           ! see `begin_bond`
+         if (springs%list(s)%tip > 0) cycle           ! see `begin_bond`
          do i = 1, old%n                         ! most follow each other as before
             k = k + 1
             if (k > old%n) k = 1
-            if (old%kind(k) /= springs%kind(s) .or. old%tip(k) > 0) cycle
-            if (norm2(old%place(:, k) - springs%place(:, s)) > same*springs%cell(s)) cycle
-            if (abs(old%length(k) - springs%length(s)) > same*springs%cell(s)) cycle
-            springs%opening(:, s) = old%opening(:, k)
-            springs%slip(s) = old%slip(k)
-            springs%pressed(s) = old%pressed(k)
-            springs%rate(:, s) = old%rate(:, k)
-            exit
+            associate (spring => springs%list(s), before => old%list(k))
+               if (before%kind /= spring%kind .or. before%tip > 0) cycle
+               if (norm2(before%place - spring%place) > same*spring%cell) cycle
+               if (abs(before%length - spring%length) > same*spring%cell) cycle
+               spring%opening = before%opening
+               spring%slip = before%slip
+               spring%pressed = before%pressed
+               spring%rate = before%rate
+               exit
+            end associate
          end do
       end do
    end subroutine go_on
@@ -179,7 +193,7 @@ contains
             points(:, size(points, 2)) = end%front
             after = line%grown(end%end)
             do k = 1, old%n
-               if (old%tip(k) == tip .and. old%kept(k) > 0) after = min(after, old%way(k) - old%length(k)/2)
+               if (old%list(k)%tip == tip .and. old%list(k)%kept > 0) after = min(after, old%list(k)%way - old%list(k)%length/2)
             end do
             call add_along(springs, grid, p, blocks, materials, points, layer_t(bond, tip=tip, face=line%face), after)
          end associate
@@ -188,9 +202,9 @@ contains
 
    !> Begin with a bond of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
-   pure subroutine begin_bond(springs, s, old, grown, grid, p, blocks, materials, begins)
-      type(face_springs_t), intent(inout) :: springs
-      integer, intent(in) :: s
+   pure subroutine begin_bond(spring, thickness, old, grown, grid, p, blocks, materials, begins)
+      type(spring_t), intent(inout) :: spring
+      real(dp), intent(in) :: thickness          !! of the material there [m]
       type(face_springs_t), intent(in) :: old
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
       type(grid_t), intent(in) :: grid
@@ -204,46 +218,41 @@ contains
       nearest = 0
       least = huge(least)
       do k = 1, old%n
-         if (old%tip(k) /= springs%tip(s)) cycle
-         distance = abs(old%way(k) - springs%way(s)) + norm2(old%place(:, k) - springs%place(:, s))
+         if (old%list(k)%tip /= spring%tip) cycle
+         distance = abs(old%list(k)%way - spring%way) + norm2(old%list(k)%place - spring%place)
          if (distance >= least) cycle
          least = distance
          nearest = k
       end do
       if (nearest > 0) then
-         if (least > max(old%length(nearest), springs%length(s))) nearest = 0
+         if (least > max(old%list(nearest)%length, spring%length)) nearest = 0
       end if
-      springs%start(:, s) = springs%opening(:, s)
+      spring%start = spring%opening
       if (nearest > 0) then
-         springs%held(:, s) = springs%length(s)/old%length(nearest)*merge(old%held(:, nearest), force_of(old, nearest), &
-                                                                      old%lets_go(nearest))
-         if (.not. p%total_frame) springs%held(:, s) = dot_product(springs%held(:, s), old%normal(:, nearest)) &
-                                                       *springs%normal(:, s) & ! it turns with the material
-                                                       + dot_product(springs%held(:, s), along(old, nearest))*along(springs, s)
-         springs%stored(s) = springs%length(s)/old%length(nearest)*merge(old%stored(nearest), energy_of(old, nearest), &
-                                                                        old%lets_go(nearest))
-         springs%lets_go(s) = old%lets_go(nearest)
-         springs%kept(s) = old%kept(nearest)
-         springs%reached(s) = old%reached(nearest)
-         springs%start(:, s) = springs%opening(:, s) - (old%opening(:, nearest) - old%start(:, nearest))
-         if (.not. springs%lets_go(s)) springs%start(:, s) = springs%opening(:, s)
-      else if (springs%way(s) < grown) then
-         springs%lets_go(s) = .true.
-         springs%kept(s) = 0
+         associate (before => old%list(nearest))
+            spring%held = spring%length/before%length*merge(before%held, force_of(before), before%lets_go)
+            if (.not. p%total_frame) spring%held = dot_product(spring%held, before%normal)*spring%normal & ! it turns with the material
+                                                   + dot_product(spring%held, along(before))*along(spring)
+            spring%stored = spring%length/before%length*merge(before%stored, energy_of(before), before%lets_go)
+            spring%lets_go = before%lets_go
+            spring%kept = before%kept
+            spring%reached = before%reached
+            if (spring%lets_go) spring%start = spring%opening - (before%opening - before%start)
+         end associate
+      else if (spring%way < grown) then
+         spring%lets_go = .true.
+         spring%kept = 0
       else
          begins = .true.
-         springs%held(:, s) = springs%thickness%at(springs%place(:, s))*springs%length(s) &
-                              *traction_at(grid, p, blocks, materials, springs%place(:, s), springs%normal(:, s), &
-                                           face_of(springs, s))
+         spring%held = thickness*spring%length*traction_at(grid, p, blocks, materials, spring%place, spring%normal, face_of(spring))
       end if
    end subroutine begin_bond
 
    !> Which faces of a spring have material.
-   pure integer function face_of(springs, s)
-      type(face_springs_t), intent(in) :: springs
-      integer, intent(in) :: s
+   pure integer function face_of(spring)
+      type(spring_t), intent(in) :: spring
       face_of = both_faces
-      if (is_half(springs, s)) face_of = merge(left_face, right_face, springs%n_left(s) > 0)
+      if (is_half(spring)) face_of = merge(left_face, right_face, spring%n_left > 0)
    end function face_of
 
    !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
@@ -288,14 +297,13 @@ contains
       real(dp) :: jump(ndim)
       type(face_springs_t) :: springs
       integer :: k
-      call make_room(springs, 64)
       call add_contact(springs, grid, p, blocks, materials, line, certain=.true.)
       least = 0
       largest = 0
       do k = 1, springs%n
-         jump = springs%opening(:, k)
-         if (is_half(springs, k)) jump = 2*dot_product(springs%normal(:, k), jump)*springs%normal(:, k)
-         least = min(least, dot_product(springs%normal(:, k), jump))
+         jump = springs%list(k)%opening
+         if (is_half(springs%list(k))) jump = 2*dot_product(springs%list(k)%normal, jump)*springs%list(k)%normal
+         least = min(least, dot_product(springs%list(k)%normal, jump))
          largest = max(largest, norm2(jump))
       end do
    end subroutine look_at_openings
@@ -427,32 +435,32 @@ contains
             if (all(e == 0)) cycle
             if (layer%certain .and. any(blocks%count_in(pack(e, e > 0)) == 0)) cycle
             call add_spring(springs, layer%kind)
-            associate (s => springs%n)
-               springs%opening(:, s) = jump_between(grid, p, blocks, e, x)
-               springs%place(:, s) = x
-               springs%length(s) = part(i)*norm2(to - from)
-               springs%normal(:, s) = normal
-               springs%friction(s) = layer%friction
-               springs%line(s) = layer%line
-               springs%tip(s) = layer%tip
-               springs%way(s) = layer%way + (1 + place(i))/2*norm2(to - from)
-               call look_at_halves(grid, p, blocks, materials, e, x, springs%cell(s), springs%stiffness(s))
-               springs%stiffness(s) = springs%stiffness(s)*springs%thickness%at(x)*springs%length(s)
+            associate (spring => springs%list(springs%n))
+               spring%opening = jump_between(grid, p, blocks, e, x)
+               spring%place = x
+               spring%length = part(i)*norm2(to - from)
+               spring%normal = normal
+               spring%friction = layer%friction
+               spring%line = layer%line
+               spring%tip = layer%tip
+               spring%way = layer%way + (1 + place(i))/2*norm2(to - from)
+               call look_at_halves(grid, p, blocks, materials, e, x, spring%cell, spring%stiffness)
+               spring%stiffness = spring%stiffness*springs%thickness%at(x)*spring%length
                n = 0
                do side = 1, faces
                   if (e(side) == 0) cycle
                   associate (element => nearest_carrier(grid, blocks, e(side), x))
                      call grid%dofs%masters_of(grid%support_of(element), j, master, weight)
-                     springs%node(n + 1:n + j, s) = master(:j)
-                     springs%share(n + 1:n + j, s) = (3 - 2*side) &
+                     spring%node(n + 1:n + j) = master(:j)
+                     spring%share(n + 1:n + j) = (3 - 2*side) &
                                                      *matmul(grid%functions_in(element, grid%local_coordinate(element, x)), &
                                                              weight(:, :j))
                      n = n + j
-                     if (side == 1) springs%n_left(s) = n
+                     if (side == 1) spring%n_left = n
                   end associate
                end do
-               springs%slip(s) = dot_product(along(springs, s), springs%opening(:, s))
-               springs%pressed(s) = max(0.0_dp, -dot_product(normal, springs%opening(:, s)))
+               spring%slip = dot_product(along(spring), spring%opening)
+               spring%pressed = max(0.0_dp, -dot_product(normal, spring%opening))
             end associate
          end do
       end associate
@@ -498,23 +506,23 @@ contains
       logical :: is_end(grid%n_nodes)            ! at which the cut ends on a symmetry plane
       integer :: turn, k, l, i, j, u
       bound = max(most_of_cells, springs%most)
-      full = springs%stiffness(:springs%n)
+      full = springs%list(:springs%n)%stiffness
       call list_users(springs, grid%n_nodes, first, user)
       mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
       is_end = .false.
       do k = 1, springs%n
-         if (.not. is_half(springs, k)) cycle
-         do j = 1, count(springs%node(:, k) > 0)
-            associate (node => springs%node(j, k))
+         if (.not. is_half(springs%list(k))) cycle
+         do j = 1, count(springs%list(k)%node > 0)
+            associate (node => springs%list(k)%node(j))
                is_end(node) = .not. any(grid%cut_cells%freed_at(grid%node_position(:, node)))
             end associate
          end do
       end do
       where (is_end) mass = mass/2
       do k = 1, springs%n
-         edge = springs%cell(k)                  ! of the largest cell with material around any of its nodes
-         do j = 1, count(springs%node(:, k) > 0)
-            associate (e => grid%dofs%elements_at(springs%node(j, k)))
+         edge = springs%list(k)%cell                  ! of the largest cell with material around any of its nodes
+         do j = 1, count(springs%list(k)%node > 0)
+            associate (e => grid%dofs%elements_at(springs%list(k)%node(j)))
                edge = max(edge, maxval([(merge(grid%leaf_size(e(i)), 0.0_dp, blocks%count_in(e(i)) > 0), i=1, size(e))]))
             end associate
          end do
@@ -523,13 +531,14 @@ contains
       do turn = 1, turns
          row = 0
          do k = 1, springs%n
-            do i = 1, count(springs%node(:, k) > 0)
-               associate (node => springs%node(i, k))
+            do i = 1, count(springs%list(k)%node > 0)
+               associate (node => springs%list(k)%node(i))
                   do u = first(node), first(node + 1) - 1
                      l = user(u)
-                     do j = 1, count(springs%node(:, l) > 0)
-                        if (springs%node(j, l) == node) row(k) = row(k) + abs(springs%share(i, k)*springs%share(j, l))/mass(node) &
-                                                                 *sqrt(springs%stiffness(k)*springs%stiffness(l))
+                     do j = 1, count(springs%list(l)%node > 0)
+                        if (springs%list(l)%node(j) /= node) cycle
+                        row(k) = row(k) + abs(springs%list(k)%share(i)*springs%list(l)%share(j))/mass(node) &
+                                 *sqrt(springs%list(k)%stiffness*springs%list(l)%stiffness)
                      end do
                   end do
                end associate
@@ -537,11 +546,11 @@ contains
          end do
          if (turn == 1) springs%wanted = bound*maxval(row/most)
          if (all(row <= most)) exit
-         where (row > most) springs%stiffness(:springs%n) = most/row*springs%stiffness(:springs%n)
+         where (row > most) springs%list(:springs%n)%stiffness = most/row*springs%list(:springs%n)%stiffness
       end do
-      full = springs%stiffness(:springs%n)/max(full, tiny(full))
-      springs%weakest = minval(full, mask=springs%kind(:springs%n) == bond .and. full > 0)
-      springs%weakest_contact = minval(full, mask=springs%kind(:springs%n) == contact)
+      full = springs%list(:springs%n)%stiffness/max(full, tiny(full))
+      springs%weakest = minval(full, mask=springs%list(:springs%n)%kind == bond .and. full > 0)
+      springs%weakest_contact = minval(full, mask=springs%list(:springs%n)%kind == contact)
    end subroutine soften
 
    !> The largest speed of pressure waves [m/s].
@@ -559,8 +568,8 @@ contains
       integer :: k, j
       allocate (first(n_nodes + 1), source=0)
       do k = 1, springs%n
-         do j = 1, count(springs%node(:, k) > 0)
-            first(springs%node(j, k)) = first(springs%node(j, k)) + 1
+         do j = 1, count(springs%list(k)%node > 0)
+            first(springs%list(k)%node(j)) = first(springs%list(k)%node(j)) + 1
          end do
       end do
       do k = 2, n_nodes + 1
@@ -568,12 +577,86 @@ contains
       end do
       allocate (user(first(n_nodes + 1)))
       do k = springs%n, 1, -1
-         do j = count(springs%node(:, k) > 0), 1, -1
-            user(first(springs%node(j, k))) = k
-            first(springs%node(j, k)) = first(springs%node(j, k)) - 1
+         do j = count(springs%list(k)%node > 0), 1, -1
+            user(first(springs%list(k)%node(j))) = k
+            first(springs%list(k)%node(j)) = first(springs%list(k)%node(j)) - 1
          end do
       end do
       first = first + 1
    end subroutine list_users
 
+   !> Let bonds that begin hold their faces together as the uncut cells did.
+   pure subroutine balance_bonds(springs, begins, grid, p, blocks, materials)
+      type(face_springs_t), intent(inout) :: springs
+      logical, intent(in) :: begins(:)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
+      type(material_t), intent(in) :: materials(:)
+      real(dp), parameter :: firm = 0.005_dp     ! damping of least squares, over C M**-1 C' of a side of a cell: next to nothing but for short layers
+      real(dp) :: mass(grid%n_nodes), force(ndim, grid%n_nodes), held(grid%n_nodes), length(springs%n)
+      real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim)
+      integer, allocatable :: new(:)
+      real(dp) :: damping
+      integer :: i, j, n, info
+      call load_nodes(springs, grid, p, blocks, materials, mass, force)
+      length = merge(springs%list(:springs%n)%length, 0.0_dp, begins)
+      held = parts_held(springs, length, grid%n_nodes)
+      damping = 0
+      new = pack([(i, i=1, springs%n)], begins)
+      do i = 1, size(new)
+         associate (spring => springs%list(new(i)))
+            n = count(spring%node > 0)
+            damping = max(damping, firm*spring%cell*sum(spring%share(:n)**2/mass(spring%node(:n))))
+            x(i, :) = 0
+            do j = 1, n
+               associate (node => spring%node(j))
+                  x(i, :) = x(i, :) + sqrt(spring%length)*spring%share(j)*held(node)*force(:, node)/mass(node)
+               end associate
+            end do
+            do j = 1, size(new)
+               matrix(i, j) = sqrt(spring%length*springs%list(new(j))%length)*coupling(spring, springs%list(new(j)), mass)
+            end do
+         end associate
+      end do
+      do i = 1, size(new)
+         matrix(i, i) = matrix(i, i) + damping
+      end do
+      call dposv('L', size(new), ndim, matrix, size(new), x, size(new), info)
+      if (info /= 0) return                      ! no number: told elsewhere
+      do i = 1, size(new)
+         springs%list(new(i))%held = springs%list(new(i))%held + sqrt(springs%list(new(i))%length)*x(i, :)
+      end do
+   end subroutine balance_bonds
+
+   !> How fast a force of one spring opens another one, C M**-1 C' [1/kg].
+   pure real(dp) function coupling(one, other, mass)
+      type(spring_t), intent(in) :: one, other
+      real(dp), intent(in) :: mass(:)            !! lumped, of the nodes [kg]
+      integer :: i, j
+      coupling = 0
+      do i = 1, count(one%node > 0)
+         do j = 1, count(other%node > 0)
+            if (one%node(i) == other%node(j)) coupling = coupling + one%share(i)*other%share(j)/mass(one%node(i))
+         end do
+      end do
+   end function coupling
+
+   !> The parts of nodes that springs hold: of the function of a node along them, over that on a side of a cell.
+   pure function parts_held(springs, length, n_nodes) result(held)
+      type(face_springs_t), intent(in) :: springs
+      real(dp), intent(in) :: length(:)          !! [m], 0 of springs that do not matter
+      integer, intent(in) :: n_nodes
+      real(dp) :: held(n_nodes)
+      integer :: k, j
+      held = 0
+      do k = 1, springs%n
+         do j = 1, count(springs%list(k)%node > 0)
+            associate (of_node => held(springs%list(k)%node(j)))
+               of_node = of_node + abs(springs%list(k)%share(j))*length(k)/(springs%list(k)%cell/2)
+            end associate
+         end do
+      end do
+      held = min(1.0_dp, held)
+   end function parts_held
 end module hampm_spring_placement

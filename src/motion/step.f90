@@ -20,8 +20,7 @@ module hampm_step
    use hampm_nodal_motion, only: find_velocity, accelerate
    use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
    use hampm_pass, only: pass_t
-   use hampm_tiled_step, only: step_in_tiles
-   use hampm_tiling, only: plan_tiles
+   use hampm_tiling, only: plan_tiles, step_in_tiles
    use hampm_face_springs, only: add_spring_forces, stretch_springs, settle_slip, spring_energy, kick_springs
    use hampm_whereabouts, only: when, origin
    implicit none

@@ -192,12 +192,10 @@ contains
    !> The nodes that each spring between faces couples, 0 behind the last.
    pure function nodes_of_springs(m) result(nodes)
       type(motion_t), intent(in) :: m
-      integer, allocatable :: nodes(:, :)
-      if (m%springs%n == 0) then
-         allocate (nodes(0, 0))
-      else
-         nodes = m%springs%node(:, :m%springs%n)
-      end if
+      integer :: nodes(2*most_nodes_of_leaf, m%springs%n), k
+      do k = 1, m%springs%n
+         nodes(:, k) = m%springs%list(k)%node
+      end do
    end function nodes_of_springs
 
    !> Add the stiffness of springs between faces: c_i c_j times that of the opening, and so many times their masses.
@@ -209,8 +207,8 @@ contains
       real(dp) :: tangent(ndim, ndim)
       integer :: k, i, j, d, c
       do k = 1, m%springs%n
-         tangent = spring_stiffness(m%springs, k) + mass_factor*m%springs%mass(k)*identity
-         associate (node => m%springs%node(:, k), share => m%springs%share(:, k))
+         tangent = spring_stiffness(m%springs%list(k), m%springs%caution) + mass_factor*m%springs%list(k)%mass*identity
+         associate (node => m%springs%list(k)%node, share => m%springs%list(k)%share)
             do j = 1, count(node > 0)
                do i = 1, count(node > 0)
                   do d = 1, ndim

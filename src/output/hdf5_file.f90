@@ -1,24 +1,25 @@
 !> A thin layer over HDF5 with what the program needs: a file, groups, links, attributes and whole datasets.
 !> Objects are named by their path in the file. HDF5 prints nothing itself: what goes wrong is reported as
 !> `exit_file` with the file's path. No object carries a time stamp: the same data give the same bytes.
+!>
+!> What HDF5 calls the program's types of data: types, spaces and texts for the other HDF5 modules.
 module hampm_hdf5_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t
-   use hdf5, only: &
-      hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, &
-      h5f_close_strong_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, h5pclose_f, &
-      h5pset_fclose_degree_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5pset_chunk_f, &
-      h5pset_fletcher32_f, h5p_file_access_f, h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, &
-      h5p_crt_order_indexed_f, h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5lexists_f, h5oopen_f, h5oclose_f, &
-      h5acreate_f, h5aopen_f, h5aexists_f, h5awrite_f, h5aclose_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
-      h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, h5dget_space_f, h5dread_f, h5dwrite_f, h5dclose_f, &
-      h5tclose_f, h5t_ieee_f64le, h5t_std_i32le, h5t_std_i64le
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t, c_null_char
+   use hdf5, only: hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, &
+                   h5f_close_strong_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, h5pclose_f, h5pset_fclose_degree_f, &
+                   h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5pset_chunk_f, h5pset_fletcher32_f, &
+                   h5p_file_access_f, h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, &
+                   h5p_crt_order_indexed_f, h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5lexists_f, h5oopen_f, h5oclose_f, &
+                   h5acreate_f, h5aopen_f, h5aexists_f, h5awrite_f, h5aclose_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
+                   h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, h5dget_space_f, h5dread_f, h5dwrite_f, h5dclose_f, &
+                   h5tclose_f, h5t_ieee_f64le, h5t_std_i64le, size_t, h5kind_to_type, h5_integer_kind, &
+                   h5_real_kind, h5screate_f, h5screate_simple_f, h5s_scalar_f, h5tcopy_f, h5tset_cset_f, h5tset_size_f, &
+                   h5tset_strpad_f, h5t_string, h5t_c_s1, h5t_cset_utf8_f, h5t_str_nullpad_f
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
-   use hampm_hdf5_types, only: native_real, native_integer, native_long, text_type, label_type, scalar_space, &
-      simple_space, c_string
    implicit none
    private
-   public :: hdf5_file_t
+   public :: hdf5_file_t, native_real, native_integer, native_long
 
    logical, save :: library_open = .false. !! whether HDF5 has been initialised
 
@@ -37,11 +38,11 @@ module hampm_hdf5_file
       procedure :: unwritten
       procedure :: put_label
       generic :: put_attribute => put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
-      generic :: put => put_text, put_real_1, put_real_2, put_integer_1, put_long_1
-      generic :: get => get_text, get_real_1, get_real_2, get_integer_1, get_long_1
+      generic :: put => put_text, put_real_1, put_long_1
+      generic :: get => get_text, get_real_1, get_long_1
       procedure, private :: put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
-      procedure, private :: put_text, put_real_1, put_real_2, put_integer_1, put_long_1
-      procedure, private :: get_text, get_real_1, get_real_2, get_integer_1, get_long_1
+      procedure, private :: put_text, put_real_1, put_long_1
+      procedure, private :: get_text, get_real_1, get_long_1
    end type hdf5_file_t
 
 contains
@@ -233,26 +234,6 @@ contains
                          c_loc(values), failure)
    end subroutine put_real_1
 
-   !> Write the dataset `path`: a matrix of reals.
-   subroutine put_real_2(self, path, values, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: path
-      real(dp), intent(in), target, contiguous :: values(:, :)
-      type(failure_t), intent(inout) :: failure
-      call write_dataset(self, path, h5t_ieee_f64le, native_real(), simple_space(shape(values, hsize_t)), &
-                         c_loc(values), failure)
-   end subroutine put_real_2
-
-   !> Write the dataset `path`: a vector of integers.
-   subroutine put_integer_1(self, path, values, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: path
-      integer, intent(in), target, contiguous :: values(:)
-      type(failure_t), intent(inout) :: failure
-      call write_dataset(self, path, h5t_std_i32le, native_integer(), simple_space(shape(values, hsize_t)), &
-                         c_loc(values), failure)
-   end subroutine put_integer_1
-
    !> Write the dataset `path`: a vector of 64-bit integers.
    subroutine put_long_1(self, path, values, failure)
       class(hdf5_file_t), intent(in) :: self
@@ -311,32 +292,6 @@ contains
       allocate (values(extent(1)))
       call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
    end subroutine get_real_1
-
-   !> Read the dataset `path`, a matrix of reals.
-   subroutine get_real_2(self, path, values, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: path
-      real(dp), allocatable, intent(out), target :: values(:, :)
-      type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: dataset
-      integer(hsize_t) :: extent(2)
-      call find_dataset(self, path, dataset, extent, failure)
-      allocate (values(extent(1), extent(2)))
-      call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
-   end subroutine get_real_2
-
-   !> Read the dataset `path`, a vector of integers.
-   subroutine get_integer_1(self, path, values, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: path
-      integer, allocatable, intent(out), target :: values(:)
-      type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: dataset
-      integer(hsize_t) :: extent(1)
-      call find_dataset(self, path, dataset, extent, failure)
-      allocate (values(extent(1)))
-      call read_dataset(self, path, dataset, native_integer(), c_loc(values), failure)
-   end subroutine get_integer_1
 
    !> Read the dataset `path`, a vector of 64-bit integers.
    subroutine get_long_1(self, path, values, failure)
@@ -484,4 +439,59 @@ contains
          reason = otherwise
       end if
    end function why_not
+
+   !> HDF5's type of a `real(dp)` in memory.
+   integer(hid_t) function native_real()
+      native_real = h5kind_to_type(dp, h5_real_kind)
+   end function native_real
+
+   !> HDF5's type of an `integer` in memory.
+   integer(hid_t) function native_integer()
+      native_integer = h5kind_to_type(kind(0), h5_integer_kind)
+   end function native_integer
+
+   !> HDF5's type of an `integer(long)` in memory.
+   integer(hid_t) function native_long()
+      native_long = h5kind_to_type(long, h5_integer_kind)
+   end function native_long
+
+   !> A new HDF5 type: a UTF-8 text of any length, in memory the address of a null-terminated one.
+   integer(hid_t) function text_type()
+      integer :: e
+      call h5tcopy_f(h5t_string, text_type, e)
+      call h5tset_cset_f(text_type, h5t_cset_utf8_f, e)
+   end function text_type
+
+   !> A new HDF5 type: an ASCII text of fixed length.
+   integer(hid_t) function label_type(length)
+      integer, intent(in) :: length             !! number of characters, > 0
+      integer :: e
+      call h5tcopy_f(h5t_c_s1, label_type, e)
+      call h5tset_size_f(label_type, int(length, size_t), e)
+      call h5tset_strpad_f(label_type, h5t_str_nullpad_f, e)
+   end function label_type
+
+   !> A new space of one element.
+   integer(hid_t) function scalar_space()
+      integer :: e
+      call h5screate_f(h5s_scalar_f, scalar_space, e)
+   end function scalar_space
+
+   !> A new space of the given extent.
+   integer(hid_t) function simple_space(extent)
+      integer(hsize_t), intent(in) :: extent(:)
+      integer :: e
+      call h5screate_simple_f(size(extent), extent, simple_space, e)
+   end function simple_space
+
+   !> The text as C wants it: null-terminated.
+   pure function c_string(text) result(chars)
+      character(*), intent(in) :: text
+      character(c_char) :: chars(len(text) + 1)
+      integer :: i
+      do i = 1, len(text)
+         chars(i) = text(i:i)
+      end do
+      chars(len(text) + 1) = c_null_char
+   end function c_string
 end module hampm_hdf5_file

@@ -11,8 +11,7 @@ module hampm_hdf5_series
       h5t_std_u8le, size_t
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t
-   use hampm_hdf5_types, only: native_real, native_integer, native_long
-   use hampm_hdf5_file, only: hdf5_file_t
+   use hampm_hdf5_file, only: hdf5_file_t, native_real, native_integer, native_long
    implicit none
    private
    public :: hdf5_series_t, real_values, long_values, byte_values

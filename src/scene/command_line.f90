@@ -2,7 +2,7 @@
 module hampm_command_line
    use hampm_failure, only: failure_t
    use hampm_kinds, only: dp, long, name_len
-   use hampm_mistakes, only: mistakes_t
+   use hampm_settings, only: mistakes_t
    use hampm_text, only: string_t, did_you_mean, lower_case, printable
    use hampm_values, only: parse_real, is_number
    implicit none

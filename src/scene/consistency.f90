@@ -1,28 +1,32 @@
-!> Whether the keys of a scene agree with each other: the grid, the bodies and their materials, the outputs.
+!> Whether the keys of a scene agree with each other: the grid, the bodies and their materials, the outputs; whether the constants of materials
+!> are those of solids; whether what tells cells to refine has a region with material in it and room for more particles; whether contact between
+!> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `functions = 'cpdi'`.
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
-   use hampm_contact_consistency, only: check_contact
    use hampm_crack_consistency, only: check_crack, check_energy_release
-   use hampm_function_consistency, only: check_functions
    use hampm_growth_consistency, only: check_growth
-   use hampm_joints, only: gap_between, groups_of_bodies
-   use hampm_kinds, only: dp, name_len
+   use hampm_joints, only: gap_between, groups_of_bodies, sheets_of_bodies
+   use hampm_kinds, only: dp, name_len, ndim
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
-   use hampm_material_consistency, only: check_constants
-   use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_paths
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, &
-                                point_text, length_text
-   use hampm_refine_consistency, only: check_refine
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
+                              length_text, points_of
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
    use hampm_text, only: to_text, three_digits, did_you_mean
+   use hampm_crack_placement, only: body_at, distance_to_mouth
+   use hampm_orthotropic, only: why_not_definite
    implicit none
    private
    public :: check_consistency
+
+   real(dp), parameter :: most_apart = 1e10_dp   !! the largest of moduli, over the least
+
+   character(*), parameter :: intro = 'with &contact bodies'
+   integer, parameter :: most_sheets = 16        !! each has all cells of the grid
 
    real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
    real(dp), parameter :: furthest = 1e9_dp         !! from the origin [cells]
@@ -31,72 +35,68 @@ module hampm_consistency
 contains
 
    !> Check a whole scene.
-   pure subroutine check_consistency(scene, settings, mistakes)
+   pure subroutine check_consistency(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       logical :: has_grid, has_bodies
       integer :: before
-      call check_materials(scene, settings, mistakes)
-      call check_constants(scene, settings, mistakes)
-      before = mistakes%count
-      call check_grid(scene, settings, mistakes, has_grid)
-      call check_bodies(scene, settings, has_grid, mistakes)
-      if (has_grid .and. mistakes%count == before) call check_particle_number(scene, settings, mistakes)
-      has_bodies = has_grid .and. bodies_good(settings) .and. mistakes%count == before
-      if (has_bodies) call check_joints(scene, settings, mistakes)
-      call check_refine(scene, settings, has_bodies, mistakes)
-      call check_constraints(scene, settings, has_grid, mistakes)
-      call check_loads(scene, settings, has_bodies, mistakes)
-      before = mistakes%count
-      call check_crack(scene, settings, has_grid, mistakes)
-      call check_paths(scene, settings, has_bodies, mistakes)
-      call check_growth(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
-      call check_energy_release(scene, settings, has_bodies .and. mistakes%count == before, mistakes)
+      call check_materials(scene, settings)
+      call check_constants(scene, settings)
+      before = settings%mistakes%count
+      call check_grid(scene, settings, has_grid)
+      call check_bodies(scene, settings, has_grid)
+      if (has_grid .and. settings%mistakes%count == before) call check_particle_number(scene, settings)
+      has_bodies = has_grid .and. bodies_good(settings) .and. settings%mistakes%count == before
+      if (has_bodies) call check_joints(scene, settings)
+      call check_refine(scene, settings, has_bodies)
+      call check_constraints(scene, settings, has_grid)
+      call check_loads(scene, settings, has_bodies)
+      before = settings%mistakes%count
+      call check_crack(scene, settings, has_grid)
+      call check_paths(scene, settings, has_bodies)
+      call check_growth(scene, settings, has_bodies .and. settings%mistakes%count == before)
+      call check_energy_release(scene, settings, has_bodies .and. settings%mistakes%count == before)
       if (has_grid .and. scene%method%mass == 'partial' .and. scene%method%full_region == 'box') &
-         call check_full_box(scene, settings, settings%find('method', 1), mistakes)
-      call check_contact(scene, settings, mistakes)
-      call check_functions(scene, settings, mistakes)
-      if (has_bodies .and. scene%grid%order == 2) call check_whole_cells(scene, settings, mistakes)
-      call check_stability(scene, settings, mistakes)
-      call check_output(scene, settings, mistakes)
+         call check_full_box(scene, settings, settings%find('method', 1))
+      call check_contact(scene, settings)
+      call check_functions(scene, settings)
+      if (has_bodies .and. scene%grid%order == 2) call check_whole_cells(scene, settings)
+      call check_stability(scene, settings)
+      call check_output(scene, settings)
    end subroutine check_consistency
 
    !> Rectangles fill the cells of a quadratic lattice.
-   pure subroutine check_whole_cells(scene, settings, mistakes)
+   pure subroutine check_whole_cells(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       integer :: k
       do k = 1, size(scene%bodies)
          associate (body => scene%bodies(k))
             if (body%outline%is_there() .or. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) cycle
-            call settings%complain(mistakes, settings%find('body', k), 'lower', 'and upper must be nodes of the lattice with '// &
+            call settings%complain(settings%find('body', k), 'lower', 'and upper must be nodes of the lattice with '// &
                                    '&grid order = 2: bodies are to fill their cells')
          end associate
       end do
    end subroutine check_whole_cells
 
    !> The box in which a partial mass matrix is full has cells in it.
-   pure subroutine check_full_box(scene, settings, entry, mistakes)
+   pure subroutine check_full_box(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
-      type(mistakes_t), intent(inout) :: mistakes
       if (.not. (settings%good(entry, 'full_lower') .and. settings%good(entry, 'full_upper'))) return
       associate (grid => scene%grid, lower => scene%method%full_lower, upper => scene%method%full_upper)
          if (any(upper - lower < grid%cell) .or. any(upper < grid%lower + grid%cell) &
              .or. any(lower > grid%lower + (grid%cells - 1)*grid%cell)) &
-            call settings%complain(mistakes, entry, 'full_upper', 'must give with full_lower a box of at least one cell '// &
+            call settings%complain(entry, 'full_upper', 'must give with full_lower a box of at least one cell '// &
                                    'within the grid, for mass = ''partial''')
       end associate
    end subroutine check_full_box
 
    !> Materials need different names, and bodies name one of them.
-   pure subroutine check_materials(scene, settings, mistakes)
+   pure subroutine check_materials(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       character(name_len) :: names(settings%count_of('material'))
       integer :: i, entry
       do i = 1, size(names)
@@ -106,50 +106,48 @@ contains
          entry = settings%find('material', i)
          if (.not. settings%good(entry, 'name')) cycle
          if (any(names(:i - 1) == names(i))) &
-            call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other material')
+            call settings%complain(entry, 'name', 'must differ from the name of every other material')
       end do
       do i = 1, size(scene%bodies)
          entry = settings%find('body', i)
          if (.not. settings%good(entry, 'material') .or. scene%bodies(i)%material_index > 0) cycle
          if (scene%bodies(i)%material == '') cycle ! told by a rule
-         call settings%complain(mistakes, entry, 'material', 'must be the name of a &material'// &
+         call settings%complain(entry, 'material', 'must be the name of a &material'// &
                                 did_you_mean(trim(scene%bodies(i)%material), names))
       end do
    end subroutine check_materials
 
    !> The lattice must be of a size that can be stored, and its nodes must be different numbers.
-   pure subroutine check_grid(scene, settings, mistakes, has_grid)
+   pure subroutine check_grid(scene, settings, has_grid)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       logical, intent(out) :: has_grid             !! whether there is a lattice to check other things against
       integer :: entry
       entry = settings%find('grid', 1)
       has_grid = settings%good(entry, 'lower') .and. settings%good(entry, 'cell') .and. settings%good(entry, 'cells')
       if (settings%good(entry, 'cells')) then
          if (product(scene%grid%cells + 1.0_dp) > most_nodes) then
-            call settings%complain(mistakes, entry, 'cells', 'they must have at most 5e8 nodes, a row and a column more than cells')
+            call settings%complain(entry, 'cells', 'they must have at most 5e8 nodes, a row and a column more than cells')
             has_grid = .false.
          end if
       end if
       if (.not. has_grid) return
       if (scene%run%thickness%is_ring .and. scene%grid%lower(1) < 0) then
-         call settings%complain(mistakes, entry, 'lower', 'must have no x below 0 with &run plane = ''axisymmetric'': x is the '// &
+         call settings%complain(entry, 'lower', 'must have no x below 0 with &run plane = ''axisymmetric'': x is the '// &
                                 'radius. Where bodies reach the axis the lattice begins there')
          has_grid = .false.
          return
       end if
       if (maxval(abs(scene%grid%lower)) <= furthest*scene%grid%cell) return
-      call settings%complain(mistakes, entry, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
+      call settings%complain(entry, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
       has_grid = .false.
    end subroutine check_grid
 
    !> Bodies have an extent, lie within the grid and do not overlap.
-   pure subroutine check_bodies(scene, settings, has_grid, mistakes)
+   pure subroutine check_bodies(scene, settings, has_grid)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_grid
-      type(mistakes_t), intent(inout) :: mistakes
       logical :: usable(size(scene%bodies))
       real(dp) :: tol
       integer :: i, j, entry
@@ -157,35 +155,35 @@ contains
       if (has_grid) tol = tolerance(scene%grid)
       do i = 1, size(scene%bodies)
          entry = settings%find('body', i)
-         call check_shape(settings, entry, mistakes, usable(i))
+         call check_shape(settings, entry, usable(i))
          if (.not. usable(i)) cycle
          associate (body => scene%bodies(i))
             usable(i) = all(body%upper - body%lower > tol)
             if (.not. usable(i)) then
                select case (settings%text(entry, 'shape'))
                 case ('polygon')
-                  call settings%complain(mistakes, entry, 'points', 'the corners are on one line')
+                  call settings%complain(entry, 'points', 'the corners are on one line')
                 case ('circle')
-                  call settings%complain(mistakes, entry, 'radius', 'must be above '//three_digits(tol/2)//' [m], by which '// &
+                  call settings%complain(entry, 'radius', 'must be above '//three_digits(tol/2)//' [m], by which '// &
                                          'places in cells of this size are the same')
                 case default
-                  call settings%complain(mistakes, entry, 'upper', 'must be above lower = '//point_text(body%lower)// &
+                  call settings%complain(entry, 'upper', 'must be above lower = '//point_text(body%lower)// &
                                          ' in every direction')
                end select
                cycle
             end if
-            if (has_grid) call check_within_grid(scene, settings, i, mistakes)
+            if (has_grid) call check_within_grid(scene, settings, i)
             do j = 1, i - 1
                if (.not. usable(j)) cycle
                if (.not. overlap(body%lower, body%upper, scene%bodies(j)%lower, scene%bodies(j)%upper, tol)) cycle
                if (body%outline%is_there() .or. scene%bodies(j)%outline%is_there()) then
                   if (.not. outlines_overlap(outline_of(body), outline_of(scene%bodies(j)), tol)) cycle
                end if
-               call settings%complain(mistakes, entry, place_key(body), 'the body must not overlap body '//to_text(j))
+               call settings%complain(entry, place_key(body), 'the body must not overlap body '//to_text(j))
             end do
          end associate
       end do
-      call check_holes(scene, settings, mistakes)
+      call check_holes(scene, settings)
    end subroutine check_bodies
 
    !> The key that tells where a body is.
@@ -199,10 +197,9 @@ contains
 
    !> In the total frame material never meets other material than it began with: bodies apart from the first one would go through it
    !> or, less than a cell away, be joined to it.
-   pure subroutine check_joints(scene, settings, mistakes)
+   pure subroutine check_joints(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       integer :: first(size(scene%bodies))
       real(dp) :: gap
       integer :: i, j
@@ -211,7 +208,7 @@ contains
       do i = 2, size(first)
          if (first(i) < i) cycle
          gap = minval([(gap_between(scene, i, j), j=1, size(first))], mask=first /= i)
-         call settings%complain(mistakes, settings%find('body', i), place_key(scene%bodies(i)), &
+         call settings%complain(settings%find('body', i), place_key(scene%bodies(i)), &
                                 'the body must touch the others with &method '// &
                                 'frame = ''total'', not lie '//length_text(gap)//' m from the next: in that frame bodies never '// &
                                 'meet, and go through each other. Use frame = ''updated'', or a file for each body')
@@ -219,11 +216,10 @@ contains
    end subroutine check_joints
 
    !> Both corners of a body are in the grid.
-   pure subroutine check_within_grid(scene, settings, i, mistakes)
+   pure subroutine check_within_grid(scene, settings, i)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: i                     !! which body
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: extent
       real(dp) :: tol
       integer :: entry
@@ -233,19 +229,18 @@ contains
          extent = 'must be within the grid, from '//point_text(lower)//' to '//point_text(upper)
          if (body%shape /= 'rectangle') then
             if (.not. within(body%lower, body%upper, lower, upper, tol)) &
-               call settings%complain(mistakes, entry, place_key(body), extent)
+               call settings%complain(entry, place_key(body), extent)
             return
          end if
-         if (.not. within(body%lower, body%lower, lower, upper, tol)) call settings%complain(mistakes, entry, 'lower', extent)
-         if (.not. within(body%upper, body%upper, lower, upper, tol)) call settings%complain(mistakes, entry, 'upper', extent)
+         if (.not. within(body%lower, body%lower, lower, upper, tol)) call settings%complain(entry, 'lower', extent)
+         if (.not. within(body%upper, body%upper, lower, upper, tol)) call settings%complain(entry, 'upper', extent)
       end associate
    end subroutine check_within_grid
 
    !> The material points must be so few that an integer can count them.
-   pure subroutine check_particle_number(scene, settings, mistakes)
+   pure subroutine check_particle_number(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       real(dp) :: particles
       integer :: i, entry
       particles = 0
@@ -255,44 +250,304 @@ contains
                     .and. settings%good(entry, 'points_per_cell'))) return
          particles = particles + particle_number(scene, scene%bodies(i))
          if (particles <= most_particles) cycle
-         call settings%complain(mistakes, entry, 'points_per_cell', 'there would be '//to_text(particles)// &
+         call settings%complain(entry, 'points_per_cell', 'there would be '//to_text(particles)// &
                                 ' material points; their number must be in [1, 2e9]')
          return
       end do
    end subroutine check_particle_number
 
    !> The result file has a plain name, and samples fall within the run.
-   pure subroutine check_output(scene, settings, mistakes)
+   pure subroutine check_output(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       integer :: entry
       entry = settings%find('output', 1)
       if (settings%good(entry, 'file')) then
          if (scene%output%file == '' .or. scene%output%file == '.' .or. scene%output%file == '..' &
-             .or. scan(scene%output%file, '/\') > 0) call settings%complain(mistakes, entry, 'file', &
+             .or. scan(scene%output%file, '/\') > 0) call settings%complain(entry, 'file', &
             'must be the name of a file, not empty and without folders; the option --output gives the folder')
       end if
       if (.not. settings%good(settings%find('run', 1), 'end_time')) return
-      call check_interval(scene, settings, 'history_interval', scene%output%history_interval, mistakes)
-      call check_interval(scene, settings, 'snapshot_interval', scene%output%snapshot_interval, mistakes)
+      call check_interval(scene, settings, 'history_interval', scene%output%history_interval)
+      call check_interval(scene, settings, 'snapshot_interval', scene%output%snapshot_interval)
    end subroutine check_output
 
    !> An interval between outputs fits the length of the run.
-   pure subroutine check_interval(scene, settings, key, interval, mistakes)
+   pure subroutine check_interval(scene, settings, key, interval)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       character(*), intent(in) :: key
       real(dp), intent(in) :: interval             !! [s], 0 for no such output
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: entry
       entry = settings%find('output', 1)
       if (.not. settings%good(entry, key) .or. interval <= 0) return
       if (interval > scene%run%end_time) then
-         call settings%complain(mistakes, entry, key, 'must be in [0, end_time = '//to_text(scene%run%end_time)//'] [s]')
+         call settings%complain(entry, key, 'must be in [0, end_time = '//to_text(scene%run%end_time)//'] [s]')
       else if (scene%run%end_time/interval > most_samples) then
-         call settings%complain(mistakes, entry, key, 'must be at least a 1e-8 part of end_time = '// &
+         call settings%complain(entry, key, 'must be at least a 1e-8 part of end_time = '// &
                                 to_text(scene%run%end_time)//' [s]')
       end if
    end subroutine check_interval
+
+   !> Check the group &refine. With indicator = 'none' its other keys have no meaning.
+   pure subroutine check_refine(scene, settings, has_bodies)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      logical, intent(in) :: has_bodies            !! whether grid and bodies are without mistakes
+      integer :: entry
+      entry = settings%find('refine', 1)
+      if (.not. settings%good(entry, 'indicator') .or. scene%refine%indicator == 'none') return
+      if (scene%refine%indicator == 'gradient' .and. settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
+          .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
+         call settings%complain(entry, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
+      call check_region(scene, settings, entry, has_bodies)
+      if (has_bodies) call check_room(scene, settings, entry)
+   end subroutine check_refine
+
+   !> The box in which cells may refine has an extent and holds material. A corner that is not given sets no limit.
+   pure subroutine check_region(scene, settings, entry, has_bodies)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry                 !! position of the group &refine, here and below
+      logical, intent(in) :: has_bodies
+      integer :: i
+      if (.not. (settings%good(entry, 'region_lower') .and. settings%good(entry, 'region_upper'))) return
+      associate (lower => scene%refine%region_lower, upper => scene%refine%region_upper)
+         if (any(upper <= lower)) then
+            call settings%complain(entry, 'region_upper', 'must be above region_lower = '//point_text(lower)// &
+                                   ' in every direction')
+            return
+         end if
+         if (.not. has_bodies) return
+         do i = 1, size(scene%bodies)
+            if (overlap(lower, upper, scene%bodies(i)%lower, scene%bodies(i)%upper, tolerance(scene%grid))) return
+         end do
+      end associate
+      call settings%complain(entry, &
+                             merge('region_lower', 'region_upper', size(settings%numbers(entry, 'region_lower')) > 0), &
+                             'the box from region_lower to region_upper must contain material of a body')
+   end subroutine check_region
+
+   !> The material points that the scene begins with are not too many already.
+   pure subroutine check_room(scene, settings, entry)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry
+      real(dp) :: particles
+      integer :: i
+      if (.not. settings%good(entry, 'max_particles')) return
+      particles = 0
+      do i = 1, size(scene%bodies)
+         if (.not. settings%good(settings%find('body', i), 'points_per_cell')) return
+         particles = particles + particle_number(scene, scene%bodies(i))
+      end do
+      if (scene%refine%max_particles < particles) call settings%complain(entry, 'max_particles', &
+         'must be at least the number of material points that the scene begins with, '//to_text(nint(particles)))
+   end subroutine check_room
+
+   !> Check a scene whose bodies meet; others have no use for the keys.
+   pure subroutine check_contact(scene, settings)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer :: contact
+      contact = settings%find('contact', 1)
+      if (.not. settings%good(contact, 'bodies')) return
+      if (.not. scene%contact%is_wanted()) return
+      if (settings%good(contact, 'distance') .and. scene%contact%distance > scene%grid%cell/2) &
+         call settings%complain(contact, 'distance', 'must not be above half of a cell: '// &
+                                'bodies farther apart have no nodes in common')
+      call check_cracks(scene, settings)
+      if (maxval(sheets_of_bodies(scene)) > most_sheets) call settings%complain(contact, 'bodies', 'must be '// &
+         '''joined'' where there are more than '//to_text(most_sheets)//' bodies: each has a velocity field on the whole grid. '// &
+         'Give the same &body part to those that do not meet')
+   end subroutine check_contact
+
+   !> Cracks are those of the first velocity field.
+   pure subroutine check_cracks(scene, settings)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer :: k, i
+      if (scene%crack%present) call check_way(scene, settings, settings%find('crack', 1), 'tip', scene%crack%tip, &
+                                              scene%crack%tip - distance_to_mouth(scene)*scene%crack%direction)
+      do k = 1, size(scene%paths)
+         associate (path => scene%paths(k))
+            do i = 2, size(path%points, 2)
+               call check_way(scene, settings, settings%find('crack', path%number), 'points', path%points(:, i - 1), &
+                              path%points(:, i))
+            end do
+         end associate
+      end do
+   end subroutine check_cracks
+
+   !> A straight part of a crack must not be in a body of another velocity field.
+   pure subroutine check_way(scene, settings, entry, key, from, to)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry               !! the crack
+      character(*), intent(in) :: key
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      integer, parameter :: places = 1000        ! that are looked at
+      integer :: sheets(size(scene%bodies)), i, body
+      if (.not. settings%good(entry, key)) return
+      sheets = sheets_of_bodies(scene)
+      do i = 0, places
+         body = body_at(scene, from + (i*(to - from))/places)
+         if (body == 0) cycle
+         if (sheets(body) == 1) cycle
+         call settings%complain(entry, key, 'must be in the first &body, or in one of its part, '//intro// &
+                                ': put the body with the crack first')
+         return
+      end do
+   end subroutine check_way
+
+   !> Check all materials of which there is a body.
+   pure subroutine check_constants(scene, settings)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer :: k, entry
+      do k = 1, size(scene%materials)
+         entry = settings%find('material', scene%materials(k)%number)
+         select case (merge(scene%materials(k)%law, repeat(' ', len(scene%materials%law)), settings%good(entry, 'law')))
+          case ('orthotropic')
+            call check_orthotropic(scene, settings, k, entry)
+          case ('mooney_rivlin')
+            call check_rubber(scene, settings, k, entry)
+          case ('viscoelastic')
+            call check_viscous(scene, settings, k, entry)
+         end select
+      end do
+   end subroutine check_constants
+
+   !> With the constants of an orthotropic material no strain releases energy.
+   pure subroutine check_orthotropic(scene, settings, k, entry)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: k, entry              !! number of the material, and position of its group, here and below
+      character(*), parameter :: keys(*) = [character(10) :: 'young_1', 'young_2', 'young_3', 'shear_12', 'poisson_12', &
+                                            'poisson_13', 'poisson_23']
+      character(:), allocatable :: why
+      logical :: plane_stress
+      integer :: i
+      if (.not. (settings%good(settings%find('run', 1), 'plane') .and. &
+                 all([(settings%good(entry, trim(keys(i))), i=1, size(keys))]))) return
+      plane_stress = scene%run%plane == 'stress'
+      associate (of => scene%materials(k)%orthotropic)
+         if (minval(of%young(:merge(2, 3, plane_stress))) <= 0 .or. of%shear_12 <= 0) return
+         associate (moduli => [of%young(:merge(2, 3, plane_stress)), of%shear_12])
+            if (maxval(moduli) > most_apart*minval(moduli)) then
+               call settings%complain(entry, 'young_1', 'and the other moduli must be within a factor of 1e10 of '// &
+                                      'each other: else rounding hides the least of them')
+               return
+            end if
+         end associate
+         why = why_not_definite(of, plane_stress)
+         if (why /= '') call settings%complain(entry, 'poisson_12', why//': else a strain would release energy')
+         if (scene%crack%present .and. scene%crack%kind == 'symmetry' .and. abs(of%angle - 90*anint(of%angle/90)) > 0) &
+            call settings%complain(entry, 'angle', 'must be a multiple of 90 degrees with &crack kind = '// &
+                                   '''symmetry'': else the other half is no mirror image. Use kind = ''line''')
+      end associate
+   end subroutine check_orthotropic
+
+   !> The modulus of the second invariant leaves that of the first, and the volume stiff however it changes.
+   pure subroutine check_rubber(scene, settings, k, entry)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: k, entry
+      real(dp) :: most
+      if (.not. (settings%good(entry, 'c01') .and. settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
+      associate (m => scene%materials(k))
+         most = m%young/(4*(1 + m%poisson))*min(1.0_dp, m%poisson/(1 - 2*m%poisson))
+         if (m%c01 > most) call settings%complain(entry, 'c01', 'must be at most '//to_text(max(most, 0.0_dp))// &
+            ' [Pa], the less of mu/2 and lambda/4 of young and poisson: else c10, or the stiffness of the volume, is below 0')
+      end associate
+   end subroutine check_rubber
+
+   !> Of a viscoelastic material no more can relax than there is.
+   pure subroutine check_viscous(scene, settings, k, entry)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: k, entry
+      real(dp), parameter :: decimals = 1.0e-6_dp  ! of constants that are given by their decimals
+      real(dp) :: mu
+      if (.not. (settings%good(entry, 'moduli') .and. settings%good(entry, 'relaxation_times'))) return
+      associate (m => scene%materials(k))
+         if (size(m%moduli) /= size(m%relaxation_times)) &
+            call settings%complain(entry, 'relaxation_times', 'must be as many as moduli: '//to_text(size(m%moduli)))
+         if (.not. (settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
+         mu = m%young/(2*(1 + m%poisson))
+         if (sum(m%moduli) > (1 + decimals)*mu) call settings%complain(entry, 'moduli', 'must have a sum of at most '// &
+            to_text(mu)//' [Pa], the shear modulus at once, young/(2 (1 + poisson)); theirs is '//to_text(sum(m%moduli)))
+      end associate
+   end subroutine check_viscous
+
+   !> Check a scene whose particles have domains; others have no use for this.
+   pure subroutine check_functions(scene, settings)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer :: method, k
+      method = settings%find('method', 1)
+      if (.not. settings%good(method, 'functions') .or. .not. scene%method%has_domains()) return
+      do k = 1, size(scene%paths)
+         call check_path(scene, settings, k)
+      end do
+   end subroutine check_functions
+
+   !> A crack parts domains: it runs along their edges.
+   pure subroutine check_path(scene, settings, path)
+      type(scene_t), intent(in) :: scene
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: path                  !! which of the paths
+      integer :: entry, k, j
+      entry = settings%find('crack', path)
+      if (.not. settings%good(entry, 'points')) return
+      do k = 2, size(scene%paths(path)%points, 2)
+         do j = 1, size(scene%bodies)
+            if (runs_along_domains(scene, scene%bodies(j), scene%paths(path)%points(:, k - 1:k))) cycle
+            call settings%complain(entry, 'points', 'must run along edges of the domains of particles with '// &
+                                   '&method functions = ''cpdi'''// &
+                                   ', which are rectangles with the edges '//to_text(edge_of(scene, scene%bodies(j), 1))//', '// &
+                                   to_text(edge_of(scene, scene%bodies(j), 2))//' m from the lower corner of the body on: a '// &
+                                   'crack through a domain would not part it')
+            return
+         end do
+      end do
+   end subroutine check_path
+
+   !> Whether a segment runs along edges of the domains of a body, or past it.
+   pure logical function runs_along_domains(scene, body, ends) result(along)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      real(dp), intent(in) :: ends(ndim, 2)        !! [m]
+      real(dp), parameter :: grace = 1e-6_dp       ! of an edge
+      real(dp) :: lines
+      integer :: d
+      along = any(maxval(ends, dim=2) <= body%lower .or. minval(ends, dim=2) >= body%upper)
+      do d = 1, ndim
+         if (along) return
+         lines = (ends(d, 1) - first_edge(scene, body, d))/edge_of(scene, body, d)
+         along = abs(ends(d, 2) - ends(d, 1)) <= grace*edge_of(scene, body, d) .and. abs(lines - anint(lines)) <= grace
+      end do
+   end function runs_along_domains
+
+   !> Edge of the domains of a body that no edge of it cuts [m].
+   pure real(dp) function edge_of(scene, body, direction)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      integer, intent(in) :: direction
+      integer :: points(ndim)
+      if (body%outline%is_there()) then
+         edge_of = scene%grid%cell/body%points_per_cell
+      else
+         points = points_of(scene, body)
+         edge_of = (body%upper(direction) - body%lower(direction))/points(direction)
+      end if
+   end function edge_of
+
+   !> Where an edge of them is [m].
+   pure real(dp) function first_edge(scene, body, direction)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      integer, intent(in) :: direction
+      first_edge = merge(scene%grid%lower(direction), body%lower(direction), body%outline%is_there())
+   end function first_edge
 end module hampm_consistency

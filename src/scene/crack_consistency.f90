@@ -3,7 +3,6 @@ module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: has_two_tips, body_at, largest_radius, least_radius, domain_radii, is_covered, is_on_crack, &
                                     is_other_within, is_layer
-   use hampm_mistakes, only: mistakes_t
    use hampm_path_consistency, only: check_path_radii
    use hampm_placement, only: tolerance, upper_corner, nearest_node, within, on_node, on_face, point_text, length_text
    use hampm_scene, only: scene_t
@@ -17,54 +16,52 @@ contains
 
    !> The tip is a node with a node behind and ahead. On a symmetry plane the constraints make a crack of it; a line is inside the
    !> material.
-   pure subroutine check_crack(scene, settings, has_grid, mistakes)
+   pure subroutine check_crack(scene, settings, has_grid)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_grid            !! whether the grid is without mistakes
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: entry, before
       entry = settings%find('crack', 1)
       if (.not. scene%crack%present) return
       if (.not. (settings%good(entry, 'kind') .and. settings%good(entry, 'tip') .and. settings%good(entry, 'direction'))) return
-      before = mistakes%count
+      before = settings%mistakes%count
       if (count(abs(scene%crack%direction) > 0) /= 1) &
-         call settings%complain(mistakes, entry, 'direction', 'must be along a grid line: one component not 0, all others 0')
+         call settings%complain(entry, 'direction', 'must be along a grid line: one component not 0, all others 0')
       if (.not. has_grid) return
       if (.not. on_node(scene%grid, scene%crack%tip)) &
-         call settings%complain(mistakes, entry, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
+         call settings%complain(entry, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
                                 point_text(scene%grid%lower)//', cell = '//to_text(scene%grid%cell)//', up to '// &
                                 point_text(upper_corner(scene%grid))//'; the nearest is '// &
                                 point_text(nearest_node(scene%grid, scene%crack%tip)))
-      if (mistakes%count > before) return
+      if (settings%mistakes%count > before) return
       if (.not. (on_node(scene%grid, node(scene, -1)) .and. on_node(scene%grid, node(scene, 1)))) then
-         call settings%complain(mistakes, entry, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
+         call settings%complain(entry, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
       else if (scene%crack%kind == 'line') then
-         call check_inside(scene, settings, entry, mistakes)
+         call check_inside(scene, settings, entry)
       else
-         call check_edge(scene, settings, entry, mistakes)
-         call check_symmetry(scene, settings, entry, mistakes)
+         call check_edge(scene, settings, entry)
+         call check_symmetry(scene, settings, entry)
       end if
    end subroutine check_crack
 
    !> A line has material around its tip, and its other tip is at a node.
-   pure subroutine check_inside(scene, settings, entry, mistakes)
+   pure subroutine check_inside(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &crack, here and below
-      type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: cells
       integer :: i
       if (.not. all([(settings%good(settings%find('body', i), 'lower') .and. settings%good(settings%find('body', i), 'upper'), &
                       i=1, size(scene%bodies))])) return
       if (.not. is_covered(scene, scene%crack%tip, scene%grid%cell)) then
-         call settings%complain(mistakes, entry, 'tip', 'must be inside the material, at least a cell from its edges, '// &
+         call settings%complain(entry, 'tip', 'must be inside the material, at least a cell from its edges, '// &
                                 'for kind = ''line''')
          return
       end if
       cells = scene%crack%length/scene%grid%cell
       if (.not. settings%good(entry, 'length') .or. .not. has_two_tips(scene)) return
       if (abs(cells - anint(cells))*scene%grid%cell > tolerance(scene%grid) .or. cells < 1.5_dp) &
-         call settings%complain(mistakes, entry, 'length', 'the other tip must be at a node too: a multiple of cell = '// &
+         call settings%complain(entry, 'length', 'the other tip must be at a node too: a multiple of cell = '// &
                                 to_text(scene%grid%cell)//', two cells at least')
    end subroutine check_inside
 
@@ -77,11 +74,10 @@ contains
    end function node
 
    !> The line of the crack, a cell behind and ahead of the tip, is part of an edge of a body.
-   pure subroutine check_edge(scene, settings, entry, mistakes)
+   pure subroutine check_edge(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: lower(ndim), upper(ndim), tol
       integer :: i, body
       tol = tolerance(scene%grid)
@@ -92,16 +88,15 @@ contains
          if (.not. (settings%good(body, 'lower') .and. settings%good(body, 'upper'))) return
          if (on_face(lower, upper, scene%bodies(i), tol)) return
       end do
-      call settings%complain(mistakes, entry, 'tip', &
+      call settings%complain(entry, 'tip', &
                              'must be on an edge of a body that reaches a cell behind and ahead of it, for kind = ''symmetry''')
    end subroutine check_edge
 
    !> On the symmetry line, nodes from the tip on are held in the normal direction and those behind are free.
-   pure subroutine check_symmetry(scene, settings, entry, mistakes)
+   pure subroutine check_symmetry(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
       character(*), parameter :: axis = 'xyz'
       integer :: normal, i, c
       do i = 1, size(scene%constraints)
@@ -112,10 +107,10 @@ contains
          if (abs(scene%crack%direction(normal)) <= 0) exit
       end do
       if (.not. (is_held(scene, node(scene, 0), normal) .and. is_held(scene, node(scene, 1), normal))) &
-         call settings%complain(mistakes, entry, 'tip', 'the nodes at the tip and one cell ahead must be held in '// &
+         call settings%complain(entry, 'tip', 'the nodes at the tip and one cell ahead must be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
       if (is_held(scene, node(scene, -1), normal)) &
-         call settings%complain(mistakes, entry, 'tip', 'the node one cell behind the tip must not be held in '// &
+         call settings%complain(entry, 'tip', 'the node one cell behind the tip must not be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
    end subroutine check_symmetry
 
@@ -135,27 +130,26 @@ contains
    end function is_held
 
    !> What is asked about the energy release rate needs a crack, and a reference needs its scene.
-   pure subroutine check_energy_release(scene, settings, has_geometry, mistakes)
+   pure subroutine check_energy_release(scene, settings, has_geometry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without mistakes
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: entry
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators')) then
          if (size(scene%paths) > 0) then
             if (scene%energy_release%needs_radii() .and. has_geometry .and. settings%good(entry, 'radii')) &
-               call check_path_radii(scene, settings, entry, mistakes)
+               call check_path_radii(scene, settings, entry)
          else if (scene%crack%present .and. scene%energy_release%domain_integral .and. has_geometry .and. &
                   settings%good(entry, 'radii')) then
-            call check_radii(scene, settings, entry, mistakes)
+            call check_radii(scene, settings, entry)
          end if
       end if
       if (scene%energy_release%stress_closure .and. has_geometry .and. any_on_faces(scene)) &
-         call settings%complain(mistakes, entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
+         call settings%complain(entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
                                 'of the crack; use ''nodal_force'' or ''domain_integral''')
       if (.not. settings%good(entry, 'reference')) return
-      if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, entry, mistakes)
+      if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, entry)
    end subroutine check_energy_release
 
    !> Whether a traction acts on a face of the crack.
@@ -170,11 +164,10 @@ contains
    end function any_on_faces
 
    !> The domains of the integral are full of one material, with nothing but the crack in them, and have cells enough.
-   pure subroutine check_radii(scene, settings, entry, mistakes)
+   pure subroutine check_radii(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &energy_release, here and below
-      type(mistakes_t), intent(inout) :: mistakes
       real(dp), allocatable :: radii(:)
       real(dp) :: most, least
       integer :: crack, i
@@ -187,23 +180,23 @@ contains
       allocate (radii, source=domain_radii(scene, most))
       least = least_radius(scene)
       if (most < least - tolerance(scene%grid)) then
-         call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius: around the tip there are only '// &
+         call settings%complain(entry, 'radii', 'there is no place for a radius: around the tip there are only '// &
                                 'material and this crack up to '//length_text(most)//' m, and two of the finest cells, '// &
                                 to_text(least)//' m, are the least; use smaller cells or move the tip, or loads and '// &
                                 'constraints near it')
          return
       end if
       if (any(radii(2:) <= radii(:size(radii) - 1))) &
-         call settings%complain(mistakes, entry, 'radii', 'must increase from one to the next')
+         call settings%complain(entry, 'radii', 'must increase from one to the next')
       if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
-         call settings%complain(mistakes, entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two '// &
+         call settings%complain(entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two '// &
                                 'of the finest cells at least, and around the tip nothing within them but material and this '// &
                                 'crack, neither point load nor traction but on its faces, and no constraint but that of '// &
                                 'the symmetry plane')
       do i = 1, size(scene%bodies)
          if (.not. is_other_within(scene, i, scene%crack%tip, maxval(radii))) cycle
          if (is_layer(scene, i, scene%crack%tip, maxval(radii))) cycle
-         call settings%complain(mistakes, entry, 'radii', 'there must be one material within them, or layers along the '// &
+         call settings%complain(entry, 'radii', 'there must be one material within them, or layers along the '// &
                                 'crack; body '//to_text(i)//' is of another one than the tip''s, or has another eigenstrain, '// &
                                 'and ends within them')
          return
@@ -227,11 +220,10 @@ contains
    end function surroundings_good
 
    !> The double cantilever beam's reference needs a load that opens the crack.
-   pure subroutine check_dcb(scene, settings, entry, mistakes)
+   pure subroutine check_dcb(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
       logical :: opens, known
       integer :: i
       opens = .false.
@@ -240,7 +232,7 @@ contains
          known = known .and. settings%good(settings%find('load', i), 'force')
          opens = opens .or. any(abs(scene%loads(i)%force) > 0 .and. .not. abs(scene%crack%direction) > 0)
       end do
-      if (known .and. .not. opens) call settings%complain(mistakes, entry, 'reference', &
+      if (known .and. .not. opens) call settings%complain(entry, 'reference', &
          '''dcb'' needs a &load with a force normal to the crack')
    end subroutine check_dcb
 end module hampm_crack_consistency

@@ -2,7 +2,6 @@
 module hampm_growth_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius
-   use hampm_mistakes, only: mistakes_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: tolerance
@@ -17,24 +16,22 @@ module hampm_growth_consistency
 contains
 
    !> Check all groups &growth.
-   pure subroutine check_growth(scene, settings, has_bodies, mistakes)
+   pure subroutine check_growth(scene, settings, has_bodies)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: k
       if (size(scene%growth) == 0) return
-      if (scene%crack%kind == 'symmetry') call check_on_plane(scene, settings, mistakes)
+      if (scene%crack%kind == 'symmetry') call check_on_plane(scene, settings)
       do k = 1, size(scene%growth)
-         call check_one(scene, settings, k, has_bodies, mistakes)
+         call check_one(scene, settings, k, has_bodies)
       end do
    end subroutine check_growth
 
    !> Check what growth on a symmetry plane asks of a scene.
-   pure subroutine check_on_plane(scene, settings, mistakes)
+   pure subroutine check_on_plane(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       character(*), parameter :: of_crack = 'with a &growth of a &crack of kind = ''symmetry'''
       integer :: entry, i, normal
       normal = maxloc(merge(0, 1, abs(scene%crack%direction) > 0), dim=1)
@@ -44,31 +41,30 @@ contains
             if (.not. constraint%fixed(normal)) cycle
             if (max(abs(constraint%lower(normal) - scene%crack%tip(normal)), &
                     abs(constraint%upper(normal) - scene%crack%tip(normal))) > tol) cycle
-            if (abs(constraint%motion%displacement(normal)) > 0) call settings%complain(mistakes, entry, 'displacement', &
+            if (abs(constraint%motion%displacement(normal)) > 0) call settings%complain(entry, 'displacement', &
                'must not move the symmetry plane '//of_crack)
-            if (abs(constraint%motion%velocity(normal)) > 0) call settings%complain(mistakes, entry, 'velocity', &
+            if (abs(constraint%motion%velocity(normal)) > 0) call settings%complain(entry, 'velocity', &
                'must not move the symmetry plane '//of_crack)
          end associate
       end do
    end subroutine check_on_plane
 
    !> Check the keys of the k-th one, in motion.
-   pure subroutine check_keys_in_motion(scene, settings, k, mistakes)
+   pure subroutine check_keys_in_motion(scene, settings, k)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
-      type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: rayleigh
       integer :: entry, i
       entry = settings%find('growth', k)
       associate (growth => scene%growth(k))
-         if (growth%end <= growth%start) call settings%complain(mistakes, entry, 'end', 'must be later than start')
-         if (mod(size(settings%numbers(entry, 'points')), ndim) /= 0) call settings%complain(mistakes, entry, 'points', &
+         if (growth%end <= growth%start) call settings%complain(entry, 'end', 'must be later than start')
+         if (mod(size(settings%numbers(entry, 'points')), ndim) /= 0) call settings%complain(entry, 'points', &
             'must be x, y of each point')
          do i = 1, size(scene%materials)
             rayleigh = rayleigh_of(scene, i)
             if (growth%law == 'prescribed' .and. growth%speed >= rayleigh) then
-               call settings%complain(mistakes, entry, 'speed', 'must be below the speed of Rayleigh waves, '//to_text(rayleigh)// &
+               call settings%complain(entry, 'speed', 'must be below the speed of Rayleigh waves, '//to_text(rayleigh)// &
                                       ' m/s: the energy release rate of a faster crack is negative')
                exit
             end if
@@ -76,7 +72,7 @@ contains
          do i = 1, k - 1
             associate (other => scene%growth(i))
                if (other%path == growth%path .and. max(other%start, growth%start) < min(other%end, growth%end) .and. &
-                   any(other%of_end .and. growth%of_end)) call settings%complain(mistakes, entry, 'start', &
+                   any(other%of_end .and. growth%of_end)) call settings%complain(entry, 'start', &
                   'two &growth of one tip must not apply at the same time')
             end associate
          end do
@@ -95,39 +91,38 @@ contains
    end function rayleigh_of
 
    !> Check the k-th one.
-   pure subroutine check_one(scene, settings, k, has_bodies, mistakes)
+   pure subroutine check_one(scene, settings, k, has_bodies)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       logical, intent(in) :: has_bodies
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: entry
       entry = settings%find('growth', k)
       associate (growth => scene%growth(k))
          if (.not. settings%good(entry, 'crack') .or. (growth%path == 0 .and. growth%crack == '')) then
             return                               ! told by a rule
          else if (growth%path == 0) then
-            call settings%complain(mistakes, entry, 'crack', 'there is no &crack of this name')
+            call settings%complain(entry, 'crack', 'there is no &crack of this name')
             return
          else if (growth%is_at_rest() .and. any(scene%growth(:k - 1)%path == growth%path)) then
-            call settings%complain(mistakes, entry, 'crack', 'must be another crack than that of each other &growth')
+            call settings%complain(entry, 'crack', 'must be another crack than that of each other &growth')
          end if
-         if (.not. growth%is_at_rest()) call check_keys_in_motion(scene, settings, k, mistakes)
+         if (.not. growth%is_at_rest()) call check_keys_in_motion(scene, settings, k)
          if (.not. has_bodies) return
          if (.not. scene%crack%present) then
             if (size(scene%paths(growth%path)%points, 2) < 2) return ! told already
             if (.not. any(path_tips(scene, growth%path))) &
-               call settings%complain(mistakes, entry, 'crack', 'this crack has no tip inside the material')
+               call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
          end if
          if (growth%is_at_rest() .and. growth%increment > 0 .and. &
              growth%increment < least_radius(scene) - tolerance(scene%grid)) &
-            call settings%complain(mistakes, entry, 'increment', 'must be at least two of the finest cells, '// &
+            call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &
                                    to_text(least_radius(scene))//' m: between two kinks there is to be a radius of the domain '// &
                                    'integral')
       end associate
       if (size(scene%energy_release%radii) > 0 .and. scene%growth(k)%is_at_rest()) then
          if (scene%growth(k)%increment < maxval(scene%energy_release%radii) .and. scene%growth(k)%direction /= 'straight') &
-            call settings%complain(mistakes, entry, 'increment', 'must be at least the largest of &energy_release radii, '// &
+            call settings%complain(entry, 'increment', 'must be at least the largest of &energy_release radii, '// &
                                    to_text(maxval(scene%energy_release%radii))//' m, in which the crack is to be straight')
       end if
    end subroutine check_one

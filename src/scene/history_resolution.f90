@@ -2,7 +2,6 @@
 module hampm_history_resolution
    use hampm_kinds, only: dp
    use hampm_largest_step, only: chosen_speed, smallest_cell
-   use hampm_mistakes, only: mistakes_t
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text, three_digits
@@ -19,28 +18,26 @@ module hampm_history_resolution
 contains
 
    !> Refuse a sine that the steps of a motion do not resolve: they would see another one.
-   pure subroutine check_resolution(scene, settings, mistakes)
+   pure subroutine check_resolution(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       integer :: k
       if (scene%method%time == 'static') return
       do k = 1, size(scene%loads)
-         call check_sine(scene, settings, 'load', k, scene%loads(k)%history, mistakes)
+         call check_sine(scene, settings, 'load', k, scene%loads(k)%history)
       end do
       do k = 1, size(scene%constraints)
-         call check_sine(scene, settings, 'constraint', k, scene%constraints(k)%motion%history, mistakes)
+         call check_sine(scene, settings, 'constraint', k, scene%constraints(k)%motion%history)
       end do
    end subroutine check_resolution
 
    !> Check one of them.
-   pure subroutine check_sine(scene, settings, group, number, history, mistakes)
+   pure subroutine check_sine(scene, settings, group, number, history)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       character(*), intent(in) :: group
       integer, intent(in) :: number
       type(time_history_t), intent(in) :: history
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: key
       integer :: entry
       entry = settings%find(group, number)
@@ -49,7 +46,7 @@ contains
          if (history%frequency*dt*least_steps <= 1) return
          key = '&method courant'
          if (scene%method%time_step > 0) key = '&method time_step'
-         call settings%complain(mistakes, entry, 'frequency', 'must be at most '//to_text(1/(least_steps*dt))//' [Hz], not '// &
+         call settings%complain(entry, 'frequency', 'must be at most '//to_text(1/(least_steps*dt))//' [Hz], not '// &
                                 to_text(history%frequency)//', with time steps of '//three_digits(dt)//' s: '// &
                                 three_digits(1/(history%frequency*dt))//' of them to a period do not resolve it, '// &
                                 to_text(nint(least_steps))//' do. Reduce it or '//key)

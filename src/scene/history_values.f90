@@ -1,7 +1,6 @@
 !> The keys by which a group tells how something varies with time: history, start, rise_time, frequency, times, factors.
 module hampm_history_values
    use hampm_key_rows, only: key_t, type_real, type_name, may, any_number, not_negative, max_values
-   use hampm_mistakes, only: mistakes_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    use hampm_time_history, only: time_history_t
@@ -42,21 +41,20 @@ contains
    end subroutine fill_history
 
    !> The times of a table increase, and have as many factors.
-   pure subroutine check_history(history, entry, settings, mistakes)
+   pure subroutine check_history(history, entry, settings)
       type(time_history_t), intent(in) :: history
       integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       integer :: n
       if (.not. (settings%good(entry, 'history') .and. settings%good(entry, 'times')) .or. history%kind /= 'table') return
       n = size(history%times)
       if (n < 2) then
-         call settings%complain(mistakes, entry, 'times', 'must have at least 2 values for history = ''table''')
+         call settings%complain(entry, 'times', 'must have at least 2 values for history = ''table''')
       else if (any(history%times(2:) <= history%times(:n - 1))) then
-         call settings%complain(mistakes, entry, 'times', 'must increase from value to value')
+         call settings%complain(entry, 'times', 'must increase from value to value')
       end if
       if (settings%good(entry, 'factors') .and. size(history%factors) /= n) &
-         call settings%complain(mistakes, entry, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
+         call settings%complain(entry, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
                                 to_text(size(history%factors)))
    end subroutine check_history
 end module hampm_history_values

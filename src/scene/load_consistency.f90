@@ -6,7 +6,6 @@ module hampm_load_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: is_on_crack
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path
-   use hampm_mistakes, only: mistakes_t
    use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
    use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
    use hampm_settings, only: settings_t
@@ -19,30 +18,29 @@ module hampm_load_consistency
 contains
 
    !> The box of a constraint holds at least one node of the lattice, and in the total frame material.
-   pure subroutine check_constraints(scene, settings, has_grid, mistakes)
+   pure subroutine check_constraints(scene, settings, has_grid)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_grid
-      type(mistakes_t), intent(inout) :: mistakes
       logical :: is_total
       integer :: i, entry
       is_total = settings%good(settings%find('method', 1), 'frame') .and. scene%method%frame == 'total'
       do i = 1, size(scene%constraints)
          entry = settings%find('constraint', i)
-         call check_history(scene%constraints(i)%motion%history, entry, settings, mistakes)
-         call check_motion(scene%constraints(i), entry, settings, mistakes)
-         call check_name(scene, i, entry, settings, mistakes)
+         call check_history(scene%constraints(i)%motion%history, entry, settings)
+         call check_motion(scene%constraints(i), entry, settings)
+         call check_name(scene, i, entry, settings)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
          associate (constraint => scene%constraints(i))
             if (any(constraint%upper < constraint%lower)) then
-               call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(constraint%lower))
+               call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(constraint%lower))
             else if (has_grid) then
                if (.not. nodes_touched(scene%grid, constraint%lower, constraint%upper)) then
-                  call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
+                  call settings%complain(entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                          ' must hold at least one node of the grid (nodes are at lower + i*cell)')
                else if (is_total .and. bodies_good(settings)) then
                   if (.not. holds_material(scene, constraint%lower, constraint%upper)) &
-                     call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
+                     call settings%complain(entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                             ' must hold a node of a cell with material: in frame = ''total'' none comes there '// &
                                             'later, and the constraint would hold nothing')
                end if
@@ -52,74 +50,70 @@ contains
    end subroutine check_constraints
 
    !> The name of a constraint is its own, and good for a column.
-   pure subroutine check_name(scene, number, entry, settings, mistakes)
+   pure subroutine check_name(scene, number, entry, settings)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: number                !! of the constraint
       integer, intent(in) :: entry                 !! position of its group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       character(*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
       associate (name => scene%constraints(number)%name)
          if (name == '') return
          if (verify(trim(name), allowed) > 0) then
-            call settings%complain(mistakes, entry, 'name', 'must be of letters, digits and _, as names of columns are')
+            call settings%complain(entry, 'name', 'must be of letters, digits and _, as names of columns are')
          else if (any(scene%constraints(:number - 1)%name == name)) then
-            call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other constraint')
+            call settings%complain(entry, 'name', 'must differ from the name of every other constraint')
          end if
       end associate
    end subroutine check_name
 
    !> What is moved is a component that is held.
-   pure subroutine check_motion(constraint, entry, settings, mistakes)
+   pure subroutine check_motion(constraint, entry, settings)
       type(constraint_spec_t), intent(in) :: constraint
       integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       if (.not. (settings%good(entry, 'displacement') .and. settings%good(entry, 'velocity') .and. settings%good(entry, 'fix'))) &
          return
       associate (motion => constraint%motion)
          if (any((abs(motion%displacement) > 0 .or. abs(motion%velocity) > 0) .and. .not. constraint%fixed)) &
-            call settings%complain(mistakes, entry, trim(merge('displacement', 'velocity    ', &
+            call settings%complain(entry, trim(merge('displacement', 'velocity    ', &
                                                                any(abs(motion%displacement) > 0))), &
                                    'must be 0 in the direction that fix does not name')
       end associate
    end subroutine check_motion
 
    !> Loads act on material and have a complete history.
-   pure subroutine check_loads(scene, settings, has_geometry, mistakes)
+   pure subroutine check_loads(scene, settings, has_geometry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_geometry        !! whether grid and bodies are without mistakes
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: i, entry
       do i = 1, size(scene%loads)
          entry = settings%find('load', i)
-         call check_history(scene%loads(i)%history, entry, settings, mistakes)
+         call check_history(scene%loads(i)%history, entry, settings)
          if (.not. settings%good(entry, 'kind')) cycle
-         if (is_on_faces(scene%loads(i))) call check_pressed(scene, scene%loads(i), entry, settings, mistakes)
+         if (is_on_faces(scene%loads(i))) call check_pressed(scene, scene%loads(i), entry, settings)
          if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= ndim) .or. &
              .not. scene%loads(i)%has_place) cycle
          if (any(scene%loads(i)%upper < scene%loads(i)%lower)) then
-            call settings%complain(mistakes, entry, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
+            call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
          else if (has_geometry) then
-            call check_place(scene, scene%loads(i), entry, settings, mistakes)
+            call check_place(scene, scene%loads(i), entry, settings)
          end if
       end do
    end subroutine check_loads
 
    !> There is a crack whose faces are pressed, away from edges.
-   pure subroutine check_pressed(scene, load, entry, settings, mistakes)
+   pure subroutine check_pressed(scene, load, entry, settings)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       integer :: path
       path = pressed_path(scene, load)
       if (path == 0 .and. load%crack /= '' .and. settings%good(entry, 'crack')) then
-         call settings%complain(mistakes, entry, 'crack', 'must be the name of a &crack of kind = ''path''')
+         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''path''')
       else if (path > 0) then
-         if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(mistakes, entry, 'on', '''crack'': the '// &
+         if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(entry, 'on', '''crack'': the '// &
             'crack must stay two cells away from the edges of polygons, circles and holes, which cut the particles that are '// &
             'pressed')
       end if
@@ -138,17 +132,16 @@ contains
    end function bodies_good
 
    !> There is material where a load acts.
-   pure subroutine check_place(scene, load, entry, settings, mistakes)
+   pure subroutine check_place(scene, load, entry, settings)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       real(dp) :: tol
       logical :: found, misses
       integer :: i
       tol = tolerance(scene%grid)
-      call check_face(scene, load, entry, settings, mistakes, misses)
+      call check_face(scene, load, entry, settings, misses)
       if (misses) return
       found = load%face /= 'none'
       do i = 1, size(scene%bodies)
@@ -169,48 +162,46 @@ contains
          end associate
       end do
       if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
-         call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
+         call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
-         if (load%kind == 'pressure') call check_edge(scene, load, entry, settings, mistakes)
+         if (load%kind == 'pressure') call check_edge(scene, load, entry, settings)
       else if (load%kind == 'point') then
-         call settings%complain(mistakes, entry, 'lower', 'the point of a load must be in or on a body')
+         call settings%complain(entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then
-         call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(load%upper)// &
+         call settings%complain(entry, 'lower', 'the box up to '//point_text(load%upper)// &
                                 ' must contain material of a body')
       else if (has_shapes(scene)) then
-         call settings%complain(mistakes, entry, 'lower', 'the box up to '//point_text(load%upper)// &
+         call settings%complain(entry, 'lower', 'the box up to '//point_text(load%upper)// &
                                 ' must hold a part of the edge of a body: a traction acts on an edge')
       else if (count(load%upper - load%lower <= tol) /= 1) then
-         call settings%complain(mistakes, entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
+         call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
                                 ' in exactly one direction: a '//trim(load%kind)//' acts on an edge')
       else
-         call settings%complain(mistakes, entry, 'lower', 'the line up to '//point_text(load%upper)// &
+         call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
                                 ' must lie on one edge of a body: a '//trim(load%kind)//' acts on an edge')
       end if
    end subroutine check_place
 
    !> The edge on which a pressure acts is one of a body on one side of it, and of no crack.
-   pure subroutine check_edge(scene, load, entry, settings, mistakes)
+   pure subroutine check_edge(scene, load, entry, settings)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       real(dp) :: normal(ndim)
       integer :: sides
       call find_edge_normal(scene, load, normal, sides)
-      if (sides > 1) call settings%complain(mistakes, entry, 'lower', 'the line up to '//point_text(load%upper)// &
+      if (sides > 1) call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
                                             ' is the edge of bodies on both sides: a pressure acts on a free edge')
    end subroutine check_edge
 
    !> Look whether a load misses the face of a crack: a face is one of a crack of kind 'line', and what acts on the line of such a
    !> crack needs to say on which.
-   pure subroutine check_face(scene, load, entry, settings, mistakes, misses)
+   pure subroutine check_face(scene, load, entry, settings, misses)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       logical, intent(out) :: misses
       logical :: has_faces, on_crack
       integer :: crack
@@ -227,10 +218,10 @@ contains
       if (.not. misses .or. (scene%crack%kind == 'line' .and. .not. has_faces)) then
          misses = .false.
       else if (on_crack) then
-         call settings%complain(mistakes, entry, 'face', 'must be ''left'' or ''right'': the load is on the line of the crack, '// &
+         call settings%complain(entry, 'face', 'must be ''left'' or ''right'': the load is on the line of the crack, '// &
                                 'which has two faces there')
       else
-         call settings%complain(mistakes, entry, 'face', 'must be ''none'' but for a point or traction on the line of a '// &
+         call settings%complain(entry, 'face', 'must be ''none'' but for a point or traction on the line of a '// &
                                 'crack of kind = ''line'', between its mouth or other tip and its tip')
       end if
    end subroutine check_face

@@ -1,17 +1,29 @@
 !> Namelist syntax: `&group key = value, value ... /`. The compiler's own namelist reader passes over misspelt groups and
 !> half of a group where its `/` is missing without a word; this scanner reports every mistake, with its line.
+!>
+!> A text that is read from its beginning to its end: the next character, word or name, and the line it is on.
 module hampm_namelist_file
    use hampm_failure, only: failure_t, exit_input, exit_file
    use hampm_key_rows, only: max_values
    use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, new_entry
-   use hampm_mistakes, only: mistakes_t
-   use hampm_scanner, only: scanner_t, blanks, line_feed, peek, at_end, advance, skip_blanks, take_word, skip_word, take_name, &
-                            is_name_character, location, excerpt
-   use hampm_settings, only: setting_t, group_entry_t, settings_t
+   use hampm_settings, only: setting_t, group_entry_t, settings_t, mistakes_t
    use hampm_text, only: to_text, lower_case, printable, is_letter, is_digit
    implicit none
    private
    public :: read_text, scan_namelist, scan_value_text
+
+   character, parameter :: line_feed = achar(10)
+   character(*), parameter :: blanks = ' '//achar(9)//achar(13)//line_feed
+   character(*), parameter :: ends_word = blanks//',/!=''"&'   !! what a word without quotes cannot hold
+
+   !> A text, and where its reader stands.
+   type :: scanner_t
+      character(:), allocatable :: text
+      character(:), allocatable :: source          !! path of the file, or the option on the command line
+      logical :: counts_lines = .true.             !! whether locations carry a line number
+      integer :: at = 1                            !! position in `text`
+      integer :: line = 1
+   end type scanner_t
 
    integer, parameter :: most_bytes = 2**22        !! longer than any input file
    integer, parameter :: most_groups = 1000        !! each is compared with each other, and with each node
@@ -57,26 +69,26 @@ contains
    end subroutine read_text
 
    !> The groups of a namelist text.
-   pure subroutine scan_namelist(path, text, settings, mistakes)
+   pure subroutine scan_namelist(path, text, settings)
       character(*), intent(in) :: path             !! for messages
       character(*), intent(in) :: text
       type(settings_t), intent(inout) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
       type(scanner_t) :: s
       s%text = text
       s%source = path
       if (index(text, char(239)//char(187)//char(191)) == 1) s%at = 4   ! byte order mark of UTF-8
       do
          call skip_blanks(s)
-         if (at_end(s) .or. mistakes%count > most_mistakes) exit
+         if (at_end(s) .or. settings%mistakes%count > most_mistakes) exit
          if (settings%count == most_groups) then
-            call mistakes%add(location(s)//': there may be at most '//to_text(most_groups)//' groups')
+            call settings%mistakes%add(location(s)//': there may be at most '//to_text(most_groups)//' groups')
             exit
          end if
          if (peek(s) == '&') then
-            call scan_group(s, settings, mistakes)
+            call scan_group(s, settings)
          else
-            call mistakes%add(location(s)//': '//excerpt(s)//' stands outside of the groups (a group is &name key = value /)')
+            call settings%mistakes%add(location(s)//': '//excerpt(s)// &
+                                       ' stands outside of the groups (a group is &name key = value /)')
             call skip_to_group(s)
          end if
       end do
@@ -100,10 +112,9 @@ contains
    end subroutine scan_value_text
 
    !> One group, from its `&` to its `/`.
-   pure subroutine scan_group(s, settings, mistakes)
+   pure subroutine scan_group(s, settings)
       type(scanner_t), intent(inout) :: s
       type(settings_t), intent(inout) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: name, start
       type(group_entry_t) :: entry
       logical :: ended
@@ -113,25 +124,25 @@ contains
       call take_name(s, name)
       group = find_group(name)
       if (group == 0) then
-         call mistakes%add(start//': '//unknown_group(name))
+         call settings%mistakes%add(start//': '//unknown_group(name))
          call skip_group(s)
          return
       end if
       entry = new_entry(group, start)
       do
-         call check_end(s, start, name, mistakes, ended)
-         if (ended .or. mistakes%count > most_mistakes) exit
+         call check_end(s, start, name, settings%mistakes, ended)
+         if (ended .or. settings%mistakes%count > most_mistakes) exit
          if (is_letter(peek(s))) then
-            call scan_assignment(s, entry, mistakes)
+            call scan_assignment(s, entry, settings%mistakes)
          else
-            call mistakes%add(location(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
+            call settings%mistakes%add(location(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
             call skip_word(s)
          end if
       end do
       if (.not. groups(group)%repeats) then
          earlier = settings%find(name, 1)
          if (earlier > 0) then
-            call mistakes%add(start//': &'//name//' stands a second time, it may only once (first: ' &
+            call settings%mistakes%add(start//': &'//name//' stands a second time, it may only once (first: ' &
                               //settings%entries(earlier)%location//')')
             return
          end if
@@ -381,4 +392,93 @@ contains
          call advance(s)
       end do
    end subroutine skip_to_group
+
+   !> Pass over blanks, ends of lines and comments.
+   pure subroutine skip_blanks(s)
+      type(scanner_t), intent(inout) :: s
+      logical :: comment
+      comment = .false.
+      do while (.not. at_end(s))
+         if (peek(s) == '!') comment = .true.
+         if (peek(s) == line_feed) comment = .false.
+         if (.not. comment .and. index(blanks, peek(s)) == 0) return
+         call advance(s)
+      end do
+   end subroutine skip_blanks
+
+   !> The characters up to the end of a word; none where the next character cannot begin one.
+   pure subroutine take_word(s, word)
+      type(scanner_t), intent(inout) :: s
+      character(:), allocatable, intent(out) :: word
+      integer :: n
+      n = scan(s%text(s%at:), ends_word) - 1
+      if (n < 0) n = len(s%text) - s%at + 1
+      word = s%text(s%at:s%at + n - 1)
+      s%at = s%at + n
+   end subroutine take_word
+
+   !> Pass over a word, or over one character that cannot begin a word.
+   pure subroutine skip_word(s)
+      type(scanner_t), intent(inout) :: s
+      character(:), allocatable :: word
+      call take_word(s, word)
+      if (len(word) == 0) call advance(s)
+   end subroutine skip_word
+
+   !> The name that comes next, in lower case.
+   pure subroutine take_name(s, name)
+      type(scanner_t), intent(inout) :: s
+      character(:), allocatable, intent(out) :: name
+      integer :: begin
+      begin = s%at
+      do while (.not. at_end(s) .and. is_name_character(peek(s)))
+         call advance(s)
+      end do
+      name = lower_case(s%text(begin:s%at - 1))
+   end subroutine take_name
+
+   !> The next character; the end of a line at the end of the text.
+   pure character function peek(s)
+      type(scanner_t), intent(in) :: s
+      peek = line_feed
+      if (s%at <= len(s%text)) peek = s%text(s%at:s%at)
+   end function peek
+
+   !> Whether nothing is left.
+   pure logical function at_end(s)
+      type(scanner_t), intent(in) :: s
+      at_end = s%at > len(s%text)
+   end function at_end
+
+   !> Go on by a character, unless nothing is left.
+   pure subroutine advance(s)
+      type(scanner_t), intent(inout) :: s
+      if (at_end(s)) return
+      if (peek(s) == line_feed) s%line = s%line + 1
+      s%at = s%at + 1
+   end subroutine advance
+
+   !> Whether a character may be part of the name of a group or key.
+   pure logical function is_name_character(c)
+      character, intent(in) :: c
+      is_name_character = is_letter(c) .or. is_digit(c) .or. c == '_'
+   end function is_name_character
+
+   !> Where the scanner stands: `case.nml:12`.
+   pure function location(s)
+      type(scanner_t), intent(in) :: s
+      character(:), allocatable :: location
+      location = s%source
+      if (s%counts_lines) location = location//':'//to_text(s%line)
+   end function location
+
+   !> The text that comes next, for messages.
+   pure function excerpt(s) result(text)
+      type(scanner_t), intent(in) :: s
+      character(:), allocatable :: text
+      integer :: n
+      text = s%text(s%at:min(s%at + 60, len(s%text)))
+      n = scan(text//line_feed, achar(13)//line_feed) - 1
+      text = ''''//printable(text(:n), 40)//''''
+   end function excerpt
 end module hampm_namelist_file

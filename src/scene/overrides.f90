@@ -2,9 +2,8 @@
 module hampm_overrides
    use hampm_key_rows, only: key_t, max_values
    use hampm_keys, only: groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, new_entry
-   use hampm_mistakes, only: mistakes_t
    use hampm_namelist_file, only: scan_value_text
-   use hampm_settings, only: settings_t, setting_t, group_entry_t
+   use hampm_settings, only: settings_t, setting_t, group_entry_t, mistakes_t
    use hampm_text, only: to_text, lower_case, printable
    implicit none
    private
@@ -14,10 +13,9 @@ contains
 
    !> Apply one override, `group.key=value` or `group(2).key=value` for the second group of a name.
    !> A group that the file does not have is added.
-   pure subroutine override(text, settings, mistakes)
+   pure subroutine override(text, settings)
       character(*), intent(in) :: text
       type(settings_t), intent(inout) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: source, name, message
       type(setting_t) :: setting
       integer :: equals, dot, group, key, instance, entry
@@ -25,29 +23,30 @@ contains
       equals = index(text, '=')
       dot = index(text(:max(equals, 1)), '.')
       if (equals < 2 .or. dot < 2) then
-         call mistakes%add(source//': must have the form group.key=value, or group(2).key=value for the second of its name')
+         call settings%mistakes%add(source// &
+                                    ': must have the form group.key=value, or group(2).key=value for the second of its name')
          return
       end if
       call split_instance(trim(adjustl(text(:dot - 1))), name, instance)
       group = find_group(name)
       if (group == 0) then
-         call mistakes%add(source//': '//unknown_group(name))
+         call settings%mistakes%add(source//': '//unknown_group(name))
          return
       end if
       name = lower_case(trim(adjustl(text(dot + 1:equals - 1))))
       key = find_key(group, name)
       if (key == 0) then
-         call mistakes%add(source//': '//unknown_key(group, name))
+         call settings%mistakes%add(source//': '//unknown_key(group, name))
          return
       end if
       call choose_entry(settings, group, instance, source, entry, message)
       if (message /= '') then
-         call mistakes%add(source//': '//message)
+         call settings%mistakes%add(source//': '//message)
          return
       end if
       setting%given = .true.
       setting%location = source
-      call take_values(keys(first_key(group) + key - 1), text(equals + 1:), group, setting, mistakes)
+      call take_values(keys(first_key(group) + key - 1), text(equals + 1:), group, setting, settings%mistakes)
       settings%entries(entry)%settings(key) = setting
    end subroutine override
 

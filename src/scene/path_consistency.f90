@@ -2,7 +2,6 @@
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, domain_radii, body_at
-   use hampm_mistakes, only: mistakes_t
    use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
                                    last_end
    use hampm_placement, only: tolerance, upper_corner, overlap, point_text, length_text
@@ -21,41 +20,39 @@ module hampm_path_consistency
 contains
 
    !> Check all paths.
-   pure subroutine check_paths(scene, settings, has_bodies, mistakes)
+   pure subroutine check_paths(scene, settings, has_bodies)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: k, before
       if (size(scene%paths) == 0) return
       do k = 1, size(scene%paths)
          if (.not. settings%good(settings%find('crack', scene%paths(k)%number), 'kind')) cycle
-         before = mistakes%count
-         call check_points(scene, settings, k, mistakes)
-         if (mistakes%count == before .and. has_bodies) call check_place(scene, settings, k, mistakes)
+         before = settings%mistakes%count
+         call check_points(scene, settings, k)
+         if (settings%mistakes%count == before .and. has_bodies) call check_place(scene, settings, k)
       end do
    end subroutine check_paths
 
    !> The points of the k-th path: enough of them, and not too close.
-   pure subroutine check_points(scene, settings, k, mistakes)
+   pure subroutine check_points(scene, settings, k)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: entry, i, j
       entry = settings%find('crack', scene%paths(k)%number)
       if (.not. settings%good(entry, 'points')) return
       associate (points => scene%paths(k)%points, numbers => settings%numbers(entry, 'points'))
          if (mod(size(numbers), ndim) /= 0) then
-            call settings%complain(mistakes, entry, 'points', 'must be pairs x, y: it has '//to_text(size(numbers))//' values')
+            call settings%complain(entry, 'points', 'must be pairs x, y: it has '//to_text(size(numbers))//' values')
             return
          else if (size(points, 2) < 2) then
-            call settings%complain(mistakes, entry, 'points', 'must have two points at least, x1, y1, x2, y2, for kind = ''path''')
+            call settings%complain(entry, 'points', 'must have two points at least, x1, y1, x2, y2, for kind = ''path''')
             return
          end if
          do i = 2, size(points, 2)
             if (norm2(points(:, i) - points(:, i - 1)) >= least_way*scene%grid%cell - tolerance(scene%grid)) cycle
-            call settings%complain(mistakes, entry, 'points', 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
+            call settings%complain(entry, 'points', 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
                                    length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
                                    to_text(scene%grid%cell)//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
@@ -63,7 +60,7 @@ contains
          do i = 2, size(points, 2)
             do j = i + 2, size(points, 2)
                if (.not. do_cross(points(:, i - 1), points(:, i), points(:, j - 1), points(:, j))) cycle
-               call settings%complain(mistakes, entry, 'points', 'the path crosses itself: from point '//to_text(i - 1)// &
+               call settings%complain(entry, 'points', 'the path crosses itself: from point '//to_text(i - 1)// &
                                       ' to '//to_text(i)//' and from '//to_text(j - 1)//' to '//to_text(j)// &
                                       '; make two cracks of it')
                return
@@ -72,16 +69,15 @@ contains
       end associate
       do i = 1, k - 1
          if (scene%paths(k)%name == '' .or. scene%paths(i)%name /= scene%paths(k)%name) cycle
-         call settings%complain(mistakes, entry, 'name', 'must differ from the name of every other crack')
+         call settings%complain(entry, 'name', 'must differ from the name of every other crack')
       end do
    end subroutine check_points
 
    !> Where the k-th path is: in the material, its tips far enough from all else.
-   pure subroutine check_place(scene, settings, k, mistakes)
+   pure subroutine check_place(scene, settings, k)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
-      type(mistakes_t), intent(inout) :: mistakes
       logical :: is_tip(2)
       integer :: entry, end, i
       real(dp) :: near
@@ -89,19 +85,19 @@ contains
       associate (path => scene%paths(k))
          is_tip = path_tips(scene, k)
          if (.not. enters(scene, path%points)) then
-            call settings%complain(mistakes, entry, 'points', 'the crack must run through material: no part of it does')
+            call settings%complain(entry, 'points', 'the crack must run through material: no part of it does')
             return
          end if
          if (any([(any(path%points(:, i) < 2*scene%grid%lower - upper_corner(scene%grid) .or. &
                        path%points(:, i) > 2*upper_corner(scene%grid) - scene%grid%lower), i=1, size(path%points, 2))])) then
-            call settings%complain(mistakes, entry, 'points', 'a point is further outside of the grid than that is wide, up to '// &
+            call settings%complain(entry, 'points', 'a point is further outside of the grid than that is wide, up to '// &
                                    point_text(upper_corner(scene%grid))//'; lengths are in m')
             return
          end if
          near = least_way*scene%grid%cell
          do i = 1, k - 1
             if (length_along(scene, k, i, beside*scene%grid%cell) <= near) cycle
-            call settings%complain(mistakes, entry, 'points', 'the path runs along another one, that of &crack '// &
+            call settings%complain(entry, 'points', 'the path runs along another one, that of &crack '// &
                                    to_text(scene%paths(i)%number)//', for more than a cell, '//to_text(scene%grid%cell)// &
                                    ' m, and nearer to it than a tenth of one: nothing of what is between them would be modelled')
             return
@@ -111,11 +107,11 @@ contains
             associate (tip => path_tip(path, end))
                if (path_radius(scene, k, end) >= near - tolerance(scene%grid)) cycle
                if (distance_to_cracks(scene, tip, k) < near) then
-                  call settings%complain(mistakes, entry, 'points', 'the tip '//point_text(tip)//' is '// &
+                  call settings%complain(entry, 'points', 'the tip '//point_text(tip)//' is '// &
                                          length_text(distance_to_cracks(scene, tip, k))//' m from another crack, less than a '// &
                                          'cell, '//to_text(scene%grid%cell)//' m: let it end on that crack, or use smaller cells')
                else
-                  call settings%complain(mistakes, entry, 'points', 'the tip '//point_text(tip)//' is less than a cell, '// &
+                  call settings%complain(entry, 'points', 'the tip '//point_text(tip)//' is less than a cell, '// &
                                          to_text(scene%grid%cell)//' m, from a surface, a load, a constraint or another part '// &
                                          'of its crack: let it end beyond the surface, move it, or use smaller cells')
                end if
@@ -140,11 +136,10 @@ contains
    end function enters
 
    !> The domains of the integral around all tips.
-   pure subroutine check_path_radii(scene, settings, entry, mistakes)
+   pure subroutine check_path_radii(scene, settings, entry)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &energy_release
-      type(mistakes_t), intent(inout) :: mistakes
       real(dp) :: most
       logical :: is_tip(2)
       integer :: k, end, i
@@ -155,20 +150,20 @@ contains
             most = path_radius(scene, k, end)
             associate (tip => path_tip(scene%paths(k), end), radii => domain_radii(scene, most), least => least_radius(scene))
                if (most < least - tolerance(scene%grid)) then
-                  call settings%complain(mistakes, entry, 'radii', 'there is no place for a radius around the tip '// &
+                  call settings%complain(entry, 'radii', 'there is no place for a radius around the tip '// &
                      point_text(tip)//': only material and the straight end of this crack are within '//length_text(most)// &
                      ' m of it, and two of the finest cells, '//to_text(least)//' m, are the least; use smaller cells')
                   return
                else if (any(radii(2:) <= radii(:size(radii) - 1))) then
-                  call settings%complain(mistakes, entry, 'radii', 'must increase from one to the next')
+                  call settings%complain(entry, 'radii', 'must increase from one to the next')
                   return
                else if (scene%energy_release%crack_closure .and. .not. maxval(radii) >= 2*least - tolerance(scene%grid)) then
-                  call settings%complain(mistakes, entry, 'radii', 'the largest must be at least '//to_text(2*least)// &
+                  call settings%complain(entry, 'radii', 'the largest must be at least '//to_text(2*least)// &
                      ' m, four of the finest cells, with ''crack_closure'', and is '//length_text(maxval(radii))// &
                      ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m')
                   return
                else if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) then
-                  call settings%complain(mistakes, entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)// &
+                  call settings%complain(entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)// &
                      '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
                      'but material and the straight end of this crack')
                   return
@@ -177,7 +172,7 @@ contains
                   associate (body => scene%bodies(i), reach => maxval(radii))
                      if (.not. overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) cycle
                      if (are_alike(scene, i, body_at(scene, tip))) cycle
-                     call settings%complain(mistakes, entry, 'radii', 'there must be one material within them around the tip '// &
+                     call settings%complain(entry, 'radii', 'there must be one material within them around the tip '// &
                                             point_text(tip)//'; body '//to_text(i)//' is of another one, or has '// &
                                             'another eigenstrain')
                      return

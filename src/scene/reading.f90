@@ -3,7 +3,6 @@ module hampm_reading
    use hampm_consistency, only: check_consistency
    use hampm_failure, only: failure_t
    use hampm_kinds, only: dp, ndim
-   use hampm_mistakes, only: mistakes_t
    use hampm_namelist_file, only: read_text, scan_namelist
    use hampm_namelist_text, only: canonical_text
    use hampm_overrides, only: override
@@ -39,22 +38,21 @@ contains
       type(scene_t), intent(out) :: scene
       type(failure_t), intent(inout) :: failure
       type(settings_t) :: settings
-      type(mistakes_t) :: mistakes
       integer :: i
       settings%file = path
-      call scan_namelist(path, text, settings, mistakes)
+      call scan_namelist(path, text, settings)
       do i = 1, size(overrides)
-         call override(overrides(i)%text, settings, mistakes)
+         call override(overrides(i)%text, settings)
       end do
-      call validate(settings, mistakes)
+      call validate(settings)
       call resolve(settings)
       call fill_scene(settings, scene)
       call choose_courant(scene, settings)
       scene%warned = ''
       scene%noted = ''
-      call check_rules(scene, settings, mistakes, scene%warned, scene%noted)
-      call check_consistency(scene, settings, mistakes)
-      call mistakes%tell(failure)
+      call check_rules(scene, settings, scene%warned, scene%noted)
+      call check_consistency(scene, settings)
+      call settings%mistakes%tell(failure)
       if (.not. failure%failed()) scene%as_used = canonical_text(settings)
    end subroutine understand_scene
 

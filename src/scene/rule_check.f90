@@ -1,7 +1,6 @@
 !> What the table of rules (`hampm_rules`) says of a scene: mistakes, warnings and notes.
 module hampm_rule_check
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
-   use hampm_mistakes, only: mistakes_t
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with
    use hampm_scene, only: scene_t, fill_scene
    use hampm_settings, only: settings_t, setting_t
@@ -30,10 +29,9 @@ module hampm_rule_check
 contains
 
    !> Look for all rules that a scene breaks. Keys at which a scene is refused are marked as mistaken, for other checks to pass them over.
-   pure subroutine check_rules(scene, settings, mistakes, warnings, notes)
+   pure subroutine check_rules(scene, settings, warnings, notes)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable, intent(inout) :: warnings, notes !! a line each
       type(breach_t), allocatable :: breaches(:)
       type(reading_t) :: reading
@@ -53,7 +51,7 @@ contains
             end if
             select case (rule%verdict)
              case (not_with, requires)
-               call mistakes%add(location_of(reading%subject(1)%key, settings, breaches(k)%entry)//': '//message)
+               call settings%mistakes%add(location_of(reading%subject(1)%key, settings, breaches(k)%entry)//': '//message)
              case (noted_with)
                call add_line(notes, message)
              case default

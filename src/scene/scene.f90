@@ -3,18 +3,15 @@
 module hampm_scene
    use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
    use hampm_constraint_group, only: constraint_spec_t, fill_constraints
-   use hampm_contact_group, only: body_contact_spec_t, fill_contact
    use hampm_crack_group, only: crack_spec_t, path_spec_t, fill_crack, fill_paths
-   use hampm_damping_group, only: damping_t, fill_damping
    use hampm_energy_release_group, only: energy_release_t, fill_energy_release
-   use hampm_grid_group, only: grid_spec_t, fill_grid
+   use hampm_plain_groups, only: grid_spec_t, fill_grid, run_t, fill_run, damping_t, fill_damping, output_t, fill_output, &
+                               body_contact_spec_t, fill_contact
    use hampm_growth_group, only: growth_t, fill_growth
    use hampm_load_group, only: load_spec_t, fill_loads
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_method_group, only: method_t, fill_method
-   use hampm_output_group, only: output_t, fill_output
    use hampm_refine_group, only: refine_t, fill_refine
-   use hampm_run_group, only: run_t, fill_run
    use hampm_settings, only: settings_t
    implicit none
    private

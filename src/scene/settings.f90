@@ -1,12 +1,25 @@
 !> The groups and keys of a namelist as they were written: values as text, each with its location in what the user wrote.
+!>
+!> The mistakes found in what the user wrote, collected so that all of them are reported at once.
 module hampm_settings
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: max_values
-   use hampm_mistakes, only: mistakes_t
    use hampm_text, only: printable, to_text
+   use hampm_failure, only: failure_t, exit_input
    implicit none
    private
-   public :: value_t, setting_t, group_entry_t, settings_t
+   public :: value_t, setting_t, group_entry_t, settings_t, mistakes_t
+
+   integer, parameter :: most_shown = 50           !! a file that is no namelist at all would fill the screen
+
+   !> The messages so far.
+   type :: mistakes_t
+      integer :: count = 0
+      character(:), allocatable, private :: text   !! a line for each
+   contains
+      procedure :: add
+      procedure :: tell
+   end type mistakes_t
 
    !> A value as it was written.
    type :: value_t
@@ -41,6 +54,7 @@ module hampm_settings
       character(:), allocatable :: file            !! path of the namelist file
       integer :: count = 0
       type(group_entry_t), allocatable :: entries(:) !! the first `count` are used
+      type(mistakes_t) :: mistakes                 !! found so far in them
    contains
       procedure :: add_entry
       procedure :: count_of
@@ -290,9 +304,8 @@ contains
    end function title
 
    !> Note a mistake in a key: `location: &group key = value: message`.
-   pure subroutine complain(self, mistakes, entry, key, message)
-      class(settings_t), intent(in) :: self
-      type(mistakes_t), intent(inout) :: mistakes
+   pure subroutine complain(self, entry, key, message)
+      class(settings_t), intent(inout) :: self
       integer, intent(in) :: entry
       character(*), intent(in) :: key
       character(*), intent(in) :: message
@@ -302,7 +315,29 @@ contains
          if (allocated(setting%location)) location = setting%location
          note = ': '
          if (.not. setting%given) note = ' (default): '
-         call mistakes%add(location//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
+         call self%mistakes%add(location//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
       end associate
    end subroutine complain
+
+   !> Note one mistake.
+   pure subroutine add(self, message)
+      class(mistakes_t), intent(inout) :: self
+      character(*), intent(in) :: message          !! one line: where, what, what would be right
+      self%count = self%count + 1
+      if (self%count == 1) then
+         self%text = message
+      else if (self%count <= most_shown) then
+         self%text = self%text//new_line('a')//message
+      end if
+   end subroutine add
+
+   !> Report all mistakes, if there are any, as one failure.
+   pure subroutine tell(self, failure)
+      class(mistakes_t), intent(in) :: self
+      type(failure_t), intent(inout) :: failure
+      if (self%count == 0) return
+      call failure%report(exit_input, self%text)
+      if (self%count > most_shown) call failure%report(exit_input, &
+         '... and '//to_text(self%count - most_shown)//' more')
+   end subroutine tell
 end module hampm_settings

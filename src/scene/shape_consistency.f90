@@ -3,7 +3,6 @@
 module hampm_shape_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: hole_t
-   use hampm_mistakes, only: mistakes_t
    use hampm_outline, only: outline_t, ring_t
    use hampm_placement, only: point_text
    use hampm_scene, only: scene_t
@@ -45,34 +44,32 @@ contains
    end function comes_near_edges
 
    !> Check the line of a polygon. `is_good` tells whether it can be used.
-   pure subroutine check_shape(settings, entry, mistakes, is_good)
-      type(settings_t), intent(in) :: settings
+   pure subroutine check_shape(settings, entry, is_good)
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group
-      type(mistakes_t), intent(inout) :: mistakes
       logical, intent(out) :: is_good
       character(:), allocatable :: shape
       integer :: before
-      before = mistakes%count
+      before = settings%mistakes%count
       is_good = settings%good(entry, 'shape') .and. settings%good(entry, 'hole')
       if (.not. is_good) return
       shape = settings%text(entry, 'shape')
-      if (shape == 'polygon') call check_corners(settings, entry, mistakes)
-      is_good = mistakes%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
+      if (shape == 'polygon') call check_corners(settings, entry)
+      is_good = settings%mistakes%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
                 settings%good(entry, 'points') .and. settings%good(entry, 'center') .and. settings%good(entry, 'radius')
    end subroutine check_shape
 
    !> A polygon has three corners at least, an inside, and sides that do not cross.
-   pure subroutine check_corners(settings, entry, mistakes)
-      type(settings_t), intent(in) :: settings
+   pure subroutine check_corners(settings, entry)
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
       real(dp), allocatable :: numbers(:), x(:, :)
       integer :: n, i, j
       if (.not. settings%good(entry, 'points')) return
       numbers = settings%numbers(entry, 'points')
       n = size(numbers)/ndim
       if (mod(size(numbers), ndim) /= 0 .or. n < 3) then
-         call settings%complain(mistakes, entry, 'points', 'must be three corners or more, x1, y1, x2, y2, ..., not '// &
+         call settings%complain(entry, 'points', 'must be three corners or more, x1, y1, x2, y2, ..., not '// &
                                 to_text(size(numbers))//' values')
          return
       end if
@@ -80,51 +77,50 @@ contains
       do i = 1, n
          associate (a => x(:, i), b => x(:, mod(i, n) + 1))
             if (norm2(b - a) <= 1e-12_dp*maxval(maxval(x, 2) - minval(x, 2))) then
-               call settings%complain(mistakes, entry, 'points', 'corners '//to_text(i)//' and '//to_text(mod(i, n) + 1)// &
+               call settings%complain(entry, 'points', 'corners '//to_text(i)//' and '//to_text(mod(i, n) + 1)// &
                                       ' are at one place, '//point_text(a))
                return
             end if
             do j = i + 2, n
                if (i == 1 .and. j == n) cycle
                if (.not. do_cross(a, b, x(:, j), x(:, mod(j, n) + 1))) cycle
-               call settings%complain(mistakes, entry, 'points', 'sides '//to_text(i)//' and '//to_text(j)//' of the polygon '// &
+               call settings%complain(entry, 'points', 'sides '//to_text(i)//' and '//to_text(j)//' of the polygon '// &
                                       'cross or touch; side 1 is from corner 1 to corner 2')
                return
             end do
          end associate
       end do
       if (sum([(area(x(:, 1), x(:, i), x(:, i + 1)), i=2, n - 1)])**2 <= (1e-12_dp*product(maxval(x, 2) - minval(x, 2)))**2) &
-         call settings%complain(mistakes, entry, 'points', 'the corners are on one line')
+         call settings%complain(entry, 'points', 'the corners are on one line')
    end subroutine check_corners
 
    !> Holes come after all bodies, are inside one of them, and apart from each other.
-   pure subroutine check_holes(scene, settings, mistakes)
+   pure subroutine check_holes(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       logical :: is_good
       integer :: k, j, entry
       if (size(scene%bodies) == 0 .and. size(scene%holes) > 0) then
-         call settings%complain(mistakes, settings%find('body', 1), 'hole', 'there must be a &body of material, too')
+         call settings%complain(settings%find('body', 1), 'hole', 'there must be a &body of material, too')
          return
       end if
       do k = 1, size(scene%holes)
          entry = settings%find('body', scene%holes(k)%number)
-         call check_shape(settings, entry, mistakes, is_good)
+         call check_shape(settings, entry, is_good)
          if (scene%holes(k)%number <= size(scene%bodies)) then
-            call settings%complain(mistakes, entry, 'hole', 'holes must come after all groups &body that are none')
+            call settings%complain(entry, 'hole', 'holes must come after all groups &body that are none')
             cycle
          end if
          if (.not. is_good) cycle
          if (scene%holes(k)%body == 0) then
-            call settings%complain(mistakes, entry, 'hole', 'must be inside one body, without touching its edge: a notch is a '// &
+            call settings%complain(entry, 'hole', 'must be inside one body, without touching its edge: a notch is a '// &
                                    'part of the outline, a body of shape = ''polygon''')
             cycle
          end if
          do j = 1, k - 1
             if (scene%holes(j)%body /= scene%holes(k)%body) cycle
             if (rings_overlap(scene%holes(j)%ring, scene%holes(k)%ring, 0.0_dp)) &
-               call settings%complain(mistakes, entry, 'hole', 'must be apart from the hole of &body '// &
+               call settings%complain(entry, 'hole', 'must be apart from the hole of &body '// &
                                       to_text(scene%holes(j)%number))
          end do
       end do

@@ -2,10 +2,9 @@
 module hampm_stability_consistency
    use hampm_kinds, only: dp
    use hampm_history_resolution, only: check_resolution
-   use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step
+   use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, &
+                                 most_damping_a_step, time_between_outputs
    use hampm_load_consistency, only: bodies_good
-   use hampm_mistakes, only: mistakes_t
-   use hampm_output_times, only: time_between_outputs
    use hampm_placement, only: particle_number, most_particles
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -33,26 +32,25 @@ contains
    end subroutine choose_courant
 
    !> Refuse time steps that are unstable, by themselves or with the damping, and those that do not resolve a load.
-   pure subroutine check_stability(scene, settings, mistakes)
+   pure subroutine check_stability(scene, settings)
       type(scene_t), intent(in) :: scene
-      type(settings_t), intent(in) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
+      type(settings_t), intent(inout) :: settings
       type(scene_t) :: undamped
       real(dp) :: dt, limit
       integer :: entry
       entry = settings%find('method', 1)
       if (.not. (settings%good(entry, 'courant') .and. is_known(scene, settings))) return
-      call check_resolution(scene, settings, mistakes)
+      call check_resolution(scene, settings)
       if (scene%method%time /= 'explicit') return
       if (scene%method%time_steps == 'local' .and. .not. time_between_outputs(scene) > 0) &
-         call settings%complain(mistakes, entry, 'time_steps', 'requires an &output history_interval and snapshot_interval '// &
+         call settings%complain(entry, 'time_steps', 'requires an &output history_interval and snapshot_interval '// &
                                 'that are multiples of one time, not less than a thousandth of the shorter: steps whose length '// &
                                 'changes are unstable. Use others, or time_steps = ''global''')
       undamped = scene
       undamped%damping%rate = 0
       limit = courant_limit(undamped)
       if (scene%method%courant > limit) then
-         call complain_of_step(undamped, limit, settings, entry, mistakes)
+         call complain_of_step(undamped, limit, settings, entry)
          return
       else if (.not. scene%damping%rate > 0) then
          return
@@ -60,28 +58,27 @@ contains
       dt = scene%method%courant*smallest_cell(scene)/chosen_speed(scene)
       if (scene%output%history_interval > 0) dt = min(dt, scene%output%history_interval)
       if (scene%damping%rate*dt > most_damping_a_step) then
-         call settings%complain(mistakes, settings%find('damping', 1), 'rate', 'must be at most '// &
+         call settings%complain(settings%find('damping', 1), 'rate', 'must be at most '// &
                                 to_text(most_damping_a_step/dt)//' [1/s] with a time step of '//to_text(dt)// &
                                 ' s: above it the damping reverses velocities within a step. Reduce it or &method courant')
          return
       end if
       limit = courant_limit(scene)
-      if (scene%method%courant > limit) call complain_of_step(scene, limit, settings, entry, mistakes)
+      if (scene%method%courant > limit) call complain_of_step(scene, limit, settings, entry)
    end subroutine check_stability
 
    !> Complain of a courant number beyond the limit.
-   pure subroutine complain_of_step(scene, limit, settings, entry, mistakes)
+   pure subroutine complain_of_step(scene, limit, settings, entry)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: limit                !! of the scene [-]
-      type(settings_t), intent(in) :: settings
+      type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: why
       why = ''
       if (any(crosses_cells(scene, scene%bodies))) why = ' for material that moves through the cells'
       if (scene%method%time_steps == 'local') why = why//' with time_steps = ''local'''
       if (scene%damping%rate > 0) why = why//' with this damping'
-      call settings%complain(mistakes, entry, 'courant', 'must be at most '//to_text(limit)//', not '// &
+      call settings%complain(entry, 'courant', 'must be at most '//to_text(limit)//', not '// &
                              to_text(scene%method%courant)//', with wave_speed = '''//trim(scene%method%wave_speed)// &
                              ''': above it mass = '''//trim(scene%method%mass)//''' with scheme = '''// &
                              trim(scene%method%scheme)//''' is unstable in plane '//trim(scene%run%plane)//why// &

@@ -4,7 +4,6 @@ module hampm_validation
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_key_rows, only: key_t, type_integer, type_real, type_logical, type_name, is_required, is_assumed
    use hampm_keys, only: groups, keys, first_key, choices, default_count, default_value, is_text, new_entry
-   use hampm_mistakes, only: mistakes_t
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
@@ -18,25 +17,23 @@ module hampm_validation
 contains
 
    !> Check all groups and keys, convert their values, fill in defaults.
-   pure subroutine validate(settings, mistakes)
+   pure subroutine validate(settings)
       type(settings_t), intent(inout) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
       integer :: entry
-      call check_presence(settings, mistakes)
+      call check_presence(settings)
       do entry = 1, settings%count
-         call validate_entry(settings, entry, mistakes)
+         call validate_entry(settings, entry)
       end do
    end subroutine validate
 
    !> Groups that are absent: refused, or assumed.
-   pure subroutine check_presence(settings, mistakes)
+   pure subroutine check_presence(settings)
       type(settings_t), intent(inout) :: settings
-      type(mistakes_t), intent(inout) :: mistakes
       type(group_entry_t) :: assumed
       integer :: g
       do g = 1, size(groups)
          if (settings%count_of(trim(groups(g)%name)) > 0) cycle
-         if (groups(g)%presence == is_required) call mistakes%add(settings%file//': the group &'//trim(groups(g)%name) &
+         if (groups(g)%presence == is_required) call settings%mistakes%add(settings%file//': the group &'//trim(groups(g)%name) &
                                                                   //' is missing: '//trim(groups(g)%meaning))
          if (groups(g)%presence /= is_assumed) cycle
          assumed = new_entry(g, settings%file)
@@ -45,10 +42,9 @@ contains
    end subroutine check_presence
 
    !> Check the keys of one group.
-   pure subroutine validate_entry(settings, entry, mistakes)
+   pure subroutine validate_entry(settings, entry)
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
       character(:), allocatable :: message
       integer :: k, first
       first = first_key(settings%entries(entry)%group)
@@ -57,7 +53,7 @@ contains
             if (.not. settings%entries(entry)%settings(k)%given) then
                if (key%required) then
                   settings%entries(entry)%settings(k)%good = .false.
-                  call mistakes%add(settings%entries(entry)%location//': '//missing_key(key))
+                  call settings%mistakes%add(settings%entries(entry)%location//': '//missing_key(key))
                   cycle
                end if
                call set_default(key, settings%entries(entry)%settings(k))
@@ -65,7 +61,7 @@ contains
             if (.not. settings%entries(entry)%settings(k)%good) cycle
             call validate_setting(key, settings%entries(entry)%settings(k), message)
             settings%entries(entry)%settings(k)%good = message == ''
-            if (message /= '') call settings%complain(mistakes, entry, trim(key%name), message)
+            if (message /= '') call settings%complain(entry, trim(key%name), message)
          end associate
       end do
    end subroutine validate_entry

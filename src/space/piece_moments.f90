@@ -1,5 +1,5 @@
 !> What of a body is in each piece of a leaf, as integrals of polynomials over it: the area and the moments by which particles of quadratic
-!> cells are weighed (`hampm_moment_fitting`).
+!> cells are weighed (`hampm_quadratic_points`).
 !>
 !> The square of the leaf is divided into quarters, and these again, until few straight lines run through each, of cracks or edges: these
 !> cut it into convex polygons, over which polynomials are integrated exactly. A circle is a polygon of its area.

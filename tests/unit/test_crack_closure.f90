@@ -7,7 +7,7 @@ program test_crack_closure
    use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_dcb, only: dcb_energy_release_rate, chi_foundation
+   use hampm_measurements, only: dcb_energy_release_rate, chi_foundation
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t

@@ -7,7 +7,7 @@
 program test_quadratic_gradient
    use hampm_kinds, only: dp, ndim
    use hampm_cell_values, only: mean_of_nodes
-   use hampm_corner_values, only: are_corners
+   use hampm_recovery, only: are_corners
    use hampm_forest, only: forest_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
