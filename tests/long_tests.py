@@ -42,6 +42,7 @@ CASES = {
     "test_mirror_images": {"test_k_of_mirror_images_in_motion": 3},
     "test_names_are_data": {"test_gnuplot_runs_nothing": 1},
     "test_needs": {"test_memory_and_size_of_results_are_as_foretold": 1, "test_memory_of_plain_particles_is_as_foretold": 1},
+    "test_odd_points": {"test_odd_numbers_are_between_even_ones": 3},
     "test_orthotropic": {"test_cracks_in_a_large_plate_have_the_isotropic_k_and_the_anisotropic_g": 0,
                          "test_isotropic_constants_give_what_the_isotropic_law_gives": 1},
     "test_path_closure": {"test_modes_in_an_infinite_plate": 2},

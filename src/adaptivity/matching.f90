@@ -149,7 +149,7 @@ contains
       coarser = coarser_than(m, m%grid%forest)
       if (.not. (has_fuller_cells(m) .or. m%grid%cut_cells%are_there())) return
       do i = 1, m%particles%n
-         associate (level => level_in(m, m%grid%element_leaf(m%particles%cell(i))))
+         associate (level => level_for(m, i))
             if (times_split(m%particles, i) < level) coarser(i) = .true.
             if (m%particles%level(i) < level + most_on_crack .and. .not. coarser(i)) coarser(i) = is_on_crack(m, i)
          end associate
@@ -175,19 +175,39 @@ contains
          are_matched = .not. any([(is_on_crack(m, i), i=1, m%particles%n)])
    end function are_matched
 
-   !> Whether cells that are cut are to have more particles than others: quadratic ones.
+   !> Whether some cells are to have more particles than others: quadratic ones that are cut, or bilinear ones beside finer ones.
    pure logical function has_fuller_cells(m)
       type(motion_t), intent(in) :: m
-      has_fuller_cells = m%grid%is_quadratic() .and. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))
+      integer :: i
+      if (m%grid%is_quadratic()) then
+         has_fuller_cells = m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)
+      else
+         has_fuller_cells = .not. (m%grid%forest%is_uniform() .or. m%has_domains()) &
+                            .and. any([(is_odd(m, i), i=1, size(m%particles%spacing, 2))])
+      end if
    end function has_fuller_cells
 
-   !> How often particles in a leaf are to be split: once for each of its levels, and once more where it is a quadratic one that is cut.
-   pure integer function level_in(m, leaf) result(level)
+   !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it.
+   pure logical function is_odd(m, body)
       type(motion_t), intent(in) :: m
-      integer, intent(in) :: leaf
-      level = m%grid%forest%level_of(leaf)
-      if (m%grid%is_quadratic() .and. m%grid%is_cut(leaf)) level = level + 1
-   end function level_in
+      integer, intent(in) :: body
+      is_odd = any(mod(nint(m%grid%forest%cell/m%particles%spacing(:, body)), 2) == 1)
+   end function is_odd
+
+   !> How often a particle in the leaf in which it stands is to be split: once for each of its levels, and once more where that is a quadratic one that
+   !> is cut, or a bilinear one that is stored as its quarters, for each of which there are to be particles.
+   pure integer function level_for(m, i) result(level)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i                   !! particle
+      associate (leaf => m%grid%element_leaf(m%particles%cell(i)))
+         level = m%grid%forest%level_of(leaf)
+         if (m%grid%is_quadratic()) then
+            if (m%grid%is_cut(leaf)) level = level + 1
+         else if (m%grid%is_transition(leaf) .and. .not. m%has_domains()) then
+            if (is_odd(m, m%particles%body(i))) level = level + 1
+         end if
+      end associate
+   end function level_for
 
    !> Which particles are finer than their cell, and neither parted by a crack from the middle of what they came from, nor that on a crack: siblings on
    !> both sides of a crack stay apart.
@@ -199,7 +219,7 @@ contains
       allocate (finer(m%particles%n))
       associate (grid => m%grid, p => m%particles)
          do i = 1, p%n
-            finer(i) = times_split(p, i) > level_in(m, grid%element_leaf(p%cell(i)))
+            finer(i) = times_split(p, i) > level_for(m, i)
             if (finer(i) .and. m%has_domains()) finer(i) = 2*longest_edge(p, i) < shortest*grid%leaf_size(p%cell(i))
             if (.not. finer(i) .or. .not. grid%cut_cells%are_there()) cycle
             x = p%reference(i, :)
@@ -246,7 +266,7 @@ contains
          if (.not. marked(i)) cycle
          k = k + 1
          if (.not. is_on_crack(m, i) .or. m%has_domains()) cycle
-         if (m%particles%level(i) < level_in(m, m%grid%element_leaf(m%particles%cell(i)))) cycle ! its children may stand beside it
+         if (m%particles%level(i) < level_for(m, i)) cycle ! its children may stand beside it
          x = m%particles%reference(i, :)
          x = m%grid%cut_cells%follow(x)
          call m%grid%cut_cells%find_nearest(x, nearest, normal(:, k))

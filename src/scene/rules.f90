@@ -127,9 +127,6 @@ module hampm_rules
              "parts are told apart by contact only", ""), &
       rule_t("&body part", no_effect_without, "another body of that part", mechanics, &
              "a body without a name is one by itself", ""), &
-      rule_t("&body points_per_cell = 1 | 3 | 5 | 7 | 9 | 11 | 13 | 15", not_with, &
-             "&refine indicator = 'tip' | 'zz' | 'gradient' and &refine max_level > 0 and &grid order = 1", not_built, &
-             "quarters of cells beside finer ones need points of their own", "&body points_per_cell = 2"), &
       rule_t("&body points_per_cell = 1", not_with, "&method time = 'static'", mechanics, &
              "one particle in a cell does not feel how that is bent, and nothing else holds its nodes", &
              "&body points_per_cell = 2"), &
