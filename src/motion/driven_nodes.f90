@@ -4,10 +4,12 @@ module hampm_driven_nodes
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constraints_t
    use hampm_grid, only: grid_t
+   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    implicit none
    private
-   public :: driven_work_t, impose, drive
+   public :: driven_work_t, driven_velocity, driven_acceleration, by_mass, drive
 
    !> What the constraints did in a step, by the forces at its start.
    type :: driven_work_t
@@ -17,66 +19,114 @@ module hampm_driven_nodes
 
 contains
 
-   !> Give the fixed components of a velocity that has been found from momentum what they have by their constraints: that of the step
-   !> before, or of the present one once that has been driven.
-   subroutine impose(c, grid, time, last, f, which)
+   !> The velocities of fixed components by their constraints, 0 of others [m/s], (ndim, n_points): for `v_n` that of the step before, else of the present
+   !> one, which has been driven.
+   pure function driven_velocity(c, grid, time, last, f, which) result(v)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: time               !! at the start of the step [s]
       type(driven_work_t), intent(in) :: last    !! the last step that was driven
-      type(nodal_fields_t), intent(inout) :: f
+      type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: which               !! which velocity has been found: `v_n` or `v_mapped`
-      real(dp), allocatable :: w(:, :)
-      integer :: k
-      if (which == v_n) then
-         allocate (w, source=c%way(time))
-         if (last%dt > 0) then
-            w = (w - c%way(time - last%dt))/last%dt
-         else
-            w = 0
-         end if
-      else
-         allocate (w, source=f%velocity(:, :grid%n_nodes, v_next))
+      real(dp) :: v(ndim, grid%n_points), w(ndim, grid%n_nodes)
+      w = 0
+      if (which /= v_n) then
+         w = f%velocity(:, :grid%n_nodes, v_next)
+      else if (last%dt > 0) then
+         w = (c%way(time) - c%way(time - last%dt))/last%dt
       end if
-      do k = 1, size(c%node)
-         associate (i => c%node(k))
-            where (c%fixed(:, i)) f%velocity(:, i, which) = w(:, i)
-         end associate
-      end do
-      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
-   end subroutine impose
+      v = on_driven(c, grid, f, w)
+   end function driven_velocity
 
-   !> Set the velocities that move the particles, and the accelerations that lead to them, of fixed components, and add the work of
-   !> what that takes: with lumped masses the force R = m (w - v)/dt - f. In a step it is (R(t) + R(t + dt))/2 . w dt, of which R(t + dt)
-   !> is known in the next step only: until then R(t) stands for it.
-   subroutine drive(c, grid, time, dt, f, last, work)
+   !> The accelerations of fixed components in a step from t to t + dt, 0 of others [m/s2], (ndim, n_points).
+   pure function driven_acceleration(c, grid, time, dt, f) result(a)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: time, dt           !! [s]
+      type(nodal_fields_t), intent(in) :: f
+      real(dp) :: a(ndim, grid%n_points)
+      a = on_driven(c, grid, f, ((c%way(time + dt) - c%way(time))/dt - f%velocity(:, :grid%n_nodes, v_n))/dt)
+   end function driven_acceleration
+
+   !> What fixed components have of some values; 0 of others.
+   pure function on_driven(c, grid, f, x) result(y)
+      type(constraints_t), intent(in) :: c
+      type(grid_t), intent(in) :: grid
+      type(nodal_fields_t), intent(in) :: f
+      real(dp), intent(in) :: x(:, :)            !! (ndim, n_nodes)
+      real(dp) :: y(ndim, grid%n_points)
+      integer :: k
+      y = 0
+      do k = 1, size(c%node)
+         associate (i => c%node(k))
+            where (c%fixed(:, i)) y(:, i) = x(:, i)
+         end associate
+      end do
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, y)
+   end function on_driven
+
+   !> What the mass matrix gives to all components by values x: M x, 0 at hanging nodes. (ndim, n_points)
+   pure function by_mass(grid, matrix, x) result(y)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: x(:, :) !! those at hanging nodes too, (ndim, n_points)
+      real(dp), allocatable :: y(:, :), concentrated(:)
+      allocate (y(ndim, grid%n_points))
+      call find_concentrated_mass(grid, matrix, concentrated)
+      call multiply_by_mass(grid, matrix, concentrated, x, y)
+   end function by_mass
+
+   !> Set the velocities that move the particles, and the accelerations that lead to them, of fixed components, and find the work of
+   !> what that takes: the force R = M a - f + alpha p, f being the force without damping and p the momentum. In a step it is
+   !> (R(t) + R(t + dt))/2 . w dt, of which R(t + dt) is known in the next step only: until then R(t) stands for it. What damping takes and what
+   !> mapping loses are those of all nodes by the accelerations and velocities that they now have (`accelerate`).
+   subroutine drive(c, grid, dt, damping_rate, driven, f, last, work, damping_power, mapping_power)
+      type(constraints_t), intent(in) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
+      real(dp), intent(in) :: driven(:, :)       !! `driven_acceleration`
       type(nodal_fields_t), intent(inout) :: f
       type(driven_work_t), intent(inout) :: last !! of the step before; on return of this one
-      real(dp), intent(inout) :: work            !! [J]
-      real(dp), allocatable :: w(:, :)
-      real(dp) :: late, now, force
+      real(dp), intent(out) :: work              !! [J]
+      real(dp), intent(out) :: damping_power, mapping_power !! [W]
+      real(dp), allocatable :: inertia(:, :)
+      real(dp) :: late, now
       integer :: k, d
-      allocate (w, source=(c%way(time + dt) - c%way(time))/dt)
+      do k = 1, size(c%node)
+         associate (i => c%node(k))
+            where (c%fixed(:, i)) f%acceleration(:, i) = driven(:, i)
+            where (c%fixed(:, i)) f%velocity(:, i, v_next) = f%velocity(:, i, v_n) + dt*driven(:, i)
+         end associate
+      end do
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
+      allocate (inertia, source=by_mass(grid, f%mass_matrix, f%acceleration))
       late = 0
       now = 0
       do k = 1, size(c%node)
          associate (i => c%node(k))
             do d = 1, ndim
                if (.not. c%fixed(d, i)) cycle
-               f%acceleration(d, i) = (w(d, i) - f%velocity(d, i, v_n))/dt
-               f%velocity(d, i, v_next) = w(d, i)
-               force = f%mass_matrix%lumped(i)*f%acceleration(d, i) - f%force(d, i)
-               late = late + force*f%velocity(d, i, v_n)*last%dt
-               now = now + force*w(d, i)*dt
+               associate (force => inertia(d, i) - f%force(d, i) + damping_rate*f%momentum(d, i))
+                  late = late + force*f%velocity(d, i, v_n)*last%dt
+                  now = now + force*f%velocity(d, i, v_next)*dt
+               end associate
             end do
          end associate
       end do
-      work = work + (late - last%work)/2 + now
+      work = (late - last%work)/2 + now
       last = driven_work_t(dt, now)
-      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
-      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
+      damping_power = 0
+      mapping_power = 0
+      associate (all => f%mass_matrix%all)
+         do k = 1, all%n_nodes
+            associate (i => all%nodes(k))
+               damping_power = damping_power + damping_rate*sum(f%momentum(:, i)*f%velocity(:, i, v_next))
+               mapping_power = mapping_power - sum(f%momentum(:, i)*f%acceleration(:, i))
+            end associate
+         end do
+      end associate
+      mapping_power = mapping_power - damping_power
    end subroutine drive
 end module hampm_driven_nodes

@@ -10,7 +10,7 @@ module hampm_step
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
    use hampm_bond_release, only: work_of_release
    use hampm_contact, only: share_velocity, keep_apart
-   use hampm_driven_nodes, only: impose, drive
+   use hampm_driven_nodes, only: driven_velocity, driven_acceleration, by_mass, drive
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
@@ -159,9 +159,18 @@ contains
       integer, intent(in) :: which
       integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: driven(:, :), momentum(:, :)
       type(failure_t) :: unsolved
-      call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
-      if (m%constraints%move()) call impose(m%constraints, m%grid, m%time, m%driven, m%fields, which)
+      if (m%constraints%move()) then
+         driven = driven_velocity(m%constraints, m%grid, m%time, m%driven, m%fields, which)
+         momentum = m%fields%momentum
+         m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, driven)
+         call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
+         m%fields%momentum = momentum
+         m%fields%velocity(:, :, which) = m%fields%velocity(:, :, which) + driven
+      else
+         call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
+      end if
       if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       if (m%body_contact%n > 0) call share_between_bodies(m%body_contact, m%grid, m%constraints%free, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
@@ -173,12 +182,23 @@ contains
       real(dp), intent(in) :: dt
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      real(dp) :: damping_power, mapping_power
+      real(dp), allocatable :: driven(:, :), force(:, :)
+      real(dp) :: damping_power, mapping_power, work
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%springs%n > 0) m%fields%force = m%fields%force + m%fields%external
+      if (m%constraints%move()) then
+         driven = driven_acceleration(m%constraints, m%grid, m%time, dt, m%fields)
+         force = m%fields%force
+         m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, driven)
+      end if
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)
-      if (m%constraints%move()) call drive(m%constraints, m%grid, m%time, dt, m%fields, m%driven, m%external_work)
+      if (m%constraints%move()) then
+         m%fields%force = force
+         call drive(m%constraints, m%grid, dt, m%damping_rate, driven, m%fields, m%driven, work, damping_power, mapping_power)
+         m%external_work = m%external_work + work
+         if (m%audit) m%numerical_loss = m%numerical_loss + work
+      end if
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
       if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, m%damping_rate, dt, m%fields, &
                                                        damping_power, mapping_power)

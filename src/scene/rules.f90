@@ -157,20 +157,10 @@ module hampm_rules
              "it is that of a motion, and none is given", ""), &
       rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
              mechanics, "nodes would jump", "history = 'ramp', or a velocity"), &
-      rule_t("&constraint displacement", not_with, &
-             "&method time = 'explicit' and &method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
-             "what moves is taken off with lumped masses", "&method mass = 'lumped'"), &
       rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
-      rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &energy_release estimators = 'energy_balance'", &
-             not_built, "the audit does not know its work", ""), &
-      rule_t("&constraint velocity", not_with, &
-             "&method time = 'explicit' and &method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
-             "what moves is taken off with lumped masses", "&method mass = 'lumped'"), &
       rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
-      rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &energy_release estimators = 'energy_balance'", &
-             not_built, "the audit does not know its work", ""), &
       rule_t("&constraint push_only = .true.", requires, "&method time = 'static'", not_built, &
              "in steps of time faces of a crack with contact part and meet again", ""), &
       rule_t("&constraint push_only = .true.", not_with, with_history, not_built, &
