@@ -305,6 +305,7 @@ contains
          m%particles%lattice = scene%grid%lower
       end if
       m%particles%thickness = scene%run%thickness
+      if (scene%run%thickness%is_ring) allocate (m%particles%widening(m%particles%n), source=0.0_dp)
       m%particles%total_frame = scene%method%frame == 'total'
       m%blocks%by_group = scene%method%time_steps == 'local'
       first = 1

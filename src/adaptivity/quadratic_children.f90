@@ -153,6 +153,7 @@ contains
          k = k + 1
          do c = 1, corners
             associate (p => m%particles, child => first_child(i) + c - 1)
+               if (allocated(p%widening)) p%widening(child) = p%widening(child) + values(1, c, k) - p%displacement(child, 1)
                p%displacement(child, :) = values(:ndim, c, k)
                p%velocity(child, :) = values(ndim + 1:2*ndim, c, k)
                p%gradient(child, :, :) = reshape(values(2*ndim + 1:n_fields, c, k), [ndim, ndim])

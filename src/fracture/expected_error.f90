@@ -471,6 +471,7 @@ contains
       do i = 1, p%n
          p%gradient(i, :, :) = gradient_of(m, u, i)
          p%displacement(i, :) = matmul(u(:, m%grid%support_of(p%cell(i))), m%grid%functions_in(p%cell(i), local_of(m, i)))
+         if (allocated(p%widening)) p%widening(i) = p%displacement(i, 1)
       end do
    end subroutine displace
 

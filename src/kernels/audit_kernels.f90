@@ -89,7 +89,7 @@ contains
       work = sum(change*(material%conjugate_stress(before, past, hoop) + material%conjugate_stress(before + change, next, hoop)))/2
    end function remembered_work
 
-   !> Work of the hoop stress per volume as a particle of axisymmetric material is moved, by Simpson's rule [J/m3].
+   !> Work of the hoop stress per volume as a particle of axisymmetric material is widened, by Simpson's rule [J/m3].
    pure real(dp) function work_of_hoop(material, before, p, i) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before                    !! H_33 that it had [-]

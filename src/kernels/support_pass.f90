@@ -126,15 +126,18 @@ contains
                if (pass%audit) audit(1) = audit(1) + 0.5_dp*p%mass(i)*sum(dv**2)
                p%velocity(i, :) = p%velocity(i, :) + dv
             end if
-            if (pass%move) then                     ! before it is strained: its hoop has part in that
-               hoop = p%hoop_of(i)
+            if (pass%move) then
                p%displacement(i, :) = p%displacement(i, :) + dt*matmul(new_velocity(:, cell%points(:cell%n)), n)
-               if (pass%audit .and. material%is_ring) audit(2) = audit(2) + p%volume(i)*work_of_hoop(material, hoop, p, i)
                xi = (p%place_in_grid(i) - cell%lower)*cell%inverse_size
                has_left = has_left .or. .not. all(abs(xi - inside_cell(xi)) <= edge_margin)
             end if
             if (pass%strain_fraction > 0) then
                v = pass%strain_fraction*dt*strain_velocity(:, cell%points(:cell%n))
+               if (material%is_ring) then
+                  hoop = p%hoop_of(i)
+                  p%widening(i) = p%widening(i) + dot_product(v(1, :), n)
+                  if (pass%audit) audit(2) = audit(2) + p%volume(i)*work_of_hoop(material, hoop, p, i)
+               end if
                change = matmul(v, gradients_by_place(material, p, i, gradient))
                if (material%mean_dilatation) then
                   missing = sum(v*transpose(mean)) - trace(change)

@@ -30,6 +30,8 @@ module hampm_particles
       real(dp), allocatable :: displacement(:, :)       !! u [m], (n, ndim)
       real(dp), allocatable :: velocity(:, :)           !! v [m/s], (n, ndim)
       real(dp), allocatable :: gradient(:, :, :)        !! displacement gradient H = du/dX [-], (n, ndim, ndim)
+      real(dp), allocatable :: widening(:)              !! H_33 R of axisymmetric material, the radial displacement by the velocities that strain,
+                                                        !! as H is by these [m], (n); not allocated in a plane
       real(dp), allocatable :: local(:, :)              !! where in its cell it was when it was mapped last, 0 to 1, and kept a
                                                         !! little away from the edges; (n, ndim)
       real(dp), allocatable :: history(:, :)            !! what laws remember; not allocated where none does. (n, columns)
@@ -134,6 +136,7 @@ contains
       call real_field('velocity', ndim, self%velocity)
       call real_field('gradient', ndim*ndim, self%gradient)
       call real_field('local', ndim, self%local)
+      if (allocated(self%widening)) call real_field('widening', 1, self%widening)
       if (allocated(self%history)) call real_field('history', size(self%history, 2), self%history)
       if (allocated(self%corner_displacement)) then
          call real_field('corner_displacement', ndim*corners, self%corner_displacement)
@@ -208,6 +211,7 @@ contains
       fresh%lattice = p%lattice
       fresh%thickness = p%thickness
       if (has_families) allocate (fresh%level(n), fresh%path(n), fresh%half(n, ndim))
+      if (allocated(p%widening)) allocate (fresh%widening(n), source=0.0_dp)
       if (columns > 0) call add_history(fresh, columns)
       if (allocated(p%corner_velocity)) &
          allocate (fresh%corner_displacement(n, ndim, corners), fresh%corner_velocity(n, ndim, corners), source=0.0_dp)
@@ -250,6 +254,7 @@ contains
       call move_alloc(from%displacement, to%displacement)
       call move_alloc(from%velocity, to%velocity)
       call move_alloc(from%gradient, to%gradient)
+      call move_alloc(from%widening, to%widening)
       call move_alloc(from%local, to%local)
       call move_alloc(from%history, to%history)
       call move_alloc(from%corner_displacement, to%corner_displacement)
@@ -343,7 +348,7 @@ contains
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
       hoop = 0
-      if (self%thickness%is_ring) hoop = self%displacement(i, 1)/self%reference(i, 1)
+      if (self%thickness%is_ring) hoop = self%widening(i)/self%reference(i, 1)
    end function hoop_of
 
    !> Area in the plane for which particle `i` stands [m2].

@@ -277,7 +277,7 @@ contains
       type(litter_t), intent(in) :: litter
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
       real(dp), intent(in) :: twist(ndim)        !! [1/m]
-      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean, part(corners)
+      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean, part(corners), displaced(ndim)
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
@@ -290,8 +290,9 @@ contains
       ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
       mean = sum(litter%part*apart(1, :)*apart(2, :))
       p%reference(k, :) = p%reference(k, :) + litter%offset(:, c)
-      p%displacement(k, :) = p%displacement(k, :) + matmul(p%gradient(k, :, :), litter%offset(:, c)) &
-                             + twist*(product(apart(:, c)) - mean)
+      displaced = matmul(p%gradient(k, :, :), litter%offset(:, c)) + twist*(product(apart(:, c)) - mean)
+      p%displacement(k, :) = p%displacement(k, :) + displaced
+      if (allocated(p%widening)) p%widening(k) = p%widening(k) + displaced(1)
       p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))
       p%velocity(k, :) = p%velocity(k, :) + matmul(l, apart(:, c) - middle)
       p%mass(k) = p%mass(k)*part(c)
@@ -427,7 +428,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: siblings(:)
       type(domain_t) :: domain
-      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim)
+      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim), widening
       integer :: c
       mass = sum(p%mass(siblings))
       volume = sum(p%volume(siblings))
@@ -440,8 +441,10 @@ contains
       if (allocated(p%corner_velocity)) domain = joined_domain(p, siblings, mean_of(p, p%reference, siblings))
       associate (k => siblings(1))
          displacement = mean_of(p, p%displacement, siblings)
+         if (allocated(p%widening)) widening = dot_product(p%weights_of(siblings), p%widening(siblings))
          p%reference(k, :) = mean_of(p, p%reference, siblings)
          p%displacement(k, :) = displacement
+         if (allocated(p%widening)) p%widening(k) = widening
          p%velocity(k, :) = momentum/mass
          p%gradient(k, :, :) = gradient/mass
          if (allocated(p%history)) p%history(k, :) = matmul(p%mass(siblings), p%history(siblings, :))/mass

@@ -63,7 +63,7 @@ module hampm_equilibrium
    type :: start_t
       real(dp) :: stored = 0                     !! strain energy [J]
       real(dp) :: external_work = 0              !! [J]
-      real(dp), allocatable :: displacement(:, :), gradient(:, :, :), gap(:)
+      real(dp), allocatable :: displacement(:, :), gradient(:, :, :), widening(:), gap(:)
       real(dp), allocatable :: lift(:, :)
       type(face_springs_t), allocatable :: springs
       logical, allocatable :: touches(:), fixed(:, :)
@@ -170,6 +170,7 @@ contains
       nothing = 0
       m%particles%displacement = 0
       m%particles%gradient = 0
+      if (allocated(m%particles%widening)) m%particles%widening = 0
       call relax_springs(m%springs)
       m%external_work = 0
       call press_on_supports(m%constraints)
@@ -232,6 +233,7 @@ contains
       if (m%springs%n > 0) start%springs = m%springs
       start%displacement = m%particles%displacement
       start%gradient = m%particles%gradient
+      if (allocated(m%particles%widening)) start%widening = m%particles%widening
       start%lift = m%constraints%lift
       start%fixed = m%constraints%fixed
       if (m%contact%n == 0) return
@@ -258,6 +260,7 @@ contains
       m%external_work = start%external_work
       m%particles%displacement = start%displacement
       m%particles%gradient = start%gradient
+      if (allocated(start%widening)) m%particles%widening = start%widening
       if (allocated(start%gap)) m%contact%gap = start%gap
       if (allocated(start%springs)) m%springs = start%springs
       if (allocated(start%touches)) m%contact%touches = start%touches
@@ -518,6 +521,7 @@ contains
          where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, :m%grid%n_nodes) = m%constraints%way(m%time)
          call m%grid%dofs%distribute(all, ndim, u)
          p%displacement = 0
+         if (allocated(p%widening)) p%widening = 0
          p%gradient = 0
          do k = 1, m%springs%n
             m%springs%list(k)%opening = 0

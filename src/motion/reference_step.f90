@@ -171,6 +171,7 @@ contains
             l = matmul(v(:, support(m, i)), gradients(m, i))
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
+            if (p%thickness%is_ring) p%widening(i) = p%widening(i) + dt*dot_product(v(1, support(m, i)), functions(m, i))
             call remember(m%materials(p%material(i)), dt, p, i)
          end do
       end associate

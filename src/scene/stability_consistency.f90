@@ -73,7 +73,9 @@ contains
       real(dp), intent(in) :: limit                !! of the scene [-]
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
-      character(:), allocatable :: why
+      character(:), allocatable :: why, of_plane
+      of_plane = 'in plane '//trim(scene%run%plane)
+      if (scene%run%thickness%is_ring) of_plane = 'around the axis'
       why = ''
       if (any(crosses_cells(scene, scene%bodies))) why = ' for material that moves through the cells'
       if (scene%method%time_steps == 'local') why = why//' with time_steps = ''local'''
@@ -81,7 +83,7 @@ contains
       call settings%complain(entry, 'courant', 'must be at most '//to_text(limit)//', not '// &
                              to_text(scene%method%courant)//', with wave_speed = '''//trim(scene%method%wave_speed)// &
                              ''': above it mass = '''//trim(scene%method%mass)//''' with scheme = '''// &
-                             trim(scene%method%scheme)//''' is unstable in plane '//trim(scene%run%plane)//why// &
+                             trim(scene%method%scheme)//''' is unstable '//of_plane//why// &
                              '. 0 takes what is safe')
    end subroutine complain_of_step
 

@@ -1,6 +1,7 @@
 """`&run plane = 'axisymmetric'`: rings around the axis x = 0 against closed forms, converged finite elements and other ways to compute the same."""
 
 import csv
+import re
 
 import h5py
 import numpy as np
@@ -349,6 +350,20 @@ def test_a_penny_crack_under_a_step_of_pressure(hampm, method, cell, levels, nea
     print("largest", off_by[t > 0.3].max(), t[t > 0.3][off_by[t > 0.3].argmax()], "mean square", np.sqrt(np.mean(off_by[t > 0.3]**2)))
     assert off_by[t > 0.3].max() < near
     assert np.sqrt(np.mean(off_by[t > 0.3]**2)) < mean
+
+
+@pytest.mark.parametrize(("scheme", "across"), [("musl", 2), ("usf", 3), ("usavg", 2), ("usl", 2)])
+def test_steps_at_their_limit_are_stable_at_the_axis(hampm, scheme, across):
+    """The limit is that of the rings of the body: a third of the cells touch the axis, and thousands of steps add no energy."""
+    text = scene(1, 0.25, (6, 12), f"&body material = 'm'  lower = 0, 0  upper = 1, 1  points_per_cell = {across}  velocity = 0, 1e-3 /",
+                 "&load kind = 'point'  lower = 1, 1  upper = 1, 1  force = 1, 3  history = 'sine'  frequency = 90 /\n&energy_release estimators = 'energy_balance' /", end=0.5,
+                 method=f"time = 'explicit'  scheme = '{scheme}'  wave_speed = 'dilatational'  courant = {{}}", lower="0, -1", poisson=0.45)
+    limit = float(re.search(r"must be at most ([0-9.]+), not", run(hampm, text.format(5), fails=2).stderr)[1])
+    h = run(hampm, text.format(limit), "output.history_interval=0.05")
+    energy = h["kinetic_energy"] + h["strain_energy"]
+    assert np.max(energy) < 1.01 * energy[0]
+    missing = h["external_work"] + energy[0] - energy - h["numerical_loss"]
+    assert np.max(np.abs(missing)) < 1e-9 * energy[0]
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------
