@@ -4,7 +4,7 @@ import numpy as np
 
 from history import ResultError
 
-STORED_UNITS = {"energy_density": "J/m³", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa"}
+STORED_UNITS = {"energy_density": "J/m³", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa", "stress_zz": "Pa"}
 
 
 class ParticleField:
@@ -66,8 +66,10 @@ DERIVED = {"speed": ("m/s", speed), "displacement": ("m", displacement), "level"
 
 
 def stresses(result, particles):
-    """Components xx, yy, zz, xy of the stress [Pa]. In plane strain zz is that of linear elasticity."""
+    """Components xx, yy, zz, xy of the stress [Pa]. Around an axis zz is stored, in plane strain it is that of linear elasticity."""
     xx, yy, xy = (particles.point_fields[f"stress_{name}"] for name in ("xx", "yy", "xy"))
+    if "stress_zz" in particles.point_fields:
+        return xx, yy, particles.point_fields["stress_zz"], xy
     if result.scene.text("run", "plane") == "stress":
         return xx, yy, np.zeros_like(xx), xy
     return xx, yy, poisson_ratios(result.scene)[particles.point_fields["body"].astype(int) - 1] * (xx + yy), xy

@@ -62,7 +62,7 @@ contains
       associate (first => first_child(load%host(k)), last => first_child(load%host(k) + 1) - 1)
          radius = dot_product(p%weights_of([(c, c=first, last)]), p%reference(first:last, 1)) + load%offset(1, k)
       end associate
-      longer = load%half(1, k)/2/radius
+      if (radius > 0) longer = load%half(1, k)/2/radius ! on the axis there is no load
    end function longer
 
    !> How many points each point of a load becomes at most when its host splits.

@@ -110,6 +110,9 @@ SCENES = {
     + PULL.format("") + PATH.format("") + J.format("") + STATIC.format(""),
     "fibres in plane strain": plate(law="law = 'orthotropic' density = 1600 young_1 = 140e9 young_2 = 10e9 young_3 = 12e9 shear_12 = 5e9 poisson_12 = 0.3 "
                                     "poisson_13 = 0.2 poisson_23 = 0.4", run="plane = 'strain'", end="4e-6") + HELD + PULL.format("") + EVERY.format("1e-6"),
+    "around an axis": "&run end_time = 1.0  plane = 'axisymmetric' /\n&grid lower = 0.0, -12e-3  cell = 2e-3  cells = 6, 12 /\n&material name = 'a'  " + STEEL
+    + " /\n&body material = 'a'  lower = 0.0, -10e-3  upper = 10e-3, 10e-3  eigenstrain = 1e-3, 0.0, 0.0, 2e-3 /\n&load kind = 'pressure'  lower = 0.0, 10e-3  upper = 10e-3, 10e-3  pressure = 100e6 /\n"
+    + "&constraint lower = 0.0, -10e-3  upper = 10e-3, -10e-3  fix = 'y'  name = 'foot' /\n" + "&crack kind = 'path'  points = 0.0, 1.1e-3, 4.1e-3, 1.1e-3  contact = 'frictionless' /\n" + J.format("") + STATIC.format(""),
     "heat": plate(run="plane = 'strain'", more="eigenstrain = 1e-3, 1e-3, 0.0, 1e-3") + HELD + PATH.format("") + J.format("") + STATIC.format(""),
     "quadratic at rest": plate(order=2, points=3, shape="shape = 'circle' center = 0.0, 0.0 radius = 9e-3")
     + "&body hole = .true. shape = 'polygon' points = -2e-3, -2e-3, 3e-3, -2e-3, 0.0, 3e-3 /\n"
