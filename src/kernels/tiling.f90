@@ -8,8 +8,7 @@
 !> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
 !> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
 !>
-!> The step of a scene in which nodes need no more than the cells around them, tile by tile (`hampm_tiling`): masses are
-!> lumped, no node hangs, and no faces touch.
+!> So go steps of scenes in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch.
 module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
@@ -25,15 +24,6 @@ module hampm_tiling
    public :: tiling_t, plan_tiles, step_in_tiles
 
    integer, parameter :: items_at_a_time = 64    !! that a thread does, of those of no region
-
-   !> What a stage of the nodes finds.
-   type :: task_t
-      logical :: mass = .false.
-      logical :: velocity = .false.
-      logical :: acceleration = .false.
-      integer :: which = v_n                !! of the velocities
-   end type task_t
-
    integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
 
    !> Items of one stage in the order in which they are done: those from start(t) to start(t + 1) - 1 in tile t.
@@ -46,32 +36,26 @@ module hampm_tiling
       integer :: n_tiles = 0
       integer :: n_regions = 0
       integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
+      integer, allocatable, private :: region(:) !! of each tile, (0:n_tiles + 1)
       type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
       integer, private :: layout = 0             !! that of the blocks for which it was made
       logical, private :: is_lasting = .false.   !! whether for more than one step
-   contains
-      procedure :: fits
    end type tiling_t
 
 contains
 
-   !> Whether it was made for the present blocks, and need not be made better.
-   pure logical function fits(self, blocks)
-      class(tiling_t), intent(in) :: self
-      type(cell_blocks_t), intent(in) :: blocks
-      fits = self%layout == blocks%layout .and. self%is_lasting
-   end function fits
-
-   !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks. A plan takes longer than it saves in
-   !> one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
+   !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks, where that has not been done. A plan takes longer
+   !> than it saves in one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
    subroutine plan_tiles(blocks, active, n_passes, plan)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: active(:)           !! the nodes of occupied cells
       integer, intent(in) :: n_passes
       type(tiling_t), intent(inout) :: plan
+      if (plan%layout == blocks%layout .and. plan%is_lasting) return
       plan%is_lasting = plan%layout == blocks%layout .or. blocks%n <= blocks_per_tile
       plan%layout = blocks%layout
       if (allocated(plan%stages)) deallocate (plan%stages)
+      if (allocated(plan%region)) deallocate (plan%region)
       allocate (plan%stages(2*n_passes))
       if (plan%is_lasting) then
          call plan_in_tiles(blocks, n_passes, plan)
@@ -112,64 +96,48 @@ contains
       plan%n_tiles = (blocks%n - 1)/blocks_per_tile + 1
       plan%n_regions = max(1, 2*nint(sqrt(real(plan%n_tiles))/4))
       plan%first_tile = [((r - 1)*plan%n_tiles/plan%n_regions + 1, r=1, plan%n_regions + 1)]
+      allocate (plan%region(0:plan%n_tiles + 1), source=[(count(plan%first_tile <= b), b=0, plan%n_tiles + 1)])
       first_tile = [((b - 1)/blocks_per_tile + 1, b=1, blocks%n)]
       allocate (node_tile(blocks%n_points))
-      call nodes_first(plan, blocks, first_tile, node_tile)
       block_tile = first_tile
       do s = 1, n_passes
-         if (s > 1) then
-            call nodes_after_blocks(plan, blocks, block_tile, node_tile)
-            block_tile = first_tile
-            call blocks_after_nodes(plan, blocks, node_tile, block_tile)
-         end if
+         call place_nodes(plan, blocks, block_tile, s == 1, node_tile)
+         block_tile = first_tile
+         if (s > 1) call place_blocks(plan, blocks, node_tile, block_tile)
          call sort_items(plan, node_tile, plan%stages(2*s - 1))
          call sort_items(plan, block_tile, plan%stages(2*s))
       end do
    end subroutine plan_in_tiles
 
-   !> When nodes are done in the first stage: with the first tile that needs them, before all where several regions do. -1 for
-   !> nodes without blocks.
-   subroutine nodes_first(plan, blocks, block_tile, node_tile)
+   !> When nodes are done: in the first stage with the first tile that needs them, before all where several regions do, in others as soon as their
+   !> blocks are done. -1 for nodes without blocks.
+   subroutine place_nodes(plan, blocks, block_tile, is_first, node_tile)
       type(tiling_t), intent(in) :: plan
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: block_tile(:)
+      logical, intent(in) :: is_first
       integer, intent(out) :: node_tile(:)
       integer :: b, k
       node_tile = -1
       do b = 1, blocks%n
-         associate (around => nodes_of(blocks, b))
+         associate (around => nodes_of(blocks, b), of_block => block_tile(b))
             do k = 1, size(around)
                associate (t => node_tile(around(k)))
                   if (t == -1) then
-                     t = block_tile(b)
-                  else if (t > 0) then
-                     if (region_of(plan, t) /= region_of(plan, block_tile(b))) t = 0
+                     t = of_block
+                  else if (plan%region(t) /= plan%region(of_block)) then
+                     t = merge(0, plan%n_tiles + 1, is_first)
+                  else if (.not. is_first) then
+                     t = max(t, of_block)
                   end if
                end associate
             end do
          end associate
       end do
-   end subroutine nodes_first
-
-   !> When nodes can be done after their blocks.
-   subroutine nodes_after_blocks(plan, blocks, block_tile, node_tile)
-      type(tiling_t), intent(in) :: plan
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: block_tile(:)
-      integer, intent(out) :: node_tile(:)
-      integer :: b, k
-      node_tile = -1
-      do b = 1, blocks%n
-         associate (around => nodes_of(blocks, b))
-            do k = 1, size(around)
-               node_tile(around(k)) = after_both(plan, node_tile(around(k)), block_tile(b))
-            end do
-         end associate
-      end do
-   end subroutine nodes_after_blocks
+   end subroutine place_nodes
 
    !> When blocks, which were ready before, can be done after their nodes.
-   subroutine blocks_after_nodes(plan, blocks, node_tile, block_tile)
+   subroutine place_blocks(plan, blocks, node_tile, block_tile)
       type(tiling_t), intent(in) :: plan
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node_tile(:)
@@ -178,11 +146,13 @@ contains
       do b = 1, blocks%n
          associate (around => nodes_of(blocks, b))
             do k = 1, size(around)
-               block_tile(b) = after_both(plan, block_tile(b), node_tile(around(k)))
+               associate (t => block_tile(b), after => node_tile(around(k)))
+                  t = merge(max(t, after), plan%n_tiles + 1, plan%region(t) == plan%region(after))
+               end associate
             end do
          end associate
       end do
-   end subroutine blocks_after_nodes
+   end subroutine place_blocks
 
    !> The nodes around the cells of a block, each once for each cell.
    pure function nodes_of(blocks, block) result(nodes)
@@ -191,22 +161,6 @@ contains
       integer :: nodes(corners*count(blocks%cells(:, block) > 0))
       nodes = reshape(blocks%nodes(:, :count(blocks%cells(:, block) > 0), block), [size(nodes)])
    end function nodes_of
-
-   !> The tile in which something can be done after what is done in the tiles a and b; a may be -1, nothing.
-   pure integer function after_both(plan, a, b) result(tile)
-      type(tiling_t), intent(in) :: plan
-      integer, intent(in) :: a, b
-      tile = max(a, b)
-      if (a == -1 .or. tile > plan%n_tiles) return
-      if (region_of(plan, a) /= region_of(plan, b)) tile = plan%n_tiles + 1
-   end function after_both
-
-   !> The region of a tile.
-   pure integer function region_of(plan, tile)
-      type(tiling_t), intent(in) :: plan
-      integer, intent(in) :: tile
-      region_of = count(plan%first_tile <= tile)
-   end function region_of
 
    !> Sort items by tile, those of -1 left out.
    subroutine sort_items(plan, tile, stage)
@@ -289,42 +243,32 @@ contains
             if (mod(s, 2) == 0) then
                call pass_or_apply(operators, scheme%passes(s/2), dt, materials, p, blocks, f, items(first:last))
             else
-               call do_nodes(task_of_stage(scheme, s, new_masses), dt, damping_rate, items(first:last), free, blocks, f)
+               associate (map => scheme%passes(max(1, s/2)), at_start => s == 1)
+                  call do_nodes(at_start .and. new_masses, at_start .or. map%map_momentum, merge(v_n, v_mapped, at_start), &
+                                merge(scheme%map_at_start%map_force, map%map_force, at_start), dt, damping_rate, &
+                                items(first:last), free, blocks, f)
+               end associate
                if (operators%is_active) call add_up(scheme%passes((s + 1)/2), dt, items(first:last), f, operators)
             end if
          end associate
       end subroutine do_items
    end subroutine step_in_tiles
 
-   !> What the nodes find before the first pass, or between two.
-   pure type(task_t) function task_of_stage(scheme, stage, new_masses) result(task)
-      type(scheme_t), intent(in) :: scheme
-      integer, intent(in) :: stage
-      logical, intent(in) :: new_masses
-      if (stage == 1) then
-         task = task_t(new_masses, .true., scheme%map_at_start%map_force, v_n)
-      else
-         associate (pass => scheme%passes(stage/2))
-            task = task_t(.false., pass%map_momentum, pass%map_force, v_mapped)
-         end associate
-      end if
-   end function task_of_stage
-
-   !> Do a stage of some nodes.
-   subroutine do_nodes(task, dt, damping_rate, nodes, free, blocks, f)
-      type(task_t), intent(in) :: task
+   !> Find, of some nodes, masses, which of the velocities, accelerations.
+   subroutine do_nodes(mass, velocity, which, acceleration, dt, damping_rate, nodes, free, blocks, f)
+      logical, intent(in) :: mass, velocity, acceleration
+      integer, intent(in) :: which, nodes(:)
       real(dp), intent(in) :: dt, damping_rate
-      integer, intent(in) :: nodes(:)
       real(dp), intent(in) :: free(:, :)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       real(dp) :: before(n_sums, size(blocks%crowded, 2)) ! what crowded nodes have in their last slot
       call exchange(back=.false.)
       associate (n => size(nodes), inverse => f%mass_matrix%inverse_lumped)
-         if (task%mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
-         if (task%velocity) call find_velocities(n, nodes, blocks%slot, f%contribution(1, 1, of_momentum, 0), free, inverse, &
-                                                 f%velocity(1, 1, task%which))
-         if (task%acceleration) &
+         if (mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
+         if (velocity) call find_velocities(n, nodes, blocks%slot, f%contribution(1, 1, of_momentum, 0), free, inverse, &
+                                            f%velocity(1, 1, which))
+         if (acceleration) &
             call find_accelerations(n, nodes, blocks%slot, f%contribution(1, 1, of_force, 0), dt, damping_rate, free, inverse, &
                                     f%external, f%velocity(1, 1, v_n), f%acceleration, f%velocity(1, 1, v_next))
       end associate
@@ -333,19 +277,15 @@ contains
       !> Let crowded nodes have all of their contributions in their slots or, `back`, as these were.
       subroutine exchange(back)
          logical, intent(in) :: back
+         integer, parameter :: first(*) = [of_mass, of_momentum, of_force], last(*) = first + [0, ndim - 1, ndim - 1]
+         integer :: k
          if (.not. allocated(blocks%is_crowded)) return
-         if (task%mass) call exchange_sums(of_mass, of_mass, back)
-         if (task%velocity) call exchange_sums(of_momentum, of_momentum + ndim - 1, back)
-         if (task%acceleration) call exchange_sums(of_force, of_force + ndim - 1, back)
+         do k = 1, size(first)
+            if (any([mass, velocity, acceleration] .and. first == first(k))) &
+               call exchange_crowded(blocks%crowded, blocks%slot, blocks%is_crowded, nodes, back, &
+                                     f%contribution(1, 1, first(k), 0), before(first(k):last(k), :))
+         end do
       end subroutine exchange
-
-      !> The same of some sums.
-      subroutine exchange_sums(first, last, back)
-         integer, intent(in) :: first, last
-         logical, intent(in) :: back
-         call exchange_crowded(blocks%crowded, blocks%slot, blocks%is_crowded, nodes, back, f%contribution(1, 1, first, 0), &
-                               before(first:last, :))
-      end subroutine exchange_sums
    end subroutine do_nodes
 
    !> Sum of m v^n . v^(n+1) over the nodes [J], always in the same order.

@@ -97,7 +97,7 @@ contains
       type(pass_report_t), intent(inout) :: report
       real(dp) :: loss
       associate (all => m%fields%mass_matrix%all)
-         if (.not. m%plan%fits(m%blocks)) call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan)
+         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan)
       end associate
       call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, new_masses, m%particles, &
                          m%blocks, m%fields, m%operators, loss)
