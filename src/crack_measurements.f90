@@ -395,17 +395,18 @@ contains
          if (chosen%crack_closure) &
             call record_modes('G_crack_closure_', 'J/m2', 'energy release rate, crack closure along any direction', &
                               v%crack_closure, 'estimated error of G_crack_closure', v%errors%crack_closure)
-         if (material%has_history()) then
-            call record_where_dissipated()
-         else if (chosen%domain_integral) then
-            if (.not. tip%has_layers) call record_parts()
+         if (chosen%domain_integral) then        ! where material yields or creeps J depends on the domain, and K are of elastic fields
+            if (.not. (tip%has_layers .or. material%has_history())) call record_parts()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             if (v%errors%are_known) call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
+            if (material%has_history()) then
+               call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', v%j(1))
+               call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', v%j(size(v%j)))
+            end if
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j, may_change=size(scene%growth) > 0)
          end if
-         if (.not. material%has_history()) &
-            call record_best(scene, tip, v, history)
+         if (.not. material%has_history()) call record_best(scene, tip, v, history)
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          call history%record('mouth_opening', 'm', &
@@ -427,19 +428,6 @@ contains
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
          end associate
       end subroutine record_parts
-
-      !> Record J at a tip in material that yields or creeps: it depends on the domain, and stress intensities are of elastic
-      !> fields.
-      subroutine record_where_dissipated()
-         associate (j => values%j)
-            if (.not. scene%energy_release%domain_integral) return
-            call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(j)/size(j))
-            call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(j) - minval(j))
-            call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', j(1))
-            call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', j(size(j)))
-            call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, j, may_change=size(scene%growth) > 0)
-         end associate
-      end subroutine record_where_dissipated
 
       !> Record the value of each mode, and then the estimated error of each.
       subroutine record_modes(name, unit, meaning, value, meaning_of_error, error)

@@ -28,6 +28,7 @@ module hampm_history
       procedure :: begin_row
       generic :: record => record_real, record_integer, record_long
       procedure :: record_modes
+      procedure :: record_vector
       procedure :: record_radii
       procedure, private :: record_real, record_integer, record_long
    end type history_t
@@ -84,6 +85,17 @@ contains
          call put(self, values(mode))
       end do
    end subroutine record_modes
+
+   !> A column for each direction: `name`_x, `name`_y.
+   subroutine record_vector(self, name, unit, meaning, values)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      real(dp), intent(in) :: values(:)          !! by direction
+      integer :: d
+      do d = 1, size(values)
+         call self%record(name//'_'//'xyz'(d:d), unit, meaning, values(d))
+      end do
+   end subroutine record_vector
 
    !> A column for each radius: `name`1, `name`2, ... Where radii may change from row to row the columns do not name them.
    subroutine record_radii(self, name, unit, meaning, radii, values, may_change)

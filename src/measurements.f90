@@ -280,10 +280,8 @@ contains
                                 motion%springs%loss + motion%body_contact%friction_loss)
          if (scene%contact%is_wanted()) then
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', motion%body_contact%loss)
-            call history%record('contact_force_x', 'N', 'force of the first body, or part, on all others', &
-                                motion%body_contact%force(1))
-            call history%record('contact_force_y', 'N', 'force of the first body, or part, on all others', &
-                                motion%body_contact%force(2))
+            call history%record_vector('contact_force', 'N', 'force of the first body, or part, on all others', &
+                                       motion%body_contact%force)
          end if
          if (growing%are_there()) then
             if (growing%at_rest) call history%record('load_factor', '1', &
@@ -304,10 +302,8 @@ contains
             if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
          end do
          history%of_tip = ''
-         if (size(m%crack) > 0 .and. size(scene%constraints) > 0) then
-            call history%record('reaction_x', 'N', 'force of the constraints on the bodies', m%reaction(1))
-            call history%record('reaction_y', 'N', 'force of the constraints on the bodies', m%reaction(2))
-         end if
+         if (size(m%crack) > 0 .and. size(scene%constraints) > 0) &
+            call history%record_vector('reaction', 'N', 'force of the constraints on the bodies', m%reaction)
          call record_reactions(scene, m)
          if (scene%refine%indicator == 'zz') &
             call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
@@ -333,14 +329,12 @@ contains
    subroutine record_reactions(scene, m)
       type(scene_t), intent(in) :: scene
       type(measurements_t), intent(inout) :: m
-      character(*), parameter :: meaning = 'force of this constraint on the bodies'
       integer :: k
       if (.not. allocated(m%reactions)) allocate (m%reactions(ndim, size(scene%constraints)), source=0.0_dp)
       do k = 1, size(scene%constraints)
          associate (name => scene%constraints(k)%name)
             if (name == '') cycle
-            call m%history%record('reaction_'//trim(name)//'_x', 'N', meaning, m%reactions(1, k))
-            call m%history%record('reaction_'//trim(name)//'_y', 'N', meaning, m%reactions(2, k))
+            call m%history%record_vector('reaction_'//trim(name), 'N', 'force of this constraint on the bodies', m%reactions(:, k))
          end associate
       end do
    end subroutine record_reactions

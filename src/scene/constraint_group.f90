@@ -47,33 +47,27 @@ module hampm_constraint_group
 
 contains
 
-   !> Take all groups of this name.
+   !> Take all groups of this name; values are 0, '' or empty where they are mistaken.
    pure subroutine fill_constraints(settings, constraints)
       type(settings_t), intent(in) :: settings
       type(constraint_spec_t), allocatable, intent(out) :: constraints(:)
-      integer :: i
-      allocate (constraints(settings%count_of('constraint')))
-      do i = 1, size(constraints)
-         call fill_constraint(settings, settings%find('constraint', i), constraints(i))
-      end do
-   end subroutine fill_constraints
-
-   !> Take the values of the keys of one; 0, '' or empty where they are mistaken.
-   pure subroutine fill_constraint(settings, entry, constraint)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry                 !! position of the group
-      type(constraint_spec_t), intent(inout) :: constraint
       character(*), parameter :: axis = 'xyz'
       character(:), allocatable :: fix
-      integer :: d
-      constraint%lower = settings%vector(entry, 'lower')
-      constraint%upper = settings%vector(entry, 'upper')
-      fix = settings%text(entry, 'fix')
-      constraint%motion%displacement = settings%vector(entry, 'displacement')
-      constraint%motion%velocity = settings%vector(entry, 'velocity')
-      call fill_history(settings, entry, constraint%motion%history)
-      constraint%name = settings%text(entry, 'name')
-      constraint%motion%push_only = settings%flag(entry, 'push_only')
-      constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
-   end subroutine fill_constraint
+      integer :: i, entry, d
+      allocate (constraints(settings%count_of('constraint')))
+      do i = 1, size(constraints)
+         entry = settings%find('constraint', i)
+         associate (constraint => constraints(i))
+            constraint%lower = settings%vector(entry, 'lower')
+            constraint%upper = settings%vector(entry, 'upper')
+            fix = settings%text(entry, 'fix')
+            constraint%motion%displacement = settings%vector(entry, 'displacement')
+            constraint%motion%velocity = settings%vector(entry, 'velocity')
+            call fill_history(settings, entry, constraint%motion%history)
+            constraint%name = settings%text(entry, 'name')
+            constraint%motion%push_only = settings%flag(entry, 'push_only')
+            constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
+         end associate
+      end do
+   end subroutine fill_constraints
 end module hampm_constraint_group

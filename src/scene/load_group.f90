@@ -56,31 +56,27 @@ module hampm_load_group
 
 contains
 
-   !> Take all groups of this name.
+   !> Take all groups of this name; values are 0, '' or empty where they are mistaken.
    pure subroutine fill_loads(settings, loads)
       type(settings_t), intent(in) :: settings
       type(load_spec_t), allocatable, intent(out) :: loads(:)
-      integer :: i
+      integer :: i, entry
       allocate (loads(settings%count_of('load')))
       do i = 1, size(loads)
-         call fill_load(settings, settings%find('load', i), loads(i))
+         entry = settings%find('load', i)
+         associate (load => loads(i))
+            load%kind = settings%text(entry, 'kind')
+            load%has_place = load%kind /= 'gravity' .and. &
+                             .not. (load%kind == 'pressure' .and. settings%text(entry, 'on') == 'crack')
+            if (size(settings%numbers(entry, 'lower')) == ndim) load%lower = settings%vector(entry, 'lower')
+            if (size(settings%numbers(entry, 'upper')) == ndim) load%upper = settings%vector(entry, 'upper')
+            if (size(settings%numbers(entry, 'force')) == ndim) load%force = settings%vector(entry, 'force')
+            load%pressure = settings%number(entry, 'pressure')
+            load%crack = settings%text(entry, 'crack')
+            load%acceleration = settings%vector(entry, 'acceleration')
+            load%face = settings%text(entry, 'face')
+            call fill_history(settings, entry, load%history)
+         end associate
       end do
    end subroutine fill_loads
-
-   !> Take the values of the keys of one; 0, '' or empty where they are mistaken.
-   pure subroutine fill_load(settings, entry, load)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry                 !! position of the group
-      type(load_spec_t), intent(inout) :: load
-      load%kind = settings%text(entry, 'kind')
-      load%has_place = load%kind /= 'gravity' .and. .not. (load%kind == 'pressure' .and. settings%text(entry, 'on') == 'crack')
-      if (size(settings%numbers(entry, 'lower')) == ndim) load%lower = settings%vector(entry, 'lower')
-      if (size(settings%numbers(entry, 'upper')) == ndim) load%upper = settings%vector(entry, 'upper')
-      if (size(settings%numbers(entry, 'force')) == ndim) load%force = settings%vector(entry, 'force')
-      load%pressure = settings%number(entry, 'pressure')
-      load%crack = settings%text(entry, 'crack')
-      load%acceleration = settings%vector(entry, 'acceleration')
-      load%face = settings%text(entry, 'face')
-      call fill_history(settings, entry, load%history)
-   end subroutine fill_load
 end module hampm_load_group

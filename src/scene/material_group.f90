@@ -92,43 +92,38 @@ contains
    pure subroutine fill_materials(settings, materials)
       type(settings_t), intent(in) :: settings
       type(material_spec_t), allocatable, intent(out) :: materials(:)
-      integer :: i
+      integer :: i, entry
       allocate (materials(settings%count_of('material')))
       do i = 1, size(materials)
-         call fill_material(settings, settings%find('material', i), materials(i))
+         entry = settings%find('material', i)
          materials(i)%number = i
+         associate (material => materials(i))
+            material%name = settings%text(entry, 'name')
+            material%law = settings%text(entry, 'law')
+            material%young = only(settings%numbers(entry, 'young'))
+            material%poisson = settings%number(entry, 'poisson')
+            material%density = settings%number(entry, 'density')
+            material%dilatation = settings%text(entry, 'dilatation')
+            material%yield_stress = settings%number(entry, 'yield_stress')
+            material%hardening = settings%number(entry, 'hardening')
+            material%saturation = settings%number(entry, 'saturation')
+            material%saturation_strain = only(settings%numbers(entry, 'saturation_strain'))
+            material%kinematic = settings%number(entry, 'kinematic')
+            material%c01 = only(settings%numbers(entry, 'c01'))
+            material%moduli = settings%numbers(entry, 'moduli')
+            material%relaxation_times = settings%numbers(entry, 'relaxation_times')
+            associate (of => material%orthotropic)
+               of%young = [only(settings%numbers(entry, 'young_1')), only(settings%numbers(entry, 'young_2')), &
+                           only(settings%numbers(entry, 'young_3'))]
+               of%shear_12 = only(settings%numbers(entry, 'shear_12'))
+               of%poisson_12 = only(settings%numbers(entry, 'poisson_12'))
+               of%poisson_13 = only(settings%numbers(entry, 'poisson_13'))
+               of%poisson_23 = only(settings%numbers(entry, 'poisson_23'))
+               of%angle = settings%number(entry, 'angle')
+            end associate
+         end associate
       end do
    end subroutine fill_materials
-
-   !> Take the values of the keys of one; 0, '' or empty where they are mistaken.
-   pure subroutine fill_material(settings, entry, material)
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry                 !! position of the group
-      type(material_spec_t), intent(inout) :: material
-      material%name = settings%text(entry, 'name')
-      material%law = settings%text(entry, 'law')
-      material%young = only(settings%numbers(entry, 'young'))
-      material%poisson = settings%number(entry, 'poisson')
-      material%density = settings%number(entry, 'density')
-      material%dilatation = settings%text(entry, 'dilatation')
-      material%yield_stress = settings%number(entry, 'yield_stress')
-      material%hardening = settings%number(entry, 'hardening')
-      material%saturation = settings%number(entry, 'saturation')
-      material%saturation_strain = only(settings%numbers(entry, 'saturation_strain'))
-      material%kinematic = settings%number(entry, 'kinematic')
-      material%c01 = only(settings%numbers(entry, 'c01'))
-      material%moduli = settings%numbers(entry, 'moduli')
-      material%relaxation_times = settings%numbers(entry, 'relaxation_times')
-      associate (of => material%orthotropic)
-         of%young = [only(settings%numbers(entry, 'young_1')), only(settings%numbers(entry, 'young_2')), &
-                     only(settings%numbers(entry, 'young_3'))]
-         of%shear_12 = only(settings%numbers(entry, 'shear_12'))
-         of%poisson_12 = only(settings%numbers(entry, 'poisson_12'))
-         of%poisson_13 = only(settings%numbers(entry, 'poisson_13'))
-         of%poisson_23 = only(settings%numbers(entry, 'poisson_23'))
-         of%angle = settings%number(entry, 'angle')
-      end associate
-   end subroutine fill_material
 
    !> The number of a key that may hold none; then 0.
    pure real(dp) function only(list)
