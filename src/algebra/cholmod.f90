@@ -91,19 +91,18 @@ module hampm_cholmod
          type(c_ptr), intent(inout) :: x, y, e
          type(settings_t), intent(inout) :: settings
       end function cholmod_solve2
-
-      integer(c_int) function cholmod_free_factor(factor, settings) bind(c)
-         import :: c_int, c_ptr, settings_t
-         type(c_ptr), intent(inout) :: factor
-         type(settings_t), intent(inout) :: settings
-      end function cholmod_free_factor
-
-      integer(c_int) function cholmod_free_dense(x, settings) bind(c)
-         import :: c_int, c_ptr, settings_t
-         type(c_ptr), intent(inout) :: x
-         type(settings_t), intent(inout) :: settings
-      end function cholmod_free_dense
    end interface
+
+   abstract interface
+      !> Give back the memory of an object.
+      integer(c_int) function free_object(object, settings) bind(c)
+         import :: c_int, c_ptr, settings_t
+         type(c_ptr), intent(inout) :: object
+         type(settings_t), intent(inout) :: settings
+      end function free_object
+   end interface
+
+   procedure(free_object), bind(c) :: cholmod_free_factor, cholmod_free_dense
 
    type(settings_t), save :: settings
    logical, save :: is_started = .false., is_known = .false.

@@ -166,11 +166,8 @@ contains
    !> What all springs do: a matrix that was factorised fits as long as this stays.
    pure function spring_states(springs) result(states)
       type(face_springs_t), intent(in) :: springs
-      integer :: states(springs%n)
-      integer :: k
-      do k = 1, springs%n
-         states(k) = state_of(springs%list(k))
-      end do
+      integer :: states(springs%n), k
+      states = [(state_of(springs%list(k)), k=1, springs%n)]
    end function spring_states
 
    !> Force by which a spring resists its opening [N].
@@ -255,32 +252,33 @@ contains
    pure subroutine add_spring_forces(springs, force)
       type(face_springs_t), intent(in) :: springs
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
-      real(dp) :: f(ndim)
-      integer :: k, j
+      integer :: k
       do k = 1, springs%n
-         f = force_of(springs%list(k))
-         do j = 1, 2*most_nodes_of_leaf
-            associate (node => springs%list(k)%node(j))
-               if (node > 0) force(:, node) = force(:, node) - springs%list(k)%share(j)*f
-            end associate
-         end do
+         call give_nodes(springs%list(k), -force_of(springs%list(k)), force)
       end do
    end subroutine add_spring_forces
+
+   !> Give the nodes of a spring their shares of something.
+   pure subroutine give_nodes(spring, what, field)
+      type(spring_t), intent(in) :: spring
+      real(dp), intent(in) :: what(ndim)
+      real(dp), intent(inout) :: field(:, :)     !! (ndim, n_points)
+      integer :: j
+      do j = 1, count(spring%node > 0)
+         field(:, spring%node(j)) = field(:, spring%node(j)) + spring%share(j)*what
+      end do
+   end subroutine give_nodes
 
    !> Add the forces by which springs, as they are, resist a small displacement of the nodes [N].
    pure subroutine add_spring_resistance(springs, u, force)
       type(face_springs_t), intent(in) :: springs
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
-      real(dp) :: f(ndim)
-      integer :: k, j
+      integer :: k
       do k = 1, springs%n
-         f = matmul(spring_stiffness(springs%list(k), springs%caution), opening_by(springs%list(k), u))
-         do j = 1, count(springs%list(k)%node > 0)
-            associate (of_node => force(:, springs%list(k)%node(j)))
-               of_node = of_node + springs%list(k)%share(j)*f
-            end associate
-         end do
+         associate (spring => springs%list(k))
+            call give_nodes(spring, matmul(spring_stiffness(spring, springs%caution), opening_by(spring, u)), force)
+         end associate
       end do
    end subroutine add_spring_resistance
 
@@ -340,14 +338,11 @@ contains
    pure subroutine add_spring_momentum(springs, momentum)
       type(face_springs_t), intent(in) :: springs
       real(dp), intent(inout) :: momentum(:, :)  !! (ndim, n_points)
-      integer :: k, j
+      integer :: k
       do k = 1, springs%n
-         if (.not. springs%list(k)%mass > 0) cycle
-         do j = 1, count(springs%list(k)%node > 0)
-            associate (of_node => momentum(:, springs%list(k)%node(j)))
-               of_node = of_node + springs%list(k)%mass*springs%list(k)%share(j)*springs%list(k)%rate
-            end associate
-         end do
+         associate (spring => springs%list(k))
+            if (spring%mass > 0) call give_nodes(spring, spring%mass*spring%rate, momentum)
+         end associate
       end do
    end subroutine add_spring_momentum
 
@@ -372,10 +367,7 @@ contains
    pure real(dp) function energy_of_rates(springs) result(energy)
       type(face_springs_t), intent(in) :: springs
       integer :: k
-      energy = 0
-      do k = 1, springs%n
-         if (springs%list(k)%mass > 0) energy = energy + springs%list(k)%mass*sum(springs%list(k)%rate**2)/2
-      end do
+      energy = sum([(springs%list(k)%mass*sum(springs%list(k)%rate**2)/2, k=1, springs%n)])
    end function energy_of_rates
 
    !> Let all be as before any load.
@@ -420,10 +412,7 @@ contains
    pure real(dp) function spring_energy(springs) result(energy)
       type(face_springs_t), intent(in) :: springs
       integer :: k
-      energy = 0
-      do k = 1, springs%n
-         energy = energy + energy_of(springs%list(k))
-      end do
+      energy = sum([(energy_of(springs%list(k)), k=1, springs%n)])
    end function spring_energy
 
    !> Energy that a spring stores [J]: that of a bond since it began. One that has begun to let go stores none, what it takes is lost.
