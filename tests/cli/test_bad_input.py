@@ -198,7 +198,6 @@ REFINEMENT = [
     ("0.04, 0.0\n  region_upper = 0.06, 0.01", "0.1, 0.0", "region_lower", "must contain material of a body"),
     ("region_lower = 0.04, 0.0\n  region_upper = 0.06, 0.01", "region_upper = 0.1, -0.01", "region_upper", "must contain material"),
     ("0.0\n  region_upper = 0.06, 0.01", "-1\n  region_upper = 0.06, -0.5", "region_lower", "must contain material of a body"),
-    ("points_per_cell = 2", "points_per_cell = 3", "points_per_cell", "&body points_per_cell = 3 is not allowed with &refine indicator = 'gradient' and &refine max_level = 4"),
     ("  max_particles = 1000000\n/\n", "  max_particles = 1000000\n", "&refine", "&refine: its '/' is missing"),
     ("&refine", "&refien", "&refien", "there is no group &refien; did you mean 'refine'?"),
     ("1000000\n/", "1000000\n/\n&refine /", "&refine /", "&refine stands a second time"),
