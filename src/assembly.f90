@@ -133,9 +133,8 @@ contains
          static%fixed_step = scene%output%history_interval
          allocate (integrator, source=static)
       else if (scene%method%time == 'implicit') then
-         implicit%equilibrium%newton%solver = scene%method%solver
-         implicit%equilibrium%newmark%is_used = .true.
-         implicit%equilibrium%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
+         implicit%newmark%newton%solver = scene%method%solver
+         implicit%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
          implicit%fixed_step = scene%method%time_step
          allocate (integrator, source=implicit)
       else if (scene%method%path == 'reference') then

@@ -350,6 +350,7 @@ contains
       if (.not. have_planned) return
       call update_particles(s%motion)
       call change_cut(s, failure)
+      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
    end subroutine prepare_growth
 
    !> After a step: scale loads to the toughness at rest, or let tips move.
@@ -490,6 +491,7 @@ contains
       call update_particles(s%motion)
       call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
+      if (adapted .and. .not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
    end subroutine adapt
 
    !> Find the equilibrium, or the motion of the nodes, with which a run begins that is not one of explicit steps.

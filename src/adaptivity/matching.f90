@@ -23,6 +23,7 @@ module hampm_matching
    use hampm_grid, only: build_grid, grid_t
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
+   use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
    use hampm_quadratic_children, only: values_of_children, give_to_children
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent, times_split
@@ -86,10 +87,12 @@ contains
       type(forest_t), intent(in) :: forest
       type(line_t), allocatable, intent(in) :: lines(:)
       type(failure_t), intent(inout) :: failure
+      type(old_mesh_t), allocatable :: old
       type(cut_t), allocatable :: cuts(:)
       type(outline_t), allocatable :: bodies(:)
       integer, allocatable :: sheets(:)
       real(dp), allocatable :: solids(:, :, :)
+      call leave_mesh(m, old)
       cuts = m%grid%cuts
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
       if (allocated(m%grid%sheet_of_body)) allocate (sheets, source=m%grid%sheet_of_body)
@@ -97,6 +100,7 @@ contains
       call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets, solids)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
+      if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)
    end subroutine change_grid
 
    !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice.
@@ -333,11 +337,14 @@ contains
       end do
    end function twists
 
-   !> Kinetic and strain energy of the particles, and that of springs [J], where it is audited.
+   !> Kinetic and strain energy of the particles, and that of springs [J], where it is audited; where nodes keep their velocity the kinetic
+   !> energy is theirs, and not asked here.
    real(dp) function total_energy(m) result(energy)
       type(motion_t), intent(in) :: m
       energy = 0
-      if (m%audit) energy = kinetic_energy(m%particles) + stored_energy(m) + dissipated_energy(m)
+      if (.not. m%audit) return
+      energy = stored_energy(m) + dissipated_energy(m)
+      if (.not. allocated(m%nodal_velocity)) energy = energy + kinetic_energy(m%particles)
    end function total_energy
 
    !> Twist of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It

@@ -2,17 +2,17 @@
 module hampm_implicit
    use hampm_kinds, only: dp
    use hampm_archive, only: archive_t
-   use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t, book_step
    use hampm_motion, only: motion_t, map_to_grid
+   use hampm_newmark, only: newmark_t
    implicit none
    private
    public :: implicit_t
 
-   !> How equilibrium with the forces of inertia is found.
+   !> How forces are balanced with those of inertia.
    type, extends(integrator_t) :: implicit_t
-      type(equilibrium_t) :: equilibrium
+      type(newmark_t) :: newmark
    contains
       procedure :: advance
       procedure :: settle
@@ -29,7 +29,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       if (.not. m%mapped) call map_to_grid(m)
-      call self%equilibrium%find(m, m%time + dt, failure)
+      call self%newmark%follow(m, m%time + dt, failure)
       if (.not. failure%failed()) call book_step(m, dt)
    end subroutine advance
 
@@ -39,7 +39,7 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
-      call self%equilibrium%newmark%start(m, dt, failure)
+      call self%newmark%start(m, dt, failure)
    end subroutine settle
 
    !> Keep in an archive what the steps need of those before.
@@ -47,12 +47,12 @@ contains
       class(implicit_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call self%equilibrium%newmark%keep(m, archive)
+      call self%newmark%keep(m, archive)
    end subroutine keep
 
    !> Give back the memory of the matrix.
    subroutine finish(self)
       class(implicit_t), intent(inout) :: self
-      call self%equilibrium%newton%release()
+      call self%newmark%newton%release()
    end subroutine finish
 end module hampm_implicit

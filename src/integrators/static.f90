@@ -94,7 +94,7 @@ contains
       class(static_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call self%equilibrium%keep(archive)
+      call self%equilibrium%keep(m, archive)
       if (any(m%materials%has_eigenstrain)) call archive%keep('at_first', self%at_first)
    end subroutine keep
 

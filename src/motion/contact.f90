@@ -29,7 +29,7 @@ module hampm_contact
    use hampm_text, only: to_text
    implicit none
    private
-   public :: contact_t, rebuild_contact, lump_at_pairs, share_velocity, pressing_forces, pressed_pairs, share_normal, keep_apart, &
+   public :: contact_t, rebuild_contact, lump_at_touch, share_velocity, pressing_forces, pressed_pairs, share_normal, keep_apart, &
              keep_contact
 
    integer, parameter :: sides = 2               !! of a cut: upper, lower
@@ -132,19 +132,20 @@ contains
       if (place(2) > place(1)) gap = gaps(1) + real(along - place(1), dp)/(place(2) - place(1))*(gaps(2) - gaps(1))
    end subroutine take_over
 
-   !> Lump the cells at pairs.
-   subroutine lump_at_pairs(c, grid, matrix)
+   !> Lump the cells at pairs, and at other nodes that may touch something.
+   subroutine lump_at_touch(c, others, grid, matrix)
       type(contact_t), intent(in) :: c
+      integer, intent(in) :: others(:)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
-      integer :: k, side
+      integer :: k
       if (.not. allocated(matrix%blend)) return
-      do k = 1, c%n
-         do side = 1, sides
-            matrix%blend(matrix%cell_of(grid%dofs%elements_at(c%node(side, k)))) = 1
+      associate (nodes => [(c%node(:, k), k=1, c%n), others])
+         do k = 1, size(nodes)
+            matrix%blend(matrix%cell_of(grid%dofs%elements_at(nodes(k)))) = 1
          end do
-      end do
-   end subroutine lump_at_pairs
+      end associate
+   end subroutine lump_at_touch
 
    !> Let the sides of pressed pairs have one normal velocity, `v_n` or `v_mapped`.
    subroutine share_velocity(c, grid, f, which)

@@ -18,7 +18,7 @@ module hampm_motion
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_constraints, only: constraints_t, rebuild_constraints
-   use hampm_contact, only: contact_t, rebuild_contact, lump_at_pairs
+   use hampm_contact, only: contact_t, rebuild_contact, lump_at_touch
    use hampm_cuts, only: crosses
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_driven_nodes, only: driven_work_t
@@ -66,6 +66,8 @@ module hampm_motion
       type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
       type(face_springs_t) :: springs            !! between the sides of cracks that cut cells
+      real(dp), allocatable :: nodal_displacement(:, :) !! that the nodes keep between equilibria and implicit steps, since the start; at rest
+                                                 !! from material without loads [m], (ndim, n_points)
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
                                                  !! allocated where velocities are kept by the particles only
       ! How the machine does it
@@ -137,7 +139,7 @@ contains
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
       if (allocated(m%fields%mass_matrix%blend)) call give_ties(m)
-      call lump_at_pairs(m%contact, m%grid, m%fields%mass_matrix)
+      call lump_at_touch(m%contact, m%constraints%supporting(), m%grid, m%fields%mass_matrix)
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend

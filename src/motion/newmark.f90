@@ -7,7 +7,7 @@
 !>    gamma = 1/2 - alpha,    beta = (1 - alpha)**2/4,
 !>
 !> with r the internal forces, f the loads. With the displacement du = u' - u as the unknown it is an equilibrium as at rest
-!> (`hampm_equilibrium`) to which inertia adds forces that are linear in du,
+!> (`hampm_balance`) to which inertia adds forces that are linear in du,
 !>
 !>    r'(du) + (f' - alpha/(1 + alpha) (r + f)) - M (c du + b) = 0,    c = 1/(beta dt**2 (1 + alpha)) + rate gamma/(beta dt),
 !>
@@ -19,70 +19,39 @@
 !> not conserved exactly, as no step of this kind does without forces made for it (Simo & Tarnow 1992).
 !>
 !> Nodes that are moved in a given way have it as their displacement; their velocity and acceleration are central differences of
-!> it. (By the formulas above they would swing around the given motion, and ever more so.)
+!> it. (By the formulas above they would swing around the given motion, and ever more so.) Nodes on supports that only push have those
+!> of their support when a step is over, and the nodes of a pair on faces that are pressed together the means by mass of both, normal to
+!> the faces: momentum is kept, and what meets does not bounce. In the step they have them by the formulas: so whether they touch
+!> is a question with one answer.
 !>
 !> Source: Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; Hilber, Hughes & Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283-292;
 !> Hughes, The Finite Element Method (1987), chapter 9; Simo & Tarnow, J. Appl. Math. Phys. 43 (1992) 757-792.
 module hampm_newmark
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_balance, only: balance_t, part_t, start_t, is_linear
+   use hampm_contact, only: share_normal
    use hampm_constraints, only: hold
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t
+   use hampm_kinetic, only: kinetic_energy
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
    use hampm_motion, only: motion_t, refresh_grid, stored_energy, dissipated_energy
    use hampm_nodal_fields, only: v_next
-   use hampm_nodal_state, only: internal_force, external_force
+   use hampm_nodal_state, only: internal_force
+   use hampm_outer_forces, only: drive_t, find_drive
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_face_springs, only: stretch_springs, kick_springs
+   use hampm_stiffness, only: local_of
+   use hampm_supports, only: lift_by
    use hampm_whereabouts, only: when
    implicit none
    private
-   public :: newmark_t, outer_forces_t, drive_t, is_linear
+   public :: newmark_t
 
    real(dp), parameter :: same = 1e-9_dp         !! part by which a step may differ from the last one and be taken for it
-
-   !> What drives the material at a time.
-   type :: drive_t
-      real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
-      real(dp), allocatable :: way(:, :)         !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
-   end type drive_t
-
-   !> Forces on the nodes beside the internal ones: those of loads and, in motion, of inertia, -M (c (u - given) + rest) where a step
-   !> displaces them by u.
-   type :: outer_forces_t
-      real(dp), allocatable :: applied(:, :)     !! condensed [N], (ndim, n_points)
-      real(dp) :: mass_factor = 0                !! c [1/s2]; 0 at rest
-      real(dp) :: inertia = 0                    !! the largest force of it at first [N]
-      real(dp), allocatable, private :: given(:, :) !! of fixed components [m], (ndim, n_points)
-      real(dp), allocatable, private :: rest(:, :) !! [m/s2], (ndim, n_points)
-      real(dp), allocatable, private :: mass(:)  !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
-   contains
-      procedure :: at
-   end type outer_forces_t
-
-   !> The method, and what the nodes keep beside their velocity, which is the motion's.
-   type :: newmark_t
-      logical :: is_used = .false.               !! else equilibria are those at rest
-      real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
-      real(dp) :: dt = 0                         !! of the last step [s]
-      type(drive_t) :: now                       !! what drives the nodes at the present time
-      type(outer_forces_t) :: outer              !! in the step that is tried
-      real(dp), allocatable :: r(:, :)           !! internal forces at its start, condensed [N], (ndim, n_points)
-      real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
-      integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
-      real(dp), allocatable, private :: a(:, :)  !! acceleration at the present time [m/s2], (ndim, n_points)
-      ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in the step that is tried
-      real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
-      real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
-   contains
-      procedure :: start
-      procedure :: begin
-      procedure :: finish
-      procedure :: keep
-   end type newmark_t
 
    !> What fixed components of nodes do in a step; 0 for the others.
    type :: driven_t
@@ -91,10 +60,36 @@ module hampm_newmark
       real(dp), allocatable :: a(:, :)           !! acceleration at its end [m/s2], (ndim, n_points)
    end type driven_t
 
+   !> The method, and what the nodes keep beside their velocity, which is the motion's.
+   type, extends(balance_t) :: newmark_t
+      real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
+      real(dp) :: dt = 0                         !! of the last step [s]
+      type(drive_t) :: now                       !! what drives the nodes at the present time
+      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, condensed [N], (ndim, n_points)
+      real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
+      real(dp), private :: kinetic = 0           !! kinetic energy after the last step, where it is audited [J]
+      integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
+      real(dp), allocatable, private :: a(:, :)  !! acceleration at the present time [m/s2], (ndim, n_points)
+      ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in it
+      real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
+      real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
+      type(driven_t), private :: driven
+      logical, allocatable, private :: fixed(:, :) !! components at its start, (ndim, n_nodes)
+   contains
+      procedure :: start
+      procedure :: begin
+      procedure :: finish
+      procedure :: try
+      procedure :: most_divisions
+      procedure :: likely_cause
+      procedure :: keep
+   end type newmark_t
+
 contains
 
-   !> Find velocity and acceleration of the nodes at the present time from the particles: M v = p, M a = f - C v. The step that
-   !> comes is `dt` long. Fails where the equations cannot be solved.
+   !> Find velocity and acceleration of the nodes at the present time, M v = p of the particles at the start, M a = f - C v. On another mesh
+   !> nodes have the velocity that they had there, and particles follow them; what kinetic energy that takes is booked. The step that comes is
+   !> `dt` long. Fails where the equations cannot be solved.
    subroutine start(self, m, dt, failure)
       class(newmark_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
@@ -103,14 +98,22 @@ contains
       real(dp), allocatable :: b(:, :), r(:, :), product(:, :), v(:, :), a(:, :)
       type(driven_t) :: first
       call find_mass(self, m)
-      self%now%way = m%constraints%way(m%time)
-      call external_force(m, m%time, self%now%force)
-      call begin_driven(m, m%time, dt, first)
+      call find_drive(m, m%time, self%now)
       associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
          allocate (product, mold=self%now%force)
-         call multiply_by_mass(m%grid, matrix, mass, first%v, product)
-         allocate (b, source=m%fields%momentum - product)
-         call solve_mass_equation(m, b, first%v, v, failure)
+         if (allocated(m%nodal_velocity)) then
+            if (m%constraints%only_push()) call lift_by(m, m%nodal_displacement)
+            call find_driven(m, m%constraints%way(m%time - dt), m%time, dt, first)
+            call give(m, first%v, m%nodal_velocity)
+            call move_alloc(m%nodal_velocity, v)
+            call follow_nodes(m, v)
+         else
+            call begin_driven(m, m%time, dt, first)
+            call multiply_by_mass(m%grid, matrix, mass, first%v, product)
+            allocate (b, source=m%fields%momentum - product)
+            call solve_mass_equation(m, b, first%v, v, failure)
+            allocate (m%nodal_displacement, source=0*v)
+         end if
          call internal_force(m, r)
          call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*v + first%a, product)
          b = r + self%now%force - product
@@ -118,7 +121,20 @@ contains
       end associate
       call move_alloc(v, m%nodal_velocity)
       call move_alloc(a, self%a)
+      if (m%audit .and. m%steps > 0) m%numerical_loss = m%numerical_loss + self%kinetic - kinetic_energy(m)
    end subroutine start
+
+   !> Give the particles the velocity that nodes have where they are.
+   subroutine follow_nodes(m, v)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: v(:, :)            !! (ndim, n_points)
+      integer :: i
+      do i = 1, m%particles%n
+         m%particles%velocity(i, :) = matmul(v(:, m%grid%support_of(m%particles%cell(i))), &
+                                             m%grid%functions_in(m%particles%cell(i), local_of(m, i)))
+      end do
+      m%mapped = .false.
+   end subroutine follow_nodes
 
    !> x of M x = b at the nodes, with given values of the fixed components, distributed.
    subroutine solve_mass_equation(m, b, given, x, failure)
@@ -145,6 +161,42 @@ contains
       self%layout = m%fields%layout
    end subroutine find_mass
 
+   !> Try to move on by a part of a step. Fails where its forces are not balanced.
+   subroutine try(self, m, part, start, is_rough, failure)
+      class(newmark_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      type(part_t), intent(in) :: part
+      type(start_t), intent(in) :: start
+      logical, intent(out) :: is_rough
+      type(failure_t), intent(inout) :: failure
+      type(drive_t) :: drive
+      real(dp), allocatable :: way(:, :)
+      is_rough = .false.
+      call self%begin(m, part%end, part%length, drive)
+      allocate (way, source=drive%way - self%now%way)
+      if (is_linear(m)) then
+         call self%newton%solve_at_once(m, self%outer, self%r, way, self%moved, failure)
+      else
+         self%moved = 0*self%r
+         call self%with_contact(m, part%length, way, failure)
+      end if
+      if (.not. failure%failed()) call self%finish(m, self%moved, drive, .not. is_linear(m))
+   end subroutine try
+
+   !> How often a step that fails is divided into two; with more a step is far too long.
+   pure integer function most_divisions(self, m)
+      class(newmark_t), intent(in) :: self
+      type(motion_t), intent(in) :: m
+      most_divisions = merge(0, 8, is_linear(m))
+   end function most_divisions
+
+   !> In words: why parts of a step fail too.
+   function likely_cause(self) result(text)
+      class(newmark_t), intent(in) :: self
+      character(:), allocatable :: text
+      text = 'a load too large for the material, or a &method time_step too long for the motion'
+   end function likely_cause
+
    !> Begin to try a step, at the present state: find the inertia in it, what drives the nodes at its end and, of the loads and of the
    !> forces at its start, what stands beside the internal forces in its equations.
    subroutine begin(self, m, time, length, drive)
@@ -153,7 +205,6 @@ contains
       real(dp), intent(in) :: time               !! at its end [s]
       real(dp), intent(in) :: length             !! of it [s]
       type(drive_t), intent(out) :: drive
-      type(driven_t) :: driven
       real(dp) :: beta, gamma, dt
       if (self%layout /= m%fields%layout) call find_mass(self, m)
       beta = (1 - self%alpha)**2/4
@@ -164,41 +215,22 @@ contains
       self%v_du = gamma/(beta*dt)
       call internal_force(m, self%r)
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
-      call external_force(m, time, drive%force)
-      drive%way = self%now%way
-      if (m%constraints%move()) drive%way = m%constraints%way(time)
-      call find_driven(m, self%now%way, time, dt, driven)
+      call find_drive(m, time, drive)
+      call find_driven(m, self%now%way, time, dt, self%driven)
       associate (v => m%nodal_velocity, a => self%a, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
          self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*a
          self%by_a = -v/(beta*dt) - (1/(2*beta) - 1)*a
-         call give(m, driven%v, self%by_v)
-         call give(m, driven%a, self%by_a)
+         call give(m, self%driven%v, self%by_v, .false.)
+         call give(m, self%driven%a, self%by_a, .false.)
          outer%mass_factor = self%a_du/(1 + alpha) + rate*self%v_du
-         outer%given = driven%du
+         outer%given = 0*v
+         call give(m, self%driven%du, outer%given, .false.)
          outer%rest = (self%by_a + rate*((1 + alpha)*self%by_v - alpha*v))/(1 + alpha)
          outer%applied = drive%force - alpha/(1 + alpha)*(self%r + self%now%force)
-         if (is_linear(m)) return
-         outer%inertia = maxval(abs(outer%at(m, driven%du) - outer%applied))
+         self%fixed = m%constraints%fixed
+         if (.not. is_linear(m)) outer%inertia = maxval(abs(outer%at(m, outer%given) - outer%applied))
       end associate
    end subroutine begin
-
-   !> Whether internal forces are linear in the displacement, so that one solution is a step.
-   pure logical function is_linear(m)
-      type(motion_t), intent(in) :: m
-      is_linear = all(m%materials%linear) .and. m%springs%n_contact == 0
-   end function is_linear
-
-   !> The forces with a displacement of the nodes, condensed [N].
-   function at(self, m, u) result(force)
-      class(outer_forces_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
-      real(dp), allocatable :: force(:, :)       !! (ndim, n_points)
-      allocate (force, source=self%applied)
-      if (.not. self%mass_factor > 0) return
-      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, self%mass_factor*(u - self%given) + self%rest, force)
-      force = self%applied - force
-   end function at
 
    !> Finish the step with the displacement that was found: the particles follow, and what loads, constraints and damping do is booked.
    subroutine finish(self, m, du, drive, have_moved)
@@ -210,12 +242,22 @@ contains
       real(dp), allocatable :: v(:, :), a(:, :)
       allocate (v, source=self%v_du*(du - self%outer%given) + self%by_v)
       allocate (a, source=self%a_du*(du - self%outer%given) + self%by_a)
+      if (m%constraints%only_push()) then
+         call give(m, self%driven%v, v, .true.)
+         call give(m, self%driven%a, a, .true.)
+      end if
+      if (m%contact%n > 0) then
+         call share_normal(m%contact, m%grid, m%fields%mass_matrix, v)
+         call share_normal(m%contact, m%grid, m%fields%mass_matrix, a)
+      end if
       call move_particles(m, self%dt, du, v - m%nodal_velocity, have_moved)
-      call book(self, m, drive%force, du, v)
+      call book(self, m, drive, du, v)
       call move_alloc(v, m%nodal_velocity)
       call move_alloc(a, self%a)
       call move_alloc(drive%force, self%now%force)
       call move_alloc(drive%way, self%now%way)
+      m%nodal_displacement = m%nodal_displacement + du
+      if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine finish
 
    !> What fixed components do in the step that ends at a time: central differences of the way that they are given.
@@ -261,12 +303,16 @@ contains
       x(:, m%grid%n_nodes + 1:) = 0
    end subroutine hold_not
 
-   !> Give fixed components of a nodal field their values, and distribute it.
-   subroutine give(m, given, x)
+   !> Give components of a nodal field that are held, by constraints or by supports, their values, and distribute it.
+   subroutine give(m, given, x, on_supports)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
-      where (m%constraints%fixed) x(:, :m%grid%n_nodes) = given(:, :m%grid%n_nodes)
+      logical, intent(in), optional :: on_supports !! which; without both are given
+      logical :: some(ndim, m%grid%n_nodes)
+      some = m%constraints%fixed
+      if (present(on_supports)) some = some .and. (m%constraints%supported .eqv. on_supports)
+      where (some) x(:, :m%grid%n_nodes) = given(:, :m%grid%n_nodes)
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine give
 
@@ -300,20 +346,21 @@ contains
    !> nodes are driven, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
    !> (v + v')/2 . M (v' - v), the strain energy of linear laws du . K (u + u')/2; at free nodes the sum is what loads and damping do there,
    !> and at driven ones, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
+   !> Where a node comes to its support or leaves it in the step the work is that of the mean of R on the way of the support.
    !>
-   !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, and what
-   !> the means of the internal forces work more than the material stores and dissipates.
-   subroutine book(self, m, f, du, v)
+   !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, what nodes
+   !> lose that meet supports or the other face, and what the means of the internal forces work more than the material stores and dissipates.
+   subroutine book(self, m, drive, du, v)
       class(newmark_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: f(:, :)            !! loads at the end [N], (ndim, n_points)
+      type(drive_t), intent(in) :: drive         !! at the end
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
-      real(dp), allocatable, dimension(:, :) :: drag, gain, r ! of damping, of momentum, mean of internal forces
+      real(dp), allocatable, dimension(:, :) :: drag, gain, work, r ! of damping, of momentum, of R, mean of internal forces
       integer :: n
       n = m%grid%n_nodes
       allocate (drag, mold=du)
-      associate (v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + f)/2, &
+      associate (v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + drive%force)/2, &
                  fixed => m%constraints%fixed)
          m%external_work = m%external_work + sum(du(:, :n)*mean(:, :n))
          drag = 0
@@ -326,9 +373,11 @@ contains
          call internal_force(m, r)
          r = (self%r + r)/2
          call multiply_by_mass(m%grid, matrix, self%outer%mass, v - v_0, gain)
+         work = gain(:, :n)/self%dt + drag(:, :n) - r(:, :n) - mean(:, :n)
          gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
-         m%external_work = m%external_work + sum(gain(:, :n), mask=fixed)
-         if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n), mask=.not. fixed) - sum(du(:, :n)*r(:, :n)) &
+         work = merge(gain(:, :n), merge((drive%way - self%now%way)*work, 0.0_dp, fixed .or. self%fixed), fixed .and. self%fixed)
+         m%external_work = m%external_work + sum(work)
+         if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) &
                                          - (stored_energy(m) + dissipated_energy(m) + m%springs%loss - self%stored)
       end associate
    end subroutine book
@@ -343,8 +392,11 @@ contains
       call archive%keep('have_begun', has_begun)
       if (.not. has_begun) return
       if (archive%is_read) allocate (self%a(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
-                                     self%now%way(ndim, m%grid%n_nodes), m%nodal_velocity(ndim, m%grid%n_points))
+                                     self%now%way(ndim, m%grid%n_nodes), m%nodal_velocity(ndim, m%grid%n_points), &
+                                     m%nodal_displacement(ndim, m%grid%n_points))
       call archive%keep('last_dt', self%dt)
+      call archive%keep('kinetic', self%kinetic)
+      call archive%keep_reals('nodal_displacement', size(m%nodal_displacement), m%nodal_displacement)
       call archive%keep_reals('nodal_velocity', size(m%nodal_velocity), m%nodal_velocity)
       call archive%keep_reals('nodal_acceleration', size(self%a), self%a)
       call archive%keep_reals('nodal_load', size(self%now%force), self%now%force)

@@ -18,7 +18,7 @@ module hampm_newton
    use hampm_face_springs, only: stretch_springs, add_spring_resistance, spring_states, have_friction, hold_friction, free_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
-   use hampm_newmark, only: outer_forces_t
+   use hampm_outer_forces, only: outer_forces_t
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all

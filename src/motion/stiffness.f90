@@ -229,11 +229,17 @@ contains
       type(stiffness_t), intent(in) :: stiffness
       type(sparse_t), intent(inout) :: matrix
       real(dp), allocatable :: mass(:)
-      integer :: i
+      integer :: k, d
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
-      do i = 1, stiffness%unknowns%n
-         call matrix%add(i, i, stiffness%kind%mass_factor*mass(stiffness%unknowns%node(i)))
-      end do
+      associate (all => m%fields%mass_matrix%all, dof => stiffness%unknowns%dof)
+         do k = 1, all%n_nodes                   ! two of a tied pair have one unknown
+            do d = 1, ndim
+               associate (i => dof(d, all%nodes(k)))
+                  if (i > 0) call matrix%add(i, i, stiffness%kind%mass_factor*mass(all%nodes(k)))
+               end associate
+            end do
+         end do
+      end associate
    end subroutine add_concentrated_mass
 
    !> The longer side of the box around all particles [m].

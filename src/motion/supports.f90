@@ -2,7 +2,7 @@
 !> where it has lifted off. Which way a support pushes is where the material is: all particles around a node of it stand on one
 !> side.
 !>
-!> At rest, which components are fixed is found by turns: let go what is pulled, hold what would go through the support.
+!> Which components are fixed is found by turns (`hampm_balance`): let go what is pulled, hold what would go through the support.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets).
 module hampm_supports
@@ -15,7 +15,7 @@ module hampm_supports
    use hampm_text, only: to_text, without_rounding
    implicit none
    private
-   public :: check_supports, move_supports, follow_supports, look_at_supports, lift_by, press_on_supports, &
+   public :: check_supports, move_supports, follow_supports, look_at_supports, turn_supports, lift_by, press_on_supports, &
              keep_supports
 
    real(dp), parameter :: through = 1e-12_dp     !! how far a node is in its support before it is held, over the largest lift
@@ -125,57 +125,39 @@ contains
       end do
    end subroutine lift_by
 
-   !> Let go the components that are pulled by their supports, and hold those that are in them. Where that would let go too much, as
-   !> a body that is not held any more, only the one that is pulled most.
-   subroutine look_at_supports(m, r, rounding, one_only, changed)
+   !> Which components are wrongly held or free: pulled by their supports, or in these.
+   subroutine look_at_supports(m, r, rounding, wrong, pull)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance without the supports [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
-      logical, intent(in) :: one_only            !! whether to let go the one that is pulled most only
-      logical, intent(out) :: changed
-      real(dp) :: pull, most, deepest
-      integer :: k, d, worst(2)
-      changed = .false.
+      logical, allocatable, intent(out) :: wrong(:, :) !! (ndim, n_nodes)
+      real(dp), allocatable, intent(out) :: pull(:, :) !! by which supports pull [N], (ndim, n_nodes)
+      allocate (wrong(ndim, m%grid%n_nodes), pull(ndim, m%grid%n_nodes))
+      wrong = .false.
+      pull = 0
       if (.not. m%constraints%only_push()) return
       call find_sides(m)
-      most = rounding
-      worst = 0
-      deepest = through*largest_lift(m%constraints)
-      do k = 1, size(m%constraints%node)
-         associate (node => m%constraints%node(k))
-            do d = 1, ndim
-               if (.not. m%constraints%supported(d, node)) cycle
-               if (.not. m%constraints%fixed(d, node)) then
-                  if (m%constraints%lift(d, node)*m%constraints%up(d, node) >= -deepest) cycle
-                  call m%constraints%set_fixed(d, node, .true.)
-                  changed = .true.
-                  cycle
-               end if
-               pull = r(d, node)*m%constraints%up(d, node)
-               if (pull <= rounding) cycle
-               if (pull > most) worst = [d, node]
-               most = max(most, pull)
-               if (one_only) cycle
-               call m%constraints%set_fixed(d, node, .false.)
-               changed = .true.
-            end do
-         end associate
-      end do
-      if (.not. one_only .or. worst(1) == 0) return
-      call m%constraints%set_fixed(worst(1), worst(2), .false.)
-      changed = .true.
+      associate (c => m%constraints)
+         where (c%supported .and. c%fixed)
+            pull = r(:, :size(pull, 2))*c%up
+            wrong = pull > rounding
+         elsewhere (c%supported)
+            wrong = c%lift*c%up < -through*largest_lift(c)
+         end where
+      end associate
    end subroutine look_at_supports
+
+   !> Let supports hold components that they did not, or let them go.
+   pure subroutine turn_supports(c, some)
+      type(constraints_t), intent(inout) :: c
+      logical, intent(in) :: some(:, :)          !! (ndim, n_nodes)
+      call c%fix(c%fixed .neqv. some)
+   end subroutine turn_supports
 
    !> How far the component that is farthest from its support is from it [m].
    pure real(dp) function largest_lift(c)
       type(constraints_t), intent(in) :: c
-      integer :: k, d
-      largest_lift = 0
-      do k = 1, size(c%node)
-         do d = 1, ndim
-            if (c%supported(d, c%node(k))) largest_lift = max(largest_lift, abs(c%lift(d, c%node(k))))
-         end do
-      end do
+      largest_lift = max(0.0_dp, maxval(abs(c%lift), mask=c%supported))
    end function largest_lift
 
    !> Keep which components are held by supports, and how far the others are from these.

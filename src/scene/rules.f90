@@ -161,10 +161,8 @@ module hampm_rules
              "&method time_steps = 'global'"), &
       rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
-      rule_t("&constraint push_only = .true.", requires, "&method time = 'static'", not_built, &
-             "in steps of time faces of a crack with contact part and meet again", ""), &
-      rule_t("&constraint push_only = .true.", not_with, with_history, not_built, &
-             "which supports push is tried by turns, and particles would remember each try", ""), &
+      rule_t("&constraint push_only = .true.", not_with, "&method time = 'explicit'", not_built, &
+             "in explicit steps faces of a crack with contact part and meet again", "&method time = 'implicit'"), &
       rule_t("&constraint push_only = .true.", not_with, "&growth", not_built, &
              "loads are scaled, which is not what a support does", "")]
 
@@ -339,13 +337,8 @@ module hampm_rules
 
    type(rule_t), parameter :: of_refinement(*) = [ &
       rule_t("&refine indicator = 'tip'", requires, "&crack", by_meaning, "", ""), &
-      rule_t("&refine indicator = 'zz' | 'gradient'", not_with, "&method time = 'implicit'", not_built, &
-             "the nodes keep their motion, and their mesh has to stay", "&refine indicator = 'tip'"), &
       rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
              "it takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
-      rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
-             "&method time = 'static' | 'implicit' and "//with_history, not_built, &
-             "another mesh begins from material without loads, and forgets what has been", "&refine indicator = 'tip'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "particles would have to be given to finer cells", "&refine indicator = 'tip'"), &
@@ -399,13 +392,8 @@ module hampm_rules
              "&refine indicator = 'tip'"), &
       rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
              "what has slid is not carried over when cells are cut anew", "&crack contact = 'frictionless'"), &
-      rule_t("&crack contact = 'frictionless' and &crack kind = 'line'", not_with, "&method time = 'implicit'", not_built, &
-             "nodes of both faces that are tied would keep different velocities", "kind = 'path'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'"), &
-      rule_t("&crack contact = 'frictionless' | 'friction'", not_with, &
-             "&method time = 'static' | 'implicit' and "//with_history, not_built, &
-             "which faces touch is tried by turns, and particles would remember each try", "&method time = 'explicit'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, &
              "&grid order = 2 and &method time = 'explicit'", not_built, "pairs of cut cells have lumped masses", &
              "&method time = 'static'"), &

@@ -42,6 +42,7 @@ module hampm_constraints
       procedure :: number
       procedure :: move
       procedure :: only_push
+      procedure :: supporting
       procedure :: set_fixed
       procedure :: fix
       procedure :: way
@@ -199,6 +200,14 @@ contains
          only_push = only_push .or. self%boxes(k)%motion%push_only
       end do
    end function only_push
+
+   !> The nodes that have such a support.
+   pure function supporting(self) result(nodes)
+      class(constraints_t), intent(in) :: self
+      integer, allocatable :: nodes(:)
+      integer :: k
+      nodes = pack(self%node, [(any(self%supported(:, self%node(k))), k=1, size(self%node))])
+   end function supporting
 
    !> Let a component that is in a box be fixed, or not.
    pure subroutine set_fixed(self, component, node, fixed)

@@ -296,8 +296,6 @@ AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = '
     (PLASTIC, [], "&energy_release estimators", "'stress_closure' is not allowed with &material 'aluminium' law = 'j2_plastic'"),
     (VISCOUS, [("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'domain_integral'")], "time_steps = 'local' ",
      "is not allowed with &material 'aluminium' law = 'viscoelastic'"),
-    (PLASTIC, [*AT_REST, ("&damping", "&refine indicator = 'zz' /\n&damping")], "&refine indicator = 'zz' ", "another mesh begins from"),
-    (VISCOUS, [*AT_REST, ("direction = 1.0, 0.0", "direction = 1.0, 0.0\n  contact = 'frictionless'")], "&crack contact", "is not allowed with &method time = 'static' and &material 'aluminium' law = 'viscoelastic'"),
 ])
 def test_what_laws_that_remember_do_not_go_with(hampm, tmp_path, law, edits, fragment, phrase):
     text = changed((ELASTIC, law), *edits)
@@ -313,7 +311,6 @@ IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'u
     ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local' is not allowed with time = 'implicit'"),
     ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "&method mass = 'fmpm' is not allowed with time = 'implicit': it is a series for the inverse"),
     ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6 is not allowed with time = 'implicit' and courant = 4"),
-    ("&damping", "&refine indicator = 'zz' /\n&damping", "indicator", "&refine indicator = 'zz' is not allowed with &method time = 'implicit'"),
     ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "nodes would jump; use history = 'ramp', or a velocity"),
     ("time = 'implicit'", "time = 'explicit'", "time_step", "&method time_step = 1e-6 requires time = 'implicit': the step of"),
     ("time = 'implicit' time_step = 1e-6", "hht_alpha = -0.1", "hht_alpha", "&method hht_alpha = -0.1 requires time = 'implicit'"),
@@ -324,14 +321,6 @@ def test_what_implicit_steps_do_not_go_with(hampm, tmp_path, old, new, fragment,
     result = hampm("case.nml")
     assert_refused(result, 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
     assert len(result.stderr.splitlines()) == 1
-
-
-def test_implicit_steps_do_not_go_with_contact_of_a_line(hampm, tmp_path):
-    scene = LINE.replace("contact = 'none'", "contact = 'frictionless'")
-    for old, new in IMPLICIT:
-        scene = scene.replace(old, new)
-    (tmp_path / "case.nml").write_text(scene)
-    assert_refused(hampm("case.nml"), 2, "&crack contact = 'frictionless' with kind = 'line' is not allowed with &method time = 'implicit': nodes of both")
 
 
 QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2", "points_per_cell = 3"), *AT_REST[:2], ("'stress_closure'", "'domain_integral'")

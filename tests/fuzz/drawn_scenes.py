@@ -277,7 +277,7 @@ class Drawing:
         symmetric = self.crack == "symmetry"
         if kind in ("low", "moved", "push") and not symmetric:
             found.append(self.box(-1 if self.shaped else 0, -0.5 if self.shaped else 0, self.width + self.shaped, 1.2 if self.shaped else 0) | {"fix": chance.choice(["y", "xy", "xy"])})
-            if kind == "push" and self.time == "static":
+            if kind == "push" and self.time != "explicit":
                 found[-1] |= {"fix": "y", "push_only": True}
         if kind == "corner" and not symmetric:
             found.append(self.box(0, 0, 0, 0) | {"fix": "xy"})
@@ -365,7 +365,7 @@ class Drawing:
                 "max_particles": 4000}
         if keys["indicator"] == "tip":
             keys["rings"] = chance.choice([2, 3, 4])
-        elif self.time == "explicit":
+        elif self.time != "static":
             keys["interval"] = chance.choice([5, 20])
         if keys["indicator"] == "zz":
             keys["tolerance"] = chance.choice([0.05, 0.1, 0.2])

@@ -337,6 +337,53 @@ def test_a_step_that_is_not_found_fails_and_says_where(hampm, tmp_path):
     assert "no equilibrium was found" in result.stderr and "method time_step" in result.stderr
 
 
+# --- cells that refine ---------------------------------------------------------------------------------------------------
+
+SHAKEN = f"""\
+&run end_time = 6e-5 plane = 'strain' thickness = 1.0 /
+&grid lower = 0, 0 cell = 0.01 cells = 10, 10 /
+&material name = 'a' young = {E} poisson = 0.3 density = {RHO} /
+&body material = 'a' lower = 0, 0 upper = 0.1, 0.1 /
+&crack kind = 'symmetry' tip = 0.04, 0 /
+&constraint lower = 0.04, 0 upper = 0.1, 0 fix = 'y' /
+&constraint lower = 0.1, 0 upper = 0.1, 0 fix = 'x' /
+&load kind = 'traction' lower = 0, 0.1 upper = 0.1, 0.1 force = 0, 1e5 history = 'ramp' rise_time = 2e-5 /
+&energy_release estimators = 'domain_integral', 'energy_balance' radii = 0.02, 0.03 /
+&method time = 'implicit' time_step = 5e-7 /
+&output history_interval = 2e-6 /
+"""
+FOLLOWS = ("refine.indicator=zz", "refine.max_level=2", "refine.tolerance=0.01", "refine.interval=5")
+
+
+def balance_error(columns):
+    """What the audit does not explain, over the largest energy."""
+    had = sum(columns.get(name, 0) for name in ("kinetic_energy", "strain_energy", "numerical_loss", "plastic_dissipation", "damping_loss"))
+    had = had - columns["external_work"]
+    return np.max(np.abs(had - had[0])) / np.max(columns["kinetic_energy"] + columns["strain_energy"])
+
+
+def test_cells_that_refine_in_motion_give_k_of_fine_ones(columns):
+    """K(t) on cells that follow the motion is that on cells as fine everywhere, which the coarse ones have not; what another mesh does to the
+    energy is booked and little."""
+    follows, fine, coarse = (columns(SHAKEN, *settings) for settings in (FOLLOWS, ("grid.cell=0.0025", "grid.cells=40,40"), ()))
+    assert follows["particles"][-1] < fine["particles"][-1]
+    largest = np.max(fine["K_I"])
+    off, coarse_off = (np.sqrt(np.mean((one["K_I"] - fine["K_I"])**2)) / largest for one in (follows, coarse))
+    assert off < 0.002 and off < 0.3 * coarse_off
+    assert balance_error(follows) < 1e-13
+    assert abs(follows["numerical_loss"][-1]) < 1e-3 * np.max(follows["strain_energy"])
+
+
+@pytest.mark.parametrize("settings", [("method.mass=full", "material.law=neo_hookean"), ("method.hht_alpha=-0.1", "damping.rate=1e3"),
+                                      ("material.law=j2_plastic", "material.yield_stress=3e5", "material.hardening=1e10"),
+                                      ("refine.indicator=gradient", "refine.field=energy_density", "refine.r_crit=0.1", "refine.r_coarsen=0.02")])
+def test_the_audit_closes_while_cells_refine(columns, settings):
+    kept = [one for one in FOLLOWS if "gradient" not in settings[0] or "tolerance" not in one]
+    found = columns(SHAKEN, "run.end_time=2e-5", *kept, *settings)
+    assert found["particles"][-1] > found["particles"][0]
+    assert balance_error(found) < 1e-13
+
+
 # --- the audit ----------------------------------------------------------------------------------------------------------
 
 AUDIT = "energy_release.estimators='domain_integral','energy_balance'"

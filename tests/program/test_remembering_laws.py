@@ -477,3 +477,37 @@ def test_checked_and_release_agree(hampm, run, tmp_path, law):
     with h5py.File(tmp_path / "checked.h5") as file:
         for name in ("strain_energy", "J", "external_work"):
             assert got[name] == pytest.approx(file[f"history/{name}"][:], rel=1e-9, abs=1e-12)
+
+
+YIELDING = """
+&run end_time = 1.0 plane = 'strain' thickness = 1.0 /
+&grid lower = 0, 0 cell = 0.01 cells = 10, 10 /
+&material name = 'a' young = 70e9 poisson = 0.3 density = 2700 {law} /
+&body material = 'a' lower = 0, 0 upper = 0.1, 0.1 /
+&crack kind = 'symmetry' tip = 0.04, 0 /
+&constraint lower = 0.04, 0 upper = 0.1, 0 fix = 'y' /
+&constraint lower = 0.1, 0 upper = 0.1, 0 fix = 'x' /
+&load kind = 'traction' lower = 0, 0.1 upper = 0.1, 0.1 force = 0, 4e6 history = 'ramp' rise_time = 1.0 /
+&refine indicator = 'zz' max_level = 2 tolerance = 0.03 /
+&energy_release estimators = 'domain_integral' radii = 0.02, 0.03 /
+&method time = 'static' load_steps = 5 /
+"""
+
+
+@pytest.mark.parametrize("law, column", [
+    ("law = 'j2_plastic' yield_stress = 2e8 hardening = 1e9 dilatation = 'cell'", "plastic_dissipation"),
+    ("law = 'viscoelastic' moduli = 5e9, 1e10 relaxation_times = 0.1, 1.0", "viscous_dissipation")])
+def test_cells_refine_at_rest_and_carry_what_particles_remember(hampm, tmp_path, law, column):
+    """Solve, estimate, refine, and go on from there: what is dissipated and J come to those on cells as fine everywhere."""
+    found = []
+    (tmp_path / "case.nml").write_text(YIELDING.format(law=law))
+    for settings in ((), ("refine.indicator=none", "grid.cell=0.0025", "grid.cells=40,40"), ("refine.indicator=none",)):
+        result = hampm("case.nml", "--quiet", "--force", *(word for one in settings for word in ("--set", one)))
+        assert result.returncode == 0, result.stderr
+        with h5py.File(tmp_path / "case.h5") as file:
+            found.append({name: values[-1] for name, values in file["history"].items()})
+    refined, fine, coarse = found
+    assert refined["particles"] < 0.3 * fine["particles"]
+    for name, most in (column, 0.01), ("J", 0.01), ("strain_energy", 0.01):
+        assert refined[name] == pytest.approx(fine[name], rel=most)
+        assert abs(refined[name] - fine[name]) < 0.5 * abs(coarse[name] - fine[name])

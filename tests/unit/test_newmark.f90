@@ -3,7 +3,6 @@
 program test_newmark
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constrain_box, hold
-   use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
@@ -11,8 +10,9 @@ program test_newmark
    use hampm_material, only: material_t, new_material
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy
    use hampm_kinetic, only: kinetic_energy
-   use hampm_newmark, only: newmark_t, drive_t
+   use hampm_newmark, only: newmark_t
    use hampm_newton, only: displace, out_of_balance
+   use hampm_outer_forces, only: drive_t
    use hampm_particles, only: add_history
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start
@@ -186,19 +186,18 @@ contains
       integer, intent(in) :: steps
       real(dp), parameter :: time = 4.0_dp
       type(motion_t) :: m
-      type(equilibrium_t) :: equilibrium
+      type(newmark_t) :: newmark
       type(failure_t) :: failure
       real(dp) :: at_first
       integer :: i
       call build(name, m)
-      equilibrium%newmark%is_used = .true.
-      call equilibrium%newmark%start(m, time/steps, failure)
+      call newmark%start(m, time/steps, failure)
       at_first = kinetic_energy(m)
       do i = 1, steps
-         call equilibrium%find(m, i*time/steps, failure)
+         call newmark%follow(m, i*time/steps, failure)
       end do
       call check(.not. failure%failed(), 'the steps are done')
       missing = (kinetic_energy(m) + stored_energy(m) + dissipated_energy(m) + m%damping_loss - at_first)/at_first
-      call equilibrium%newton%release()
+      call newmark%newton%release()
    end function missing_energy
 end program test_newmark

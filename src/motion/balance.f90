@@ -1,0 +1,280 @@
+!> Balance of the forces on a body, whatever they are, at the end of a step: internal forces, loads and, in motion, inertia, with faces
+!> and supports that touch as they press. Rest (`hampm_equilibrium`) and implicit steps (`hampm_newmark`) are two kinds of such steps.
+!>
+!> Newton's iteration (`hampm_newton`) finds it. Which pairs of nodes on faces are pressed together, and which nodes on supports that
+!> only push, is found by turns: tie what would overlap, let go what would pull; all at once or, where that goes round in circles, one
+!> after the other in the order of their numbers, which for a convex potential ends (Murty 1974). Where that fails, a step is tried in parts, each half
+!> as long as the last try. A try that fails leaves nothing behind: laws with a history go on from the last state that was kept, when
+!> a part has ended in balance.
+!>
+!> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets); Judice & Pires, Comput. Oper. Res. 21 (1994)
+!> 587-596 (block principal pivoting, with Murty's method where it cycles).
+module hampm_balance
+   use hampm_kinds, only: dp, ndim
+   use hampm_face_springs, only: face_springs_t, settle_slip
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
+   use hampm_newton, only: newton_t, out_of_balance, largest_force, displace
+   use hampm_outer_forces, only: outer_forces_t
+   use hampm_rigid_motions, only: pin_t, find_pins
+   use hampm_supports, only: move_supports, look_at_supports, turn_supports
+   use hampm_text, only: to_text, three_digits
+   use hampm_whereabouts, only: when
+   implicit none
+   private
+   public :: balance_t, start_t, part_t, is_linear, is_in_touch
+
+   integer, parameter :: most_turns = 200        !! of the faces that touch
+   integer, parameter :: most_in_vain = 10       !! of these that leave no fewer wrong, after which nodes change one by one
+   integer, parameter :: most_for_path = 6       !! divisions of a step to find how faces or supports open or close in it
+   real(dp), parameter :: pulls = 3.1e-9_dp      !! force between faces, over the largest of a cell, from which on they part
+
+   !> How forces are balanced.
+   type, abstract :: balance_t
+      type(newton_t) :: newton
+      type(outer_forces_t) :: outer              !! in the step that is tried
+      real(dp), allocatable :: moved(:, :)       !! by which nodes have moved in it [m], (ndim, n_points)
+   contains
+      procedure :: follow
+      procedure :: with_contact
+      procedure(try), deferred :: try
+      procedure :: arrive
+      procedure(most_divisions), deferred :: most_divisions
+      procedure(likely_cause), deferred :: likely_cause
+   end type balance_t
+
+   !> A part of a step.
+   type :: part_t
+      real(dp) :: from = 0, to = 0               !! of the step [-]
+      real(dp) :: end = 0                        !! time at its end [s]
+      real(dp) :: length = 0                     !! [s]
+   end type part_t
+
+   !> What a part of a step begins with, to go back to.
+   type :: start_t
+      real(dp) :: stored = 0                     !! strain energy, with what has been dissipated [J]
+      real(dp) :: external_work = 0              !! [J]
+      real(dp), allocatable :: displacement(:, :), gradient(:, :, :), widening(:), gap(:)
+      real(dp), allocatable :: lift(:, :)
+      type(face_springs_t), allocatable :: springs
+      logical, allocatable :: touches(:), fixed(:, :)
+   end type start_t
+
+   abstract interface
+      !> Try a part of a step. Fails where no balance is found; `is_rough` where it is one that shorter parts had better lead to.
+      subroutine try(self, m, part, start, is_rough, failure)
+         import :: balance_t, motion_t, part_t, start_t, failure_t
+         class(balance_t), intent(inout) :: self
+         type(motion_t), intent(inout) :: m
+         type(part_t), intent(in) :: part
+         type(start_t), intent(in) :: start      !! what it begins with
+         logical, intent(out) :: is_rough
+         type(failure_t), intent(inout) :: failure
+      end subroutine try
+
+      !> How often a step that fails is divided into two; 0 where parts of it would fail too.
+      pure integer function most_divisions(self, m)
+         import :: balance_t, motion_t
+         class(balance_t), intent(in) :: self
+         type(motion_t), intent(in) :: m
+      end function most_divisions
+
+      !> In words: why parts of a step fail too.
+      function likely_cause(self) result(text)
+         import :: balance_t
+         class(balance_t), intent(in) :: self
+         character(:), allocatable :: text
+      end function likely_cause
+   end interface
+
+contains
+
+   !> Follow a step from the present time of the motion to another, in one part or in several. Fails where that is not found.
+   subroutine follow(self, m, time, failure)
+      class(balance_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: time               !! at its end [s]
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: none
+      type(start_t) :: start
+      real(dp) :: done, length
+      integer :: divisions
+      logical :: is_rough
+      done = 0
+      length = 1
+      divisions = 0
+      do while (done < 1)
+         none = failure_t()
+         if (.not. is_linear(m)) call remember(m, start)
+         associate (part => part_t(done, done + length, m%time + (done + length)*(time - m%time), length*(time - m%time)))
+            call self%try(m, part, start, is_rough, none)
+            if (none%failed() .or. is_rough .and. divisions < most_for_path) then
+               divisions = divisions + 1
+               length = length/2
+               if (none%failed() .and. divisions > self%most_divisions(m)) exit
+               call go_back(m, start)
+            else
+               call keep_history(m)
+               call self%arrive(m, part)
+               done = done + length
+               length = min(2*length, 1 - done)
+               divisions = max(0, divisions - 1)
+            end if
+         end associate
+      end do
+      if (.not. none%failed()) then
+         m%time = time
+         return
+      end if
+      none%message = when(m%steps, time)//none%message
+      if (self%most_divisions(m) > 0) none%message = none%message//'. It was followed through '//three_digits(100*done)// &
+         ' % of this load step, with '//to_text(self%newton%solutions)//' solutions so far. Likely cause: '//self%likely_cause()
+      call failure%report(exit_computation, none%message)
+   end subroutine follow
+
+   !> A part of a step has been followed. Here nothing.
+   subroutine arrive(self, m, part)
+      class(balance_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      type(part_t), intent(in) :: part
+   end subroutine arrive
+
+   !> Whether faces or supports may open and close.
+   pure logical function is_in_touch(m)
+      type(motion_t), intent(in) :: m
+      is_in_touch = m%contact%n > 0 .or. m%springs%n_contact > 0 .or. m%constraints%only_push()
+   end function is_in_touch
+
+   !> Whether internal forces are linear in the displacement, so that one solution is a step.
+   pure logical function is_linear(m)
+      type(motion_t), intent(in) :: m
+      is_linear = all(m%materials%linear) .and. .not. is_in_touch(m)
+   end function is_linear
+
+   !> Balance the forces of a step after a time with faces and supports that touch as they press, what remembers having relaxed before
+   !> anything has moved. Fails where that is not found.
+   subroutine with_contact(self, m, elapsed, way, failure)
+      class(balance_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: elapsed            !! [s]
+      real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
+      type(failure_t), intent(inout) :: failure
+      type(pin_t), allocatable :: pins(:)
+      integer :: turn, wrong, fewest, in_vain    ! numbers of nodes and of turns
+      call look_for_pins(self, m, pins)
+      if (any(m%materials%has_history())) then
+         m%materials%elapsed = elapsed
+         call displace(m, 0*self%moved)
+      end if
+      call move_supports(m%constraints, way)
+      fewest = huge(fewest)
+      in_vain = 0
+      do turn = 1, most_turns
+         if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
+         call self%newton%balance(m, self%outer, way, pins, self%moved, failure)
+         if (failure%failed()) return
+         call change_touch(self, m, in_vain > most_in_vain, pins, wrong)
+         if (wrong == 0) then
+            call settle_slip(m%springs)
+            return
+         end if
+         in_vain = merge(0, in_vain + 1, wrong < fewest)
+         fewest = min(fewest, wrong)
+      end do
+      call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
+   end subroutine with_contact
+
+   !> Find how bodies are to be pinned: those with inertia need nothing to hold them.
+   subroutine look_for_pins(self, m, pins)
+      class(balance_t), intent(in) :: self
+      type(motion_t), intent(inout) :: m
+      type(pin_t), allocatable, intent(inout) :: pins(:)
+      if (.not. self%outer%mass_factor > 0) then
+         call find_pins(m, pins)
+      else if (.not. allocated(pins)) then
+         allocate (pins(0))
+      end if
+   end subroutine look_for_pins
+
+   !> Tie the pairs that overlap, hold what would go through its support, and let go what pulls. Where a body would not be held any more only
+   !> the support that pulls most is let go.
+   subroutine change_touch(self, m, one_only, pins, n_wrong)
+      class(balance_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      logical, intent(in) :: one_only            !! whether only the last one that is wrong changes
+      type(pin_t), allocatable, intent(inout) :: pins(:)
+      integer, intent(out) :: n_wrong            !! how many did touch or not as they should not
+      real(dp), allocatable :: r(:, :), pull(:, :)
+      logical, allocatable :: wrong(:, :), wrong_pair(:)
+      real(dp) :: rounding
+      integer :: k, last(2), n_before
+      n_wrong = 0
+      if (m%contact%n == 0 .and. .not. m%constraints%only_push()) return
+      call out_of_balance(m, self%outer, self%moved, r)
+      rounding = pulls*largest_force(m, r)
+      call look_at_supports(m, r, rounding, wrong, pull)
+      allocate (wrong_pair(m%contact%n))
+      do k = 1, m%contact%n
+         associate (force => -r(m%contact%normal(k), m%contact%node(1, k)), gap => m%contact%gap)
+            wrong_pair(k) = merge(force < -rounding, gap(k) < -1e-12_dp*maxval(abs(gap)), m%contact%touches(k))
+         end associate
+      end do
+      n_wrong = count(wrong) + count(wrong_pair)
+      if (n_wrong == 0) return
+      if (one_only) then
+         k = findloc(wrong_pair, .true., dim=1, back=.true.)
+         last = findloc(wrong, .true., back=.true.)
+         wrong = .false.
+         wrong_pair = .false.
+         if (k > 0) wrong_pair(k) = .true.
+         if (k == 0) wrong(last(1), last(2)) = .true.
+      end if
+      if (m%contact%n > 0) m%contact%touches = m%contact%touches .neqv. wrong_pair
+      if (.not. any(wrong)) return
+      n_before = size(pins)
+      call turn_supports(m%constraints, wrong)
+      call look_for_pins(self, m, pins)
+      if (size(pins) > n_before) then
+         call turn_supports(m%constraints, wrong)
+         wrong = wrong .and. (pull >= maxval(pull, mask=wrong) .or. .not. m%constraints%fixed)
+         call turn_supports(m%constraints, wrong)
+         call look_for_pins(self, m, pins)
+      end if
+   end subroutine change_touch
+
+   !> Keep what a part of a step begins with.
+   subroutine remember(m, start)
+      type(motion_t), intent(in) :: m
+      type(start_t), intent(out) :: start
+      start%external_work = m%external_work
+      start%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
+      if (m%springs%n > 0) start%springs = m%springs
+      start%displacement = m%particles%displacement
+      start%gradient = m%particles%gradient
+      if (allocated(m%particles%widening)) start%widening = m%particles%widening
+      start%lift = m%constraints%lift
+      start%fixed = m%constraints%fixed
+      if (m%contact%n == 0) return
+      start%gap = m%contact%gap
+      start%touches = m%contact%touches
+   end subroutine remember
+
+   !> Go back to where it began.
+   subroutine go_back(m, start)
+      type(motion_t), intent(inout) :: m
+      type(start_t), intent(in) :: start
+      real(dp) :: stay(ndim, m%grid%n_points)
+      m%external_work = start%external_work
+      m%particles%displacement = start%displacement
+      m%particles%gradient = start%gradient
+      if (allocated(start%widening)) m%particles%widening = start%widening
+      if (allocated(start%gap)) m%contact%gap = start%gap
+      if (allocated(start%springs)) m%springs = start%springs
+      if (allocated(start%touches)) m%contact%touches = start%touches
+      m%constraints%lift = start%lift
+      call m%constraints%fix(start%fixed)
+      stay = 0
+      m%materials%elapsed = 0
+      call displace(m, stay)
+   end subroutine go_back
+end module hampm_balance

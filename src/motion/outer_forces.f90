@@ -1,0 +1,51 @@
+!> Forces on the nodes beside the internal ones: those of loads and, in motion, of inertia.
+module hampm_outer_forces
+   use hampm_kinds, only: dp, ndim
+   use hampm_mass_product, only: multiply_by_mass
+   use hampm_motion, only: motion_t
+   use hampm_nodal_state, only: external_force
+   implicit none
+   private
+   public :: outer_forces_t, drive_t, find_drive
+
+   !> What drives the material at a time.
+   type :: drive_t
+      real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: way(:, :)         !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
+   end type drive_t
+
+   !> The forces where a step displaces the nodes by u: those applied, and those of inertia, -M (c (u - given) + rest).
+   type :: outer_forces_t
+      real(dp), allocatable :: applied(:, :)     !! condensed [N], (ndim, n_points)
+      real(dp) :: mass_factor = 0                !! c [1/s2]; 0 at rest
+      real(dp) :: inertia = 0                    !! the largest force of it at first [N]
+      real(dp), allocatable :: given(:, :)       !! of fixed components [m], (ndim, n_points)
+      real(dp), allocatable :: rest(:, :)        !! [m/s2], (ndim, n_points)
+      real(dp), allocatable :: mass(:)           !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
+   contains
+      procedure :: at
+   end type outer_forces_t
+
+contains
+
+   !> What drives the material at a time.
+   subroutine find_drive(m, time, drive)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: time               !! [s]
+      type(drive_t), intent(out) :: drive
+      call external_force(m, time, drive%force)
+      drive%way = m%constraints%way(time)
+   end subroutine find_drive
+
+   !> The forces with a displacement of the nodes, condensed [N].
+   function at(self, m, u) result(force)
+      class(outer_forces_t), intent(in) :: self
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)       !! (ndim, n_points)
+      allocate (force, source=self%applied)
+      if (.not. self%mass_factor > 0) return
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, self%mass_factor*(u - self%given) + self%rest, force)
+      force = self%applied - force
+   end function at
+end module hampm_outer_forces
