@@ -28,6 +28,8 @@ module hampm_growing
       real(dp) :: stored_grown = 0               !! of this step, after the tips have advanced and before the loads change [J]
       real(dp) :: drive = 1                      !! by which the loads change then, without the scaling that follows
       ! In motion
+      logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
+      real(dp), allocatable :: excess(:)         !! of the same: G over the toughness, less 1, after the last step [-]
       integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
       real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of bonds go on fading [m]
       logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
@@ -35,7 +37,8 @@ module hampm_growing
       logical, allocatable :: has_parted(:)      !! of the same: whether the zone of bonds that let go is complete, from when on it moves
       real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
       real(dp), allocatable :: memory(:)         !! of how late [s]
-      real(dp), allocatable :: owed(:)           !! of the same: way for which bonds have parted and which it has not moved yet [m]
+      real(dp), allocatable :: owed(:)           !! of the same: way for which bonds have parted and which it has not moved yet; where it
+                                                 !! keeps pace, the way of a step that it has got used to [m]
       real(dp), allocatable :: reserve(:)        !! part of its way that is planned at which the next is planned [m]
       integer, allocatable :: next_of_path(:)    !! of direction = path: the point that it goes to
       integer, allocatable :: looks(:)           !! how often K was taken since the last turn
@@ -122,11 +125,13 @@ contains
       integer :: k, i
       if (size(scene%growth) == 0) return
       growing%at_rest = any(scene%growth%is_at_rest())
+      growing%is_paced = scene%method%time == 'implicit'
       associate (n => size(cracks%tips))
          allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), &
                    growing%has_no_room(n), source=.false.)
          allocate (growing%advance(n), growing%kink(n), growing%slope(n), growing%rate(n), growing%speed(n), growing%memory(n), &
-                   growing%owed(n), growing%reserve(n), growing%room(n), growing%booked(n), growing%faded(n), source=0.0_dp)
+                   growing%owed(n), growing%reserve(n), growing%room(n), growing%booked(n), growing%faded(n), &
+                   growing%excess(n), source=0.0_dp)
          allocate (growing%last_turn(n), source=-huge(1.0_dp))
          allocate (growing%next_of_path(n), source=1)
          allocate (growing%looks(n), growing%law(n), source=0)

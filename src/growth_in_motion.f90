@@ -45,6 +45,9 @@ module hampm_growth_in_motion
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
    integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
 
+   !> Way of a tip that keeps pace in a step, in cells: for each part by which G is above the toughness, and by how much it then gets used to more.
+   real(dp), parameter :: eager = 2, steady = 0.06_dp
+
 contains
 
    !> Before a step: plan the ways of tips that have come to the end of what is planned. `have_planned` tells whether cells have to be cut.
@@ -67,7 +70,9 @@ contains
             growing%law(k) = law
             if (of%law == 'toughness') then
                if (.not. growing%is_running(k)) cycle
-               if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
+               if (growing%is_paced) then
+                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%reserve(k) + growing%speed(k)*dt) cycle
+               else if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
                   if (foremost_released(m%springs, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%reserve(k)) cycle
                end if
@@ -204,19 +209,21 @@ contains
       at_kink = .true.
    end subroutine next_point
 
-   !> After a step: let tips move, and the bonds behind them go.
-   subroutine move_tips(growing, scene, m, cracks, dt, said)
+   !> Let tips move in a step, and the bonds behind them go: after a step that is explicit, before one that is implicit, at whose end all is
+   !> in balance with them.
+   subroutine move_tips(growing, scene, m, cracks, time, dt, said)
       type(growing_t), intent(inout) :: growing
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
-      real(dp), intent(in) :: dt                 !! of the step, which is over [s]
+      real(dp), intent(in) :: time               !! at its start [s]
+      real(dp), intent(in) :: dt                 !! its length [s]
       character(:), allocatable, intent(inout) :: said
       real(dp) :: way, taken, most, before
       integer :: k, law
       before = spring_energy(m%springs) + m%fracture_energy
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%time - dt, dt)
+         law = growing%law_at(scene, cracks, k, time, dt)
          if (law > 0) growing%law(k) = law
          if (growing%law(k) == 0) cycle
          associate (of => scene%growth(growing%law(k)), tip => cracks%tips(k))
@@ -225,11 +232,13 @@ contains
             if (law > 0) most = cracks%crack(tip%crack)%bonded(tip%end)
             if (of%max_length > 0) most = min(most, of%max_length - cracks%crack(tip%crack)%length())
             if (of%law == 'prescribed') then
-               way = min(growing%given_way(scene, cracks, k, m%time - dt, dt), most)
+               way = min(growing%given_way(scene, cracks, k, time, dt), most)
                call cracks%move_tip(k, way)
                tip%speed = way/dt
                growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
                call let_go_behind(m%springs, k, tip%grown, growing%faded(k), taken)
+            else if (growing%is_running(k) .and. growing%is_paced) then
+               call keep_pace(growing, m, cracks, k, dt, most, taken)
             else if (growing%is_running(k)) then
                call move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
             end if
@@ -313,6 +322,29 @@ contains
       end function new_speed
    end subroutine move_by_toughness
 
+   !> Let a tip move as its toughness lets it in a long step, in which bonds would let go all at once: its way keeps G at the toughness. It is
+   !> the way that it has got used to and, in proportion, what G is above (a controller with a proportional and an integral part); bonds let go
+   !> behind it as by a given speed.
+   subroutine keep_pace(growing, m, cracks, k, dt, most, taken)
+      type(growing_t), intent(inout) :: growing
+      type(motion_t), intent(inout) :: m
+      type(cracks_t), intent(inout) :: cracks
+      integer, intent(in) :: k                   !! number of the tip
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: most               !! that it may move [m]
+      real(dp), intent(out) :: taken             !! energy that bonds which let go had stored [J]
+      real(dp) :: way, fastest
+      associate (tip => cracks%tips(k))
+         fastest = rayleigh_speed(m%materials(tip%material))*dt
+         growing%owed(k) = min(max(0.0_dp, growing%owed(k) + steady*growing%excess(k)*tip%nodes%spacing), fastest)
+         way = max(0.0_dp, min(growing%owed(k) + eager*growing%excess(k)*tip%nodes%spacing, fastest, most))
+         call cracks%move_tip(k, way)
+         growing%speed(k) = way/dt
+         tip%speed = growing%speed(k)
+         call let_go_behind(m%springs, k, tip%grown, 0.0_dp, taken)
+      end associate
+   end subroutine keep_pace
+
    !> Why a tip stops at the end of its way. Where a surface is ahead of it the body is all but in two.
    function why_it_stops(scene, cracks, k) result(why)
       type(scene_t), intent(in) :: scene
@@ -342,6 +374,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer :: k, law
       has_to_look = .false.
+      if (growing%is_paced) return               ! they are looked at after each step
       if (mod(m%steps, int(steps_between_looks, kind(m%steps))) /= 0) return
       do k = 1, size(cracks%tips)
          law = growing%law_at(scene, cracks, k, m%time)
@@ -383,13 +416,15 @@ contains
          law = growing%law_at(scene, cracks, k, m%time)
          if (law == 0) cycle
          associate (of => scene%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))
-            if (of%law /= 'toughness' .or. growing%is_running(k)) cycle
+            if (of%law /= 'toughness' .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
             if (of%direction == 'hoop_stress') then
                rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
             else
                rate = best_rate(values(k), cracks%tips(k))
                if (.not. is_opened(trim(of%direction), values(k)%intensity)) rate = 0
             end if
+            growing%excess(k) = rate/of%toughness_at(growing%speed(k)) - 1
+            if (growing%is_running(k)) cycle
             growing%is_running(k) = rate >= of%toughness
             if (growing%is_running(k)) growing%memory(k) = merge(late_of_speed, late, of%limit_speed > 0) &
                                                            *cracks%tips(k)%nodes%spacing &

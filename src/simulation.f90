@@ -340,18 +340,29 @@ contains
          return
       end if
       if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) then
-         call update_particles(s%motion)
-         call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+         call look_at_tips(s, failure)
          if (failure%failed()) return
-         call note_look(s%growing, s%cracks, s%measurements%crack)
-         call start_tips(s%growing, s%scene, s%motion, s%cracks, s%measurements%crack)
       end if
       call plan_ways(s%growing, s%scene, s%motion, s%cracks, s%dt, have_planned, s%warning)
-      if (.not. have_planned) return
-      call update_particles(s%motion)
-      call change_cut(s, failure)
-      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
+      if (have_planned) then
+         call update_particles(s%motion)
+         call change_cut(s, failure)
+         if (.not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
+      end if
+      if (s%growing%is_paced .and. .not. failure%failed()) &
+         call move_tips(s%growing, s%scene, s%motion, s%cracks, s%motion%time, s%dt, s%warning)
    end subroutine prepare_growth
+
+   !> In motion: measure G and K, and let tips start whose loading has reached the toughness.
+   subroutine look_at_tips(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call update_particles(s%motion)
+      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+      if (failure%failed()) return
+      call note_look(s%growing, s%cracks, s%measurements%crack)
+      call start_tips(s%growing, s%scene, s%motion, s%cracks, s%measurements%crack)
+   end subroutine look_at_tips
 
    !> After a step: scale loads to the toughness at rest, or let tips move.
    subroutine follow_growth(s, failure)
@@ -362,8 +373,10 @@ contains
          call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
          call turn_to_symmetry(s, turns, failure) ! loads that do not all change alike, and finer cells, have changed K_II
          call load_to_toughness(s, failure)
+      else if (s%growing%is_paced) then
+         call look_at_tips(s, failure)
       else
-         call move_tips(s%growing, s%scene, s%motion, s%cracks, s%dt, s%warning)
+         call move_tips(s%growing, s%scene, s%motion, s%cracks, s%motion%time - s%dt, s%dt, s%warning)
       end if
    end subroutine follow_growth
 

@@ -121,7 +121,7 @@ contains
       type(spring_t), intent(in) :: spring
       real(dp) :: pressed
       logical :: holds
-      state = sticks
+      state = merge(is_open, sticks, spring%lets_go)
       if (spring%kind == bond) return
       pressed = -dot_product(spring%normal, spring%opening)
       holds = spring%friction > 0

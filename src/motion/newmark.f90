@@ -29,6 +29,7 @@
 module hampm_newmark
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_bond_release, only: work_of_release
    use hampm_balance, only: balance_t, part_t, start_t, is_linear
    use hampm_contact, only: share_normal
    use hampm_constraints, only: hold
@@ -357,6 +358,7 @@ contains
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
       real(dp), allocatable, dimension(:, :) :: drag, gain, work, r ! of damping, of momentum, of R, mean of internal forces
+      real(dp) :: taken                          ! by bonds that have let go [J]
       integer :: n
       n = m%grid%n_nodes
       allocate (drag, mold=du)
@@ -368,6 +370,8 @@ contains
             call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
             m%damping_loss = m%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
+         taken = work_of_release(m%springs, du, du, 1.0_dp)
+         m%fracture_energy = m%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
          allocate (gain, mold=du)
          call internal_force(m, r)
@@ -377,7 +381,7 @@ contains
          gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
          work = merge(gain(:, :n), merge((drive%way - self%now%way)*work, 0.0_dp, fixed .or. self%fixed), fixed .and. self%fixed)
          m%external_work = m%external_work + sum(work)
-         if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) &
+         if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) - taken &
                                          - (stored_energy(m) + dissipated_energy(m) + m%springs%loss - self%stored)
       end associate
    end subroutine book

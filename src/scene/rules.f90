@@ -411,8 +411,8 @@ module hampm_rules
       rule_t("&growth law = 'quasi_static'", not_with, "growth by laws of both kinds", not_built, "", &
              "law = 'quasi_static' of each or of none"), &
       rule_t("&growth law = 'quasi_static'", requires, "&method time = 'static'", by_meaning, "", ""), &
-      rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit'", not_built, &
-             "bonds are let go in explicit steps", ""), &
+      rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit' | 'implicit'", by_meaning, &
+             "at rest there is no time", ""), &
       rule_t("&growth law = 'quasi_static'", requires, "&growth increment > 0 and &growth toughness > 0", by_meaning, "", ""), &
       rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0", by_meaning, "", ""), &
       rule_t("&growth law = 'toughness'", requires, "&growth toughness > 0", by_meaning, "", ""), &

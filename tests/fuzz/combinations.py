@@ -340,7 +340,8 @@ def energies(case):
         case.need(not (eigenstrain or case.friction or case.grows) and (case.indicator in ("none", "tip") or "numerical_loss" in row))
     elif case.time == "implicit":
         moved = any("velocity" in keys or "displacement" in keys for keys in groups(case.scene, "constraint"))
-        case.need((booked or case.method.get("hht_alpha", 0.0) == 0.0 and not case.contact) and not (moved and case.method.get("mass", "lumped") != "lumped"))
+        stays = case.indicator in ("none", "tip") and not (case.contact or case.push or case.grows)
+        case.need((booked or case.method.get("hht_alpha", 0.0) == 0.0 and stays) and not (moved and case.method.get("mass", "lumped") != "lumped"))
     else:
         case.need("numerical_loss" in row)
     inside = sum(row[name] for name in names if name in row)
