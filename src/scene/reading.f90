@@ -96,14 +96,15 @@ contains
       end if
    end subroutine resolve
 
-   !> Whether cells are quadratic, and cracks or edges cut them: iterations that take each cell by itself are not for these.
+   !> Whether cells are quadratic, and cracks or edges cut them or they may be at an axis: iterations that take each cell by itself are not for these.
    pure logical function cuts_quadratic_cells(settings) result(cuts)
       type(settings_t), intent(in) :: settings
       integer :: k
       cuts = .false.
       if (.not. settings%good(settings%find('grid', 1), 'order')) return
       if (settings%number(settings%find('grid', 1), 'order') < 2) return
-      cuts = any([(settings%text(settings%find('crack', k), 'kind') == 'path', k=1, settings%count_of('crack'))]) .or. &
+      cuts = settings%text(settings%find('run', 1), 'plane') == 'axisymmetric' .or. &
+             any([(settings%text(settings%find('crack', k), 'kind') == 'path', k=1, settings%count_of('crack'))]) .or. &
              any([(settings%text(settings%find('body', k), 'shape') /= 'rectangle' .or. &
                    settings%flag(settings%find('body', k), 'hole'), k=1, settings%count_of('body'))])
    end function cuts_quadratic_cells

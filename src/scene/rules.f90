@@ -285,6 +285,9 @@ module hampm_rules
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", mechanics, &
              "some nodes would have a lumped mass below 0", "&method mass = 'full'"), &
       rule_t("&method solver = 'cg'", not_with, &
+             "&method time = 'explicit' | 'implicit' and quadratic cells at an axis", mechanics, &
+             "it begins with lumped masses, which nodes on the axis have not", "&method solver = 'direct'"), &
+      rule_t("&method solver = 'cg'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "it begins with inverses of the mass matrices of cells, and pieces of these may have none", &
              "&method solver = 'direct'"), &
