@@ -84,8 +84,8 @@ IMPLICIT = ("--set", "method.time=implicit", "--set", "method.time_step=1e-5", "
 
 
 def test_a_crack_keeps_pace_with_its_load_in_implicit_steps(hampm, tmp_path):
-    """The beam that splits slowly, in a fortieth of the steps: G is the toughness, and the load in the mean within 2 % of that at rest, of which 1.5 %
-    are damping and coarse cells, without the jumps of bonds that let go one by one. The audit closes."""
+    """The beam that splits slowly, in a fortieth of the steps: G is the toughness, and the load in the mean within 2 % of that at rest,
+    without the jumps of bonds that let go one by one. The audit closes."""
     compliance = bench.dcb_compliance(lambda text: run(hampm, tmp_path, text)[0])
     text = bench.example("dcb_growth_dynamic").replace("'domain_integral'", "'domain_integral', 'energy_balance'")
     row, _ = run(hampm, tmp_path, text, words=IMPLICIT)
