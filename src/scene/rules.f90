@@ -98,7 +98,7 @@ module hampm_rules
       rule_t("&material dilatation = 'point'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "cells that yield and cannot thin are too stiff, loads go on rising where the material has a limit", &
-             "&grid order = 2, or in plane strain &material dilatation = 'cell'"), &
+             "&material dilatation = 'cell'"), &
       rule_t(with_history, not_with, "&growth", not_built, &
              "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
       rule_t(for_any_strain, not_with, "&growth law = 'quasi_static'", not_built, &

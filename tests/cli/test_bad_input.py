@@ -517,14 +517,6 @@ def test_a_mass_matrix_that_is_full_where_cells_refine_needs_cells_that_do(hampm
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &method full_region = 'refined' with mass = 'partial' requires &refine indicator")
 
 
-def test_every_body_needs_an_even_number_of_points_where_cells_refine(hampm, tmp_path):
-    bodies = changed(("reference = 'dcb'", "reference = 'none'"), ("upper = 0.1, 0.01", "upper = 0.07, 0.01"))
-    other = "&body material = 'aluminium' lower = 0.07, 0.0 upper = 0.1, 0.01 points_per_cell = 1 /\n"
-    (tmp_path / "case.nml").write_text(bodies + other + REFINE)
-    line = line_of(bodies + other, "points_per_cell = 1")
-    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &body(2) points_per_cell = 1 is not allowed with &refine indicator = 'gradient'")
-
-
 def test_mistakes_of_other_groups_do_not_spread_to_refinement(hampm, tmp_path):
     """What the region and the number of points are checked against is unknown here."""
     text = changed(("upper = 0.1, 0.01", "upper = 0.1"), ("points_per_cell = 2", "points_per_cell = 0"), scene=GOOD + REFINE)

@@ -273,15 +273,17 @@ contains
    !> What is in equilibrium by statics stays where it is, and common steps leave it there too.
    subroutine test_rest()
       type(motion_t) :: m
-      type(static_t) :: statics
       type(failure_t) :: failure
       real(dp), allocatable :: before(:, :, :)
       integer :: levels
       do levels = 1, 3
          call place(levels, m)
          call pull(m)
-         call statics%settle(m, 0.0_dp, failure)
-         call statics%finish()
+         block
+            type(static_t) :: statics            ! a new one of each body
+            call statics%settle(m, 0.0_dp, failure)
+            call statics%finish()
+         end block
          call check(.not. failure%failed(), to_text(levels)//' levels: equilibrium is found')
          before = m%particles%gradient
          call run_steps(m, longest(levels), 50*2**levels)
