@@ -106,11 +106,13 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
+      logical, allocatable :: is_listed(:)              ! (blocks)
       integer :: k
       if (allocated(blocks%supports)) then
-         call pass_cells(pass, dt, materials, p, blocks, f, &
-                         pack([(k, k=1, size(blocks%supports))], [(any(blocks%supports(k)%block(1) == listed), &
-                                                                   k=1, size(blocks%supports))]))
+         allocate (is_listed(blocks%n), source=.false.)
+         is_listed(listed) = .true.
+         call pass_cells(pass, dt, materials, p, blocks, f, pack([(k, k=1, size(blocks%supports))], &
+                                                                 is_listed(blocks%supports%block(1))))
       else
          call pass_between(pass, dt, materials, p, blocks, f, listed, blocks%nodes, blocks%in_row, f%acceleration, &
                            f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))

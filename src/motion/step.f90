@@ -164,7 +164,7 @@ contains
       if (m%constraints%move()) then
          driven = driven_velocity(m%constraints, m%grid, m%time, m%driven, m%fields, which)
          momentum = m%fields%momentum
-         m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, driven)
+         if (m%solver%by /= by_lumped) m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, driven)
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
          m%fields%momentum = momentum
          m%fields%velocity(:, :, which) = m%fields%velocity(:, :, which) + driven
@@ -189,7 +189,7 @@ contains
       if (m%constraints%move()) then
          driven = driven_acceleration(m%constraints, m%grid, m%time, dt, m%fields)
          force = m%fields%force
-         m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, driven)
+         if (m%solver%by /= by_lumped) m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, driven)
       end if
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)

@@ -460,8 +460,8 @@ contains
       real(dp), intent(in) :: moduli(:, :, :, :)
       real(dp), intent(in) :: products(:, :)     !! by corner, the derivatives of a corner one after the other [m]
       real(dp), intent(inout) :: matrix(:, :)
-      integer :: i, j, k, l
-      associate (n => size(moduli, 2))
+      integer :: i, j, k, l, n
+      n = size(moduli, 2)
       do j = 1, ndim
          do l = 1, n
             do i = 1, ndim
@@ -471,7 +471,6 @@ contains
             end do
          end do
       end do
-      end associate
    end subroutine add_products
 
    !> Derivatives of the shape functions at the points by which a particle is stiff [1/m], (corners, derivatives, points): where it stands.
