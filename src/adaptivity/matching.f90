@@ -130,7 +130,8 @@ contains
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
-   !> Which particles are coarser than the leaf of a forest in which they stand, or have domains that are much longer.
+   !> Which particles are coarser than the leaf of a forest in which they stand, or have domains that are much longer. Those that stand on the lines that
+   !> quarter a bilinear leaf beside finer ones are split while it is whole: its quarters have other velocity gradients on either side of the line.
    pure function coarser_than(m, forest) result(coarser)
       type(motion_t), intent(in) :: m
       type(forest_t), intent(in) :: forest
@@ -140,7 +141,7 @@ contains
       do i = 1, m%particles%n
          leaf = forest%leaf_at(m%particles%place_in_grid(i))
          if (leaf == outside) cycle
-         coarser(i) = times_split(m%particles, i) < forest%level_of(leaf)
+         coarser(i) = times_split(m%particles, i) < level_in(m, forest, leaf, m%particles%body(i))
          if (m%has_domains() .and. .not. coarser(i)) coarser(i) = longest_edge(m%particles, i) > longest*forest%size_of(leaf)
       end do
    end function coarser_than
@@ -186,16 +187,15 @@ contains
       if (m%grid%is_quadratic()) then
          has_fuller_cells = m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)
       else
-         has_fuller_cells = .not. (m%grid%forest%is_uniform() .or. m%has_domains()) &
-                            .and. any([(is_odd(m, i), i=1, size(m%particles%spacing, 2))])
+         has_fuller_cells = .not. m%grid%forest%is_uniform() .and. any([(is_odd(m, i), i=1, size(m%particles%spacing, 2))])
       end if
    end function has_fuller_cells
 
-   !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it.
+   !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these.
    pure logical function is_odd(m, body)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: body
-      is_odd = any(mod(nint(m%grid%forest%cell/m%particles%spacing(:, body)), 2) == 1)
+      is_odd = .not. m%has_domains() .and. any(mod(nint(m%grid%forest%cell/m%particles%spacing(:, body)), 2) == 1)
    end function is_odd
 
    !> How often a particle in the leaf in which it stands is to be split: once for each of its levels, and once more where that is a quadratic one that
@@ -207,11 +207,21 @@ contains
          level = m%grid%forest%level_of(leaf)
          if (m%grid%is_quadratic()) then
             if (m%grid%is_cut(leaf)) level = level + 1
-         else if (m%grid%is_transition(leaf) .and. .not. m%has_domains()) then
+         else if (m%grid%is_transition(leaf)) then
             if (is_odd(m, m%particles%body(i))) level = level + 1
          end if
       end associate
    end function level_for
+
+   !> How often a particle of a body is to be split in a leaf of a forest that is not cut.
+   pure integer function level_in(m, forest, leaf, body) result(level)
+      type(motion_t), intent(in) :: m
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf, body
+      level = forest%level_of(leaf)
+      if (forest%is_uniform() .or. m%grid%is_quadratic()) return
+      if (is_odd(m, body)) level = level + merge(1, 0, forest%meets_finer(leaf))
+   end function level_in
 
    !> Which particles are finer than their cell, and neither parted by a crack from the middle of what they came from, nor that on a crack: siblings on
    !> both sides of a crack stay apart.

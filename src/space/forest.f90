@@ -37,6 +37,7 @@ module hampm_forest
       procedure :: size_of
       procedure :: finest_level
       procedure :: is_uniform
+      procedure :: meets_finer
       procedure :: position
       procedure :: tolerance
       procedure :: adapt
@@ -306,6 +307,25 @@ contains
          deallocate (change)
       end do
    end subroutine balance
+
+   !> Whether a leaf of a balanced forest has finer ones across a side.
+   pure logical function meets_finer(self, leaf) result(meets)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      integer(long) :: place(ndim), width
+      integer :: d, side
+      meets = .false.
+      if (self%is_uniform()) return
+      width = level_width(self%level(leaf))
+      do d = 1, ndim
+         do side = 0, 1
+            place = self%place(:, leaf) + width/2
+            place(d) = self%place(d, leaf) + merge(width, -1_long, side == 1)
+            if (any(place < 0 .or. place >= self%cells*root_size)) cycle
+            meets = meets .or. self%level(self%leaf_of(place)) > self%level(leaf)
+         end do
+      end do
+   end function meets_finer
 
    !> Mark the leaves around a leaf that are more than one level coarser. They are as large as two parents of the leaf or larger, so
    !> that it is enough to look, once in each of the parent's neighbours that touch the leaf.
