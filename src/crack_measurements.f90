@@ -539,6 +539,7 @@ contains
       if (closed%are_closed) values%spread_of_k(1) = 0
       values%intensity = sum(k, dim=2)/size(values%j)
       values%g_of_k = field%rate_of(values%intensity)
+      if (domain%material%has_history()) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
       values%doubt_of_j = 0
       if (closed%are_closed) values%doubt_of_j = abs(sum(values%j)/size(values%j) - values%g_of_k)
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)

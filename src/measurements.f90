@@ -290,7 +290,7 @@ contains
             call history%record('fracture_energy', 'J', 'energy taken by new faces: at rest the integral of G over their area, '// &
                                 'in motion the work of the bonds that let go; on a symmetry plane half of it', &
                                 motion%fracture_energy)
-            if (.not. growing%at_rest) &
+            if (.not. (growing%at_rest .or. any(motion%materials%has_history()))) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &
                                    'symmetry plane half of it', growing%integral)
          end if

@@ -18,6 +18,10 @@ module hampm_crack_closure
    private
    public :: crack_opening, path_opening, stress_closure, nodal_force_closure
 
+   ! Integrals over a side of the functions of its ends and middle with each other: of the node behind, and half a cell behind, which close on the tip,
+   ! half a cell ahead and ahead
+   real(dp), parameter :: of_quadratic(2, 3) = reshape([4, 2, 2, 16, -1, 2], [2, 3])/30.0_dp
+
 contains
 
    !> How far the faces have parted at their nodes `face`: opening and sliding of the upper against the lower one [m].
@@ -109,6 +113,9 @@ contains
    !> extrapolated with the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is
    !> about 0.33 with the lumped and 0.52 with the full matrix, because the near-tip fields look alike at every cell size.
    !> `nodal_force_closure` tends to G. Signed like the opening and the sliding. Fails where the equations cannot be solved.
+   !>
+   !> It is the work over a cell, of tractions ahead of the tip on what the faces have parted as far behind it, over twice its length. On
+   !> quadratic cells both are the quadratic functions of three nodes of a side, of which the faces are together at the tip.
    subroutine stress_closure(tip, grid, p, materials, matrix, solver, g, failure)
       type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
@@ -119,19 +126,44 @@ contains
       real(dp), intent(out) :: g(modes)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)
-      real(dp) :: face_displacement(ndim, 2), opening(modes), closing(modes)
-      integer :: i, k
+      real(dp) :: opening(modes, 2), closing(modes, 3) ! of the node behind and that half a cell behind; at the tip, half a cell ahead and ahead
+      integer :: i
       allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
       allocate (u, source=transpose(p%displacement))
       call extrapolate(grid, p, matrix, solver, u, displacement, failure)
       call extrapolate(grid, p, matrix, solver, tractions(tip, p, materials), traction, failure)
-      face_displacement = 0
-      do k = 1, 2
-         if (tip%nodes%behind(k) > 0) face_displacement(:, k) = displacement(:, tip%nodes%behind(k))
-      end do
-      opening = parted(tip, face_displacement)
-      closing = matmul(2*traction(:, tip%nodes%tip) + traction(:, tip%nodes%ahead), tip%axis(:, [2, 1]))
-      g = [(opening(i)/12*abs(closing(i)), i=1, modes)]
+      opening(:, 1) = parted_at(tip%nodes%behind)
+      closing(:, 1) = closing_at(tip%nodes%tip)
+      closing(:, 3) = closing_at(tip%nodes%ahead)
+      if (tip%nodes%half_ahead > 0) then
+         opening(:, 2) = parted_at(tip%nodes%half_behind)
+         closing(:, 2) = closing_at(tip%nodes%half_ahead)
+         g = [(sign(dot_product(opening(i, :), matmul(of_quadratic, closing(i, :)))/2, opening(i, 1)), i=1, modes)]
+      else
+         g = [(opening(i, 1)/12*abs(2*closing(i, 1) + closing(i, 3)), i=1, modes)]
+      end if
+
+   contains
+
+      !> Opening and sliding at nodes of the faces [m].
+      pure function parted_at(face) result(opening)
+         integer, intent(in) :: face(2)
+         real(dp) :: opening(modes)
+         real(dp) :: u(ndim, 2)
+         integer :: k
+         u = 0
+         do k = 1, 2
+            if (face(k) > 0) u(:, k) = displacement(:, face(k))
+         end do
+         opening = parted(tip, u)
+      end function parted_at
+
+      !> Traction at a node, across the crack and along it [Pa].
+      pure function closing_at(node) result(closing)
+         integer, intent(in) :: node
+         real(dp) :: closing(modes)
+         closing = matmul(traction(:, node), tip%axis(:, [2, 1]))
+      end function closing_at
    end subroutine stress_closure
 
    !> Traction of each particle on planes along the crack [Pa].

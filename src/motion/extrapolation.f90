@@ -1,7 +1,7 @@
 !> Nodal values of fields that the particles carry, by a mass matrix, as velocities are in (8) and (10).
 module hampm_extrapolation
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: shape_functions, inside_cell
+   use hampm_basis, only: inside_cell
    use hampm_domain_pass, only: find_corners
    use hampm_failure, only: failure_t
    use hampm_forest, only: outside
@@ -66,26 +66,28 @@ contains
       do i = 1, p%n
          if (.not. allocated(p%corner_velocity)) then
             local = inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i)))
-            call add_value(p%cell(i), p%mass(i)*shape_functions(local), field(:, i))
+            call add_value(p%cell(i), local, p%mass(i), field(:, i))
             cycle
          end if
          element = outside
          call find_corners(p, grid, i, element, at)
          do c = 1, corners                       ! as those that the masses of the nodes are of
-            if (element(c) /= outside) call add_value(element(c), p%mass(i)/corners*shape_functions(at(:, c)), field(:, i))
+            if (element(c) /= outside) call add_value(element(c), at(:, c), p%mass(i)/corners, field(:, i))
          end do
       end do
       call grid%dofs%condense(matrix%all, width, sums)
    contains
-      !> Add a value times its weights at the nodes of an element.
-      subroutine add_value(element, n, value)
+      !> Add a value times a mass and the functions of an element, at a place in it, to the points of these.
+      subroutine add_value(element, local, mass, value)
          integer, intent(in) :: element
-         real(dp), intent(in) :: n(corners), value(width)
-         integer :: k
-         do k = 1, corners
-            associate (point => grid%element_nodes(k, element))
-               sums(:, point) = sums(:, point) + n(k)*value
-            end associate
+         real(dp), intent(in) :: local(ndim), mass   ! local coordinate [-]; [kg]
+         real(dp), intent(in) :: value(width)
+         real(dp) :: n(grid%n_functions)
+         integer :: points(grid%n_functions), k
+         points = grid%support_of(element)
+         n = grid%functions_in(element, local)
+         do k = 1, size(points)
+            sums(:, points(k)) = sums(:, points(k)) + mass*n(k)*value
          end do
       end subroutine add_value
    end subroutine map_field

@@ -37,9 +37,12 @@ module hampm_rules
    character(*), parameter :: with_history = "&material law = 'j2_plastic' | 'viscoelastic'"
    character(*), parameter :: for_any_strain = "&material law = 'neo_hookean' | 'mooney_rivlin'"
 
+   ! Why nothing is kept at its toughness by J where material yields or creeps
+   character(*), parameter :: no_rate = "J is no energy release rate where energy is dissipated around a tip that grows"
+
    type(rule_t), parameter :: of_rings(*) = [ &
       rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
-             "&method time = 'explicit' | 'implicit' and quadratic cells at an axis", mechanics, &
+             "a mass matrix that acts and quadratic cells at an axis", mechanics, &
              "nodes on the axis have a lumped mass of 0", "&method mass = 'full'"), &
       rule_t("&run plane = 'axisymmetric'", not_with, "&run thickness", by_meaning, &
              "that of a ring is its circumference", ""), &
@@ -99,12 +102,17 @@ module hampm_rules
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "cells that yield and cannot thin are too stiff, loads go on rising where the material has a limit", &
              "&material dilatation = 'cell'"), &
-      rule_t(with_history, not_with, "&growth", not_built, &
-             "the energy release rate of a crack that grows is not known where energy is dissipated around it", ""), &
+      rule_t(with_history, not_with, "&growth law = 'quasi_static'", mechanics, no_rate, ""), &
+      rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate, ""), &
+      rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
+             "there are no stress intensity factors to turn by", "&growth direction = 'straight'"), &
       rule_t(for_any_strain, not_with, "&growth law = 'quasi_static'", not_built, &
              "loads are scaled to the toughness, which needs a linear answer", "&material law = 'linear_elastic'"), &
-      rule_t("&material law = 'orthotropic'", not_with, "&growth", not_built, &
-             "where a crack goes and how it speeds up is known of isotropic material only", ""), &
+      rule_t("&material law = 'orthotropic'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
+             "K and the limits of the speed of a moving tip are known of isotropic material only", ""), &
+      rule_t("&material law = 'orthotropic'", not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", &
+             mechanics, "where a crack goes hangs on the toughness in each direction, which is not known", &
+             "&growth direction = 'straight'"), &
       rule_t("&material", no_effect_without, "a body of it", by_meaning, "", "")]
 
    type(rule_t), parameter :: of_bodies(*) = [ &
@@ -136,8 +144,8 @@ module hampm_rules
       rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value", ""), &
-      rule_t("&body eigenstrain", not_with, "&growth", not_built, &
-             "loads are scaled, or the energy of new faces is booked, as if loads alone had strained the body", ""), &
+      rule_t("&body eigenstrain", not_with, "&growth law = 'quasi_static'", not_built, &
+             "loads are scaled as if they alone had strained the body", ""), &
       rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "that is the closed form for forces", &
              ""), &
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
@@ -285,7 +293,7 @@ module hampm_rules
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", mechanics, &
              "some nodes would have a lumped mass below 0", "&method mass = 'full'"), &
       rule_t("&method solver = 'cg'", not_with, &
-             "&method time = 'explicit' | 'implicit' and quadratic cells at an axis", mechanics, &
+             "a mass matrix that acts and quadratic cells at an axis", mechanics, &
              "it begins with lumped masses, which nodes on the axis have not", "&method solver = 'direct'"), &
       rule_t("&method solver = 'cg'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
@@ -452,8 +460,6 @@ module hampm_rules
              "closing a crack does not give back what its opening took", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
              "it has free faces in its derivation", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'stress_closure'", not_with, "&grid order = 2", not_built, &
-             "the paper has it for bilinear cells", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&crack contact = 'frictionless' | 'friction'", mechanics, &
              "it takes faces for free", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&material law = 'orthotropic'", not_built, &

@@ -99,3 +99,21 @@ def test_the_tractions_are_no_stress_of_particles(beam):
     print(sigma[:4] * THICKNESS * cell / -reactions[0])
     assert sigma[0] > 2 * -reactions[0] / (THICKNESS * cell)
     assert sigma[1] < sigma[0] / 2
+
+
+@pytest.mark.parametrize("mass", ["lumped", "full"])
+def test_equation_14_on_quadratic_cells_tends_to_more_of_g(run_hampm, tmp_path, mass):
+    """Fields near the tip look alike at any size of cells: the part of J that is found settles as the cell, to the first order."""
+    parts = []
+    for k in (1, 2, 4):
+        settings = [f"method.mass={mass}", "method.solver=direct", "method.time=static", "method.frame=total", "method.courant=0", "output.snapshot_interval=0",
+                    "body.points_per_cell=3", "grid.order=2", f"grid.cell={2.5e-3 / k}", f"grid.cells={40 * k},{4 * k + 1}", "output.file=out.h5",
+                    "energy_release.estimators='stress_closure','domain_integral'"]
+        result = run_hampm(INPUT / "dcb.nml", "--force", *[word for item in settings for word in ("--set", item)], cwd=tmp_path)
+        assert result.returncode == 0, result.stderr
+        with h5py.File(tmp_path / "out.h5") as file:
+            parts.append(file["history/G_stress_closure_I"][-1] / file["history/J"][-1])
+    order = np.log2((parts[1] - parts[0]) / (parts[2] - parts[1]))
+    print(parts, order)
+    assert 0.8 < order < 1.4
+    assert parts[-1] > (0.65 if mass == "lumped" else 0.74)

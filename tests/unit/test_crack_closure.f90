@@ -18,6 +18,7 @@ program test_crack_closure
    use hampm_material, only: new_material
    use hampm_motion, only: motion_t, refresh_grid
    use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
+   use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    implicit none
 
@@ -34,6 +35,7 @@ program test_crack_closure
    call few_particles()
    call closure_of_uniform_fields(1.0_dp)
    call closure_of_uniform_fields(-1.0_dp)
+   call closure_of_quadratic_fields()
    call closure_of_both_modes([1.0_dp, 0.0_dp])
    call closure_of_both_modes([-1.0_dp, 0.0_dp])
    call closure_of_both_modes([0.0_dp, 1.0_dp])
@@ -192,6 +194,34 @@ contains
          end do
       end associate
    end subroutine closure_of_uniform_fields
+
+   !> On quadratic cells openings and tractions that are quadratic along the crack are found to the last digit with the full matrix: with x in
+   !> cells from the tip, u = -x (2 - x) d of one face and the stress s (1 - x + 3 x**2) across the plane, stress closure is their integral
+   !>    G = integral from 0 to 1 of s (1 - x + 3 x**2) (1 - x) (3 - x) d dx = 91/60 s d.
+   subroutine closure_of_quadratic_fields()
+      real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell, of_sample = 2.0_dp
+      type(motion_t) :: m
+      type(cracks_t) :: cracks
+      type(failure_t) :: failure
+      type(mass_solver_t) :: solver
+      real(dp) :: x, g(modes)
+      integer :: i
+      call fill_with_quadratic(forest_t([0.0_dp, 0.0_dp], cell, [4, 4]), 4, 4*cell, 1.0_dp, 1.0_dp, m, &
+                               new_mass_choice('full', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
+      cracks = crack_to([2*cell, 0.0_dp], [1.0_dp, 0.0_dp], [.true., .false.])
+      call cracks%find_nodes(m%grid, failure)
+      associate (p => m%particles, tip => cracks%tips(1))
+         do i = 1, p%n
+            x = p%reference(i, 1)/cell - 2
+            p%displacement(i, :) = [0.0_dp, -x*(2 - x)*d]
+            p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])*(1 - x + 3*x**2)
+         end do
+         call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
+         call stress_closure(tip, m%grid, p, m%materials, m%fields%mass_matrix, solver, g, failure)
+         call check(.not. failure%failed(), 'the fields are extrapolated')
+         call check_close(g(1), 91/60.0_dp*of_sample*strain*d, 1.0e-10_dp*strain*d, 'stress closure of quadratic fields')
+      end associate
+   end subroutine closure_of_quadratic_fields
 
    !> A crack between two faces, of which the one to the left of its direction is displaced by d and the other by -d, under a
    !> uniform stress s across it: in the directions of d, s and d being along one of them, G = s d and, of stress, s d / 2.

@@ -1,0 +1,83 @@
+"""Cracks that grow in material that yields, creeps, is strained without stress or is orthotropic."""
+
+import numpy as np
+import pytest
+
+from results import run
+
+YOUNG = 2e11
+ISOTROPIC = f"young = {YOUNG}  poisson = 0.3"
+STRIP = """&run plane = 'stress'  end_time = 1.2e-5 /
+&grid lower = -10e-3, 0.0  cell = 1e-3  cells = 20, 8 /
+&material name = 'a'  density = 8000  {law} /
+&body material = 'a'  lower = -10e-3, 0.0  upper = 10e-3, 8e-3  points_per_cell = 2  {body} /
+&constraint lower = -3e-3, 0.0  upper = 10e-3, 0.0  fix = 'y' /
+&crack kind = 'symmetry'  tip = -3e-3, 0.0 /
+&growth direction = 'straight'  {growth} /
+{load}
+&energy_release estimators = 'domain_integral', 'energy_balance' /
+&output file = 'out.h5'  history_interval = 1e-6 /
+"""
+PULL = "&load kind = 'traction'  lower = -10e-3, 8e-3  upper = 10e-3, 8e-3  force = 0.0, 4e6 /"
+GIVEN = "law = 'prescribed'  speed = 800.0  start = 2e-6"
+BY_TOUGHNESS = "law = 'toughness'  toughness = 2e4"
+
+
+def strip(hampm, folder, law=f"law = 'linear_elastic'  {ISOTROPIC}", body="", growth=GIVEN, load=PULL):
+    return run(hampm, folder, STRIP.format(law=law, body=body, growth=growth, load=load))
+
+
+@pytest.mark.parametrize("growth", [GIVEN, BY_TOUGHNESS], ids=["given", "toughness"])
+@pytest.mark.parametrize("law", ["'j2_plastic'  yield_stress = 1e14", "'viscoelastic'  moduli = 1e-3  relaxation_times = 1e-6"], ids=["never yields", "never creeps"])
+def test_what_hardly_remembers_grows_as_what_is_elastic(hampm, tmp_path, law, growth):
+    """To the 1e-14 of its modulus that creeps."""
+    row, elastic = strip(hampm, tmp_path, f"law = {law}  {ISOTROPIC}", growth=growth), strip(hampm, tmp_path, growth=growth)
+    assert elastic["crack_length"][-1] > elastic["crack_length"][0] + 2e-3
+    for name in ("crack_length", "J", "fracture_energy", "external_work", "crack_opening"):
+        assert np.max(np.abs(row[name] - elastic[name])) < 1e-9 * np.max(np.abs(elastic[name])), name
+
+
+def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm, tmp_path):
+    """Bonds take the toughness times the way, which is shorter where material yields. All energies together are the work of the loads,
+    to the second order in the steps."""
+    elastic = strip(hampm, tmp_path, growth=BY_TOUGHNESS)
+    row = strip(hampm, tmp_path, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS)
+    assert "K_I" not in row and "integral_of_G" not in row
+    ways = [one["crack_length"][-1] - one["crack_length"][0] for one in (row, elastic)]
+    assert 2e-3 < ways[0] < 0.97 * ways[1]
+    for one, way in zip((row, elastic), ways):                       # of half a body, and with the first cell (docs/growth.md)
+        assert 1e4 * way < one["fracture_energy"][-1] < 1e4 * (way + 1.5e-3)
+    assert row["plastic_dissipation"][-1] > 0.2 * row["external_work"][-1]
+    missing = []
+    for courant in (0.3, 0.1):
+        row = strip(hampm, tmp_path, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS, load=PULL + f"\n&method courant = {courant} /")
+        inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "plastic_dissipation", "numerical_loss", "fracture_energy"))
+        missing.append(np.max(np.abs(row["external_work"] - inside)) / row["external_work"][-1])
+    print(f"missing {missing[0]:.1e}, {missing[1]:.1e}: order {np.log(missing[0] / missing[1]) / np.log(3):.2f}")
+    assert missing[1] < 1e-4 and missing[0] / missing[1] > 3**1.7
+
+
+def test_a_given_crack_of_strained_material_is_a_superposition(hampm, tmp_path):
+    """K by loads and by an eigenstrain add up, also while the tip runs; the energy is that of the eigenstrain and the work of the loads."""
+    strained = "eigenstrain = 1e-3, 3e-3, 0.0"
+    both, loaded, free = strip(hampm, tmp_path, body=strained), strip(hampm, tmp_path), strip(hampm, tmp_path, body=strained, load="")
+    assert both["crack_length"][-1] > both["crack_length"][0] + 5e-3
+    for name in ("K_I", "crack_opening", "mouth_opening"):
+        assert np.max(np.abs(free[name])) > 0.03 * np.max(np.abs(both[name]))
+    for name in ("crack_opening", "mouth_opening"):
+        assert np.max(np.abs(both[name] - loaded[name] - free[name])) < 1e-9 * np.max(np.abs(both[name])), name
+    inside = sum(both[name] for name in ("kinetic_energy", "strain_energy", "numerical_loss", "fracture_energy")) - both["external_work"]
+    assert np.max(np.abs(inside - inside[0])) < 1e-10 * np.max(both["strain_energy"])
+
+
+def test_loads_that_split_a_laminate_at_rest(hampm, tmp_path):
+    """J of the crack that has grown, by loads that are scaled to the toughness, is that of a scene of its own with the longer crack."""
+    law = "law = 'orthotropic'  young_1 = 140e9  young_2 = 10e9  shear_12 = 5e9  poisson_12 = 0.3"
+    load = "&load kind = 'traction'  lower = -10e-3, 0.0  upper = -10e-3, 8e-3  force = 0.0, 1e6 /\n&method time = 'static'  load_steps = {} /"
+    growth = "law = 'quasi_static'  toughness = 5e3  increment = 2e-3"
+    row = strip(hampm, tmp_path, law, growth=growth, load=load.format(3))
+    assert row["crack_length"][-1] == pytest.approx(13e-3, rel=1e-12)
+    assert row["J"] == pytest.approx(5e3, rel=1e-9)
+    text = STRIP.format(law=law, body="", growth="", load=load.format(1).replace("1e6", repr(1e6 * float(row["load_factor"][-1]))))
+    longer = run(hampm, tmp_path, text.replace("&growth direction = 'straight'   /", "").replace("-3e-3, 0.0", "3e-3, 0.0"))
+    assert longer["J"][-1] == pytest.approx(5e3, rel=1e-6)
