@@ -4,7 +4,7 @@ module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t, look_behind_tip
    use hampm_crack_closure, only: crack_opening, path_opening, stress_closure, nodal_force_closure
-   use hampm_crack_tip, only: crack_tip_t, upper, lower
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes, effective_modulus
    use hampm_cracks, only: cracks_t, first_point
    use hampm_cut_cells, only: side_of_ties
@@ -110,14 +110,13 @@ contains
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
-      real(dp) :: applied(ndim, 2)               ! force on the tip node from the tractions on each face [N]
       associate (grid => motion%grid, chosen => scene%energy_release)
          call place_loads(motion%loads, grid, p)
          if (chosen%nodal_force) then
-            applied(:, upper) = force_at_node(motion%loads, factors, grid, p, tip%nodes%tip, tip%axis(:, 2))
-            applied(:, lower) = force_at_node(motion%loads, factors, grid, p, tip%nodes%tip, -tip%axis(:, 2))
             values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, &
-                                                     scene%run%thickness%at(tip%now), applied)
+                                                     scene%run%thickness%at(tip%now), &
+                                                     tractions_at([tip%nodes%tip, tip%nodes%tip]), &
+                                                     tractions_at(tip%nodes%half_behind))
          end if
          if (chosen%stress_closure) call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
                                                         values%stress_closure, failure)
@@ -125,6 +124,19 @@ contains
          if (chosen%crack_closure) call path_closure(tip, p, motion%materials, values%crack_closure, &
                                                        values%spread_of_closure, failure)
       end associate
+
+   contains
+
+      !> Force on nodes of the upper and the lower face from the tractions on it [N].
+      function tractions_at(nodes) result(force)
+         integer, intent(in) :: nodes(2)         !! 0: none
+         real(dp) :: force(ndim, 2)
+         integer :: k
+         force = 0
+         do k = 1, 2
+            if (nodes(k) > 0) force(:, k) = force_at_node(motion%loads, factors, motion%grid, p, nodes(k), (3 - 2*k)*tip%axis(:, 2))
+         end do
+      end function tractions_at
    end subroutine estimate_rates
 
    !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where

@@ -188,9 +188,9 @@ contains
    !> behind it has opened (Raju 1987).
    !>
    !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
-   !> opens it, brings as much to the tip node as that behind. With it G is that of the same crack without tractions on it that a
+   !> opens it, brings as much to the tip node, and to that half a cell ahead, as that behind. With it G is that of the same crack without tractions on it that a
    !> uniform stress opens, as superposition has it.
-   pure function nodal_force_closure(tip, grid, p, blocks, materials, thickness, applied) result(g)
+   pure function nodal_force_closure(tip, grid, p, blocks, materials, thickness, applied, half_behind) result(g)
       type(crack_tip_t), intent(in) :: tip
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -198,11 +198,12 @@ contains
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: thickness          !! [m]
       real(dp), intent(in) :: applied(ndim, 2)   !! force of the tractions on each face on the tip node [N]
+      real(dp), intent(in) :: half_behind(ndim, 2) !! and, of quadratic cells, on the nodes half a cell behind it [N]
       real(dp) :: g(modes)
       real(dp) :: work(modes)
       work = force_at(tip%nodes%tip, 2*applied)*crack_opening(tip, tip%nodes%behind, grid, p, blocks)
       if (tip%nodes%half_ahead > 0) &
-         work = work + force_at(tip%nodes%half_ahead, 0*applied)*crack_opening(tip, tip%nodes%half_behind, grid, p, blocks)
+         work = work + force_at(tip%nodes%half_ahead, half_behind)*crack_opening(tip, tip%nodes%half_behind, grid, p, blocks)
       g = work/(2*tip%nodes%spacing*thickness)
 
    contains

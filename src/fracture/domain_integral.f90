@@ -15,7 +15,7 @@ module hampm_domain_integral
    use hampm_nodal_state, only: nodal_state_t
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: identity, trace
    use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
    private
@@ -43,7 +43,7 @@ module hampm_domain_integral
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
-      real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, in small strain [Pa]
+      real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: setback(modes) = 0             !! of these, else 0 [cells]
    contains
@@ -140,7 +140,7 @@ contains
          call add_faces_on_springs(domain, motion%springs, closed, p%total_frame, q, j, k, by_closed, k_doubt)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass .or. motion%loads(n)%line > 0) cycle
-            call add_loaded_faces(domain, p, blocks, motion%loads(n), factors(n), q, c, j, k)
+            call add_loaded_faces(domain, grid, p, blocks, motion%loads(n), factors(n), q, c, j, k)
          end do
       end associate
       j = j/domain%thickness
@@ -315,24 +315,24 @@ contains
          s%radial_constant = constant(1)
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
          if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy()
-         if (abs(domain%pressure) > 0) call take_off_pressure(domain%pressure, material, h, s)
+         if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, unturned, s)
          s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%support_of(e)), s%shape(:grid%n_functions)))
       end associate
    end subroutine take_sample
 
-   !> Let a particle be as in a body whose faces carry no pressure: by superposition with a uniform tension of that size, of which u,1 is
-   !> constant and so does not matter.
-   pure subroutine take_off_pressure(pressure, material, h, s)
-      real(dp), intent(in) :: pressure           !! [Pa]
+   !> Let a particle be as in a body whose faces carry no pressure: with the stress p I added, which does the work p trace(H).
+   pure subroutine take_off_pressure(domain, material, h, s)
+      type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material
-      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient, not turned back [-]
       type(sample_t), intent(inout) :: s
-      s%stress = s%stress + pressure*identity
-      s%hoop_stress = s%hoop_stress + pressure
-      if (material%is_ring) s%hoop = s%hoop + material%strain_of_pressure(pressure)
-      s%energy = material%energy_density(h + material%strain_of_pressure(pressure)*identity, hoop=s%hoop)
-      s%radial_slope = s%radial_slope + s%outward(1)*material%strain_of_pressure(pressure)
-      s%radial_constant = s%radial_constant + s%outward(1)*material%strain_of_pressure(pressure)
+      real(dp) :: axes(ndim, ndim)
+      axes = frame_along(domain%direction)
+      s%stress = s%stress + domain%pressure*(identity + matmul(transpose(axes), matmul(transpose(domain%turn), axes)))
+      s%energy = s%energy + domain%pressure*trace(h)
+      if (.not. material%is_ring) return
+      s%hoop_stress = s%hoop_stress + domain%pressure
+      s%energy = s%energy + domain%pressure*s%hoop
    end subroutine take_off_pressure
 
    !> Add what a particle contributes to B J of each disc.
@@ -460,8 +460,9 @@ contains
    end subroutine add_faces_on_springs
 
    !> Add what the tractions of a load on the faces contribute to both integrals.
-   pure subroutine add_loaded_faces(domain, p, blocks, load, factor, q, c, j, k)
+   pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, c, j, k)
       type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(load_t), intent(in) :: load
@@ -478,7 +479,7 @@ contains
             force = domain%in_axes(load%fraction(n)*factor*load%force)
             x = domain%from_tip(p%place_in_grid(host), p%total_frame)
             side = sign(1.0_dp, x(2))
-            slope = turned_back(domain, slope_at_face(domain, p, blocks, host, load%offset(:, n)), domain%direction)
+            slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, host, load%offset(:, n)), domain%direction)
             j = j - dot_product(force, matmul(slope, frame_along(domain%direction)) - c)*at_point
             x = domain%from_tip(p%place_in_grid(host) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
@@ -489,38 +490,59 @@ contains
       end do
    end subroutine add_loaded_faces
 
-   !> u,1 on a face, beside a particle [-]. In a cell it is linear in the distance from the line of the crack, and is continued from
-   !> the particles of the cell by least squares: near the tip that of the nearest particle would be off by a constant part.
-   pure function slope_at_face(domain, p, blocks, host, offset) result(slope)
+   !> u,1 on a face, beside a particle [-]. In a cell it is linear in the distance from the line of the crack, of quadratic cells quadratic in that
+   !> and linear along the crack, and is continued from the particles of the cell by least squares: near the tip that of the nearest particle would
+   !> be off by a constant part. Terms that they do not tell apart as far as the face is are left out.
+   pure function slope_at_face(domain, grid, p, blocks, host, offset) result(slope)
       type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: host
       real(dp), intent(in) :: offset(ndim)       !! of the face from the particle [m]
       real(dp) :: slope(ndim)
-      real(dp) :: normal(ndim), y, mean_y, mean(ndim), moment(ndim), spread_y
-      integer :: i, n
-      normal = [-domain%direction(2), domain%direction(1)]
-      associate (first => blocks%first_in(p%cell(host)), last => blocks%last_in(p%cell(host)), &
-                 stride => blocks%stride_in(p%cell(host)))
-         n = blocks%count_in(p%cell(host))
-         mean_y = 0
-         mean = 0
-         do i = first, last, stride
-            mean_y = mean_y + dot_product(p%reference(i, :) - p%reference(host, :), normal)/n
-            mean = mean + matmul(p%gradient(i, :, :), domain%direction)/n
+      real(dp), allocatable :: term(:, :), slopes(:, :), at_face(:) ! of the particles, made orthogonal one after the other
+      real(dp) :: far
+      integer :: e, i, n, k, of_cell(2)
+      of_cell = p%cell(host)
+      if (domain%quadratic) of_cell = [grid%first_of_piece(of_cell(1)), grid%last_of_piece(of_cell(1))]
+      n = sum(blocks%count_in(of_cell(1):of_cell(2)))
+      at_face = terms_at(offset)
+      allocate (term(n, size(at_face)), slopes(n, ndim))
+      n = 0
+      do e = of_cell(1), of_cell(2)
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+            n = n + 1
+            term(n, :) = terms_at(p%reference(i, :) - p%reference(host, :))
+            slopes(n, :) = matmul(p%gradient(i, :, :), domain%direction)
          end do
-         moment = 0
-         spread_y = 0
-         do i = first, last, stride
-            y = dot_product(p%reference(i, :) - p%reference(host, :), normal) - mean_y
-            moment = moment + y*matmul(p%gradient(i, :, :), domain%direction)
-            spread_y = spread_y + y**2
+      end do
+      slope = 0
+      do n = 1, size(at_face)
+         far = at_face(n)
+         do k = 1, n - 1
+            if (.not. any(abs(term(:, k)) > 0)) cycle
+            associate (part => dot_product(term(:, n), term(:, k))/sum(term(:, k)**2))
+               at_face(n) = at_face(n) - part*at_face(k)
+               term(:, n) = term(:, n) - part*term(:, k)
+            end associate
          end do
-      end associate
-      slope = mean
-      y = dot_product(offset, normal)
-      if (spread_y > y**2) slope = mean + moment/spread_y*(y - mean_y)
+         if (n > 1 .and. .not. sum(term(:, n)**2) > far**2) term(:, n) = 0
+         if (any(abs(term(:, n)) > 0)) slope = slope + at_face(n)/sum(term(:, n)**2)*matmul(term(:, n), slopes)
+      end do
+
+   contains
+
+      !> The terms of u,1 at a distance from the particle [m].
+      pure function terms_at(from_host) result(terms)
+         real(dp), intent(in) :: from_host(ndim) !! [m]
+         real(dp), allocatable :: terms(:)
+         associate (y => dot_product(from_host, [-domain%direction(2), domain%direction(1)]), &
+                    x => dot_product(from_host, domain%direction))
+            terms = [1.0_dp, y]
+            if (domain%quadratic) terms = [1.0_dp, y, x, x*y, y**2, x*y**2]
+         end associate
+      end function terms_at
    end function slope_at_face
 
    !> Mean of a,1 over a segment of the upper face, in the axes of the crack: that of a face is half of the sliding and of the opening

@@ -516,7 +516,7 @@ contains
       type(tip_domain_t) :: domain
       real(dp), allocatable :: q(:, :)
       real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), with_hoop(ndim, n_derivatives(m))
-      real(dp), dimension(ndim, ndim) :: h, g, stress
+      real(dp), dimension(ndim, ndim) :: h, g, stress, of_pressure
       real(dp) :: h_33, g_33, stress_33          ! 0 in a plane
       integer :: n, i
       domain%tip = tip%now
@@ -538,8 +538,9 @@ contains
                      g_33 = sum(with_hoop(1, ndim + 1:))
                      stress = material%small_strain_stress(h, h_33) + pressure*identity
                      stress_33 = material%small_hoop_stress(h, h_33) + pressure
-                     h = h + material%strain_of_pressure(pressure)*identity
-                     if (material%is_ring) h_33 = h_33 + material%strain_of_pressure(pressure)
+                     of_pressure = material%strain_of_pressure(pressure)
+                     h = h + of_pressure
+                     if (material%is_ring) h_33 = h_33 + of_pressure(1, 1)
                      stress_33 = stress_33*trace(g) - material%small_hoop_stress(matmul(h, g), h_33*g_33)
                      stress = stress*(trace(g) + g_33) - matmul(stress, transpose(g)) &
                               - material%small_strain_stress(matmul(h, g), h_33*g_33)

@@ -599,12 +599,22 @@ contains
       stress_across = sum(self%by_across*stress)
    end function stress_across
 
-   !> Strain, the same in all directions, of a small tension that is the same in all directions of the plane or, of axisymmetric material, of space [-].
-   pure real(dp) function strain_of_pressure(self, tension) result(strain)
+   !> Strain of a small tension that is the same in all directions of the plane or, of axisymmetric isotropic material, of space [-].
+   pure function strain_of_pressure(self, tension) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: tension            !! [Pa]
+      real(dp) :: strain(ndim, ndim)
+      real(dp) :: of_unit(n_voigt)
       strain = 0
-      if (abs(tension) > 0) strain = tension/(2*(self%lambda + self%mu) + merge(self%lambda, 0.0_dp, self%is_ring))
+      if (.not. abs(tension) > 0) return
+      if (self%isotropic) then
+         associate (lambda => self%small_strain_lambda())
+            strain = tension/(2*(lambda + self%mu) + merge(lambda, 0.0_dp, self%is_ring))*identity
+         end associate
+      else
+         of_unit = matmul(inverse_transpose_of(self%stiffness), [1, 1, 0])
+         strain = tension*reshape([of_unit(1), of_unit(3)/2, of_unit(3)/2, of_unit(2)], [ndim, ndim])
+      end if
    end function strain_of_pressure
 
    !> Lame constant with which every isotropic law is the linear one at small strain; in plane stress lambda' [Pa].

@@ -204,15 +204,8 @@ module hampm_rules
       rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "it tells which is meant", ""), &
       rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, "&method frame = 'updated'", not_built, &
              "faces and their cells are found anew as the material moves", "&method frame = 'total'"), &
-      rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, &
-             "&material law /= 'linear_elastic'", not_built, &
-             "J and K are those of a superposition in isotropic linear material", ""), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
              "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
-      rule_t("&load on = 'crack'", not_with, "&grid order = 2", not_built, &
-             "what closes the nodes at a tip would be off by what presses them", "&grid order = 1"), &
-      rule_t("&load face = 'left' | 'right'", not_with, "&grid order = 2", not_built, &
-             "what closes the nodes at a tip would be off by what presses them", "&grid order = 1"), &
       rule_t("&load start < 0", no_effect_with, "&load history = 'step'", by_meaning, &
              "what begins before the run is there from its beginning", "")]
 

@@ -57,6 +57,18 @@ def test_superposition(hampm, tmp_path, mode, stress):
         assert faces["K_I"] == pytest.approx(factor * PRESSURE * math.sqrt(math.pi * LENGTH), rel=0.05)
 
 
+@pytest.mark.parametrize(("mode", "stress"), [("I", (0, PRESSURE)), ("II", (PRESSURE, 0))])
+def test_superposition_on_quadratic_cells(hampm, tmp_path, mode, stress):
+    """The node in the middle of a side gets its part of the tractions; u,1 is continued to a face as quadratic as it is."""
+    scene = SCENE.replace("courant = 0.4", "time = 'static'").replace("&damping rate = 2e4 /\n", "").replace("history_interval = 5e-4 ", "").replace("cells = 29", "order = 2 cells = 29")
+    faces, afar = (last_values(hampm, tmp_path, scene.replace("upper = 0.1, 0.06", "upper = 0.1, 0.06 points_per_cell = 3", 1) + place(*stress))
+                   for place in (on_faces, from_afar))
+    for name, tolerance in ((f"G_nodal_force_{mode}", 1e-9), ("J", 3e-4), (f"K_{mode}", 1e-4)):
+        print(name, faces[name] / afar[name] - 1)
+        assert faces[name] == pytest.approx(afar[name], rel=tolerance), name
+        assert faces[name + "_error"] == pytest.approx(afar[name + "_error"], rel=0.02), name
+
+
 def last_values(hampm, tmp_path, scene):
     (tmp_path / "plate.nml").write_text(scene)
     result = hampm("plate.nml", "--quiet", "--force")
