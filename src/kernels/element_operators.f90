@@ -30,16 +30,12 @@ module hampm_element_operators
    use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
-   use hampm_support_operators, only: support_operators_t, find_support_operators, apply_support_operators
+   use hampm_support_operators, only: support_operators_t, find_support_operators, apply_support_operators, least_part
    use hampm_support_pass, only: pass_by_supports
    implicit none
    private
    public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_or_apply, pass_or_apply_everywhere, &
              give_to_particles, keep_gains
-
-   !> Part of the mass of a cell that each of its corners needs to have: a particle then is no smaller than about this part of the
-   !> nodal sums that it is found from, so that it keeps ten of their sixteen digits.
-   real(dp), parameter :: least_part = 1.0e-6_dp
 
    !> Which cells have an operator, and the numbers of these.
    type :: element_operators_t
@@ -208,8 +204,8 @@ contains
       end associate
       if (allocated(blocks%supports)) then
          call apply_support_operators(operators%cells, pass, dt, blocks, f)
-         call pass_cells(operators%cells%without, pass, dt, materials, p, blocks, f, f%acceleration, f%velocity(1, 1, v_next), &
-                         f%velocity(1, 1, pass%strain_by))
+         call pass_by_supports(pass, dt, materials, p, blocks, f, operators%cells%without, f%acceleration, &
+                               f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
          return
       end if
       !$omp parallel do schedule(static) private(b)
@@ -217,21 +213,6 @@ contains
          call pass_or_apply(operators, pass, dt, materials, p, blocks, f, [(b, b=k, min(k + blocks_per_task - 1, blocks%n))])
       end do
    end subroutine pass_or_apply_everywhere
-
-   !> Do a pass over the particles of some cells by their supports.
-   subroutine pass_cells(cells, pass, dt, materials, p, blocks, f, acceleration, new_velocity, strain_velocity)
-      integer, intent(in) :: cells(:)
-      type(pass_t), intent(in) :: pass
-      real(dp), intent(in) :: dt                        !! [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(nodal_fields_t), intent(inout) :: f
-      real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
-      real(dp) :: unused(2, size(cells))
-      if (size(cells) > 0) call pass_by_supports(pass, dt, materials, p, blocks, f, cells, acceleration, new_velocity, &
-                                                       strain_velocity, unused)
-   end subroutine pass_cells
 
    !> Give the particles what they have gained since they were up to date, and map them.
    subroutine give_to_particles(operators, materials, p, blocks, f)
@@ -245,17 +226,16 @@ contains
       if (.not. operators%is_behind) return
       gain = pass_t(kick=.true., strain_fraction=1.0_dp, move=.true., map_momentum=.true., map_force=.true.)
       if (allocated(blocks%supports)) then
-         call pass_cells(operators%cells%with, gain, 1.0_dp, materials, p, blocks, f, operators%kick, operators%move, &
-                         operators%strain)
-         call clear_sums(operators)
-         return
+         call pass_by_supports(gain, 1.0_dp, materials, p, blocks, f, operators%cells%with, operators%kick, operators%move, &
+                               operators%strain)
+      else
+         !$omp parallel do schedule(static)
+         do k = 1, size(operators%blocks), blocks_per_task
+            call pass_between(gain, 1.0_dp, materials, p, blocks, f, &
+                              operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), blocks%nodes, &
+                              blocks%in_row, operators%kick, operators%move, operators%strain)
+         end do
       end if
-      !$omp parallel do schedule(static)
-      do k = 1, size(operators%blocks), blocks_per_task
-         call pass_between(gain, 1.0_dp, materials, p, blocks, f, &
-                           operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), blocks%nodes, blocks%in_row, &
-                           operators%kick, operators%move, operators%strain)
-      end do
       call clear_sums(operators)
    end subroutine give_to_particles
 

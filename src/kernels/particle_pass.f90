@@ -60,42 +60,22 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       type(pass_report_t), intent(out) :: report
       integer :: first, b
+      real(dp) :: audit(2)
       if (allocated(blocks%supports)) then
-         call pass_cells(pass, dt, materials, p, blocks, f, [(b, b=1, size(blocks%supports))], report)
-         return
+         call pass_by_supports(pass, dt, materials, p, blocks, f, [(b, b=1, size(blocks%supports))], f%acceleration, &
+                               f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by), audit)
+      else
+         !$omp parallel do schedule(static)
+         do first = 1, blocks%n, blocks_per_task
+            call pass_over(pass, dt, materials, p, blocks, f, [(b, b=first, min(first + blocks_per_task - 1, blocks%n))])
+         end do
+         if (pass%audit) audit = [(sum([(f%audit(first, b), b=1, blocks%n)]), first=1, 2)]
       end if
-      !$omp parallel do schedule(static)
-      do first = 1, blocks%n, blocks_per_task
-         call pass_over(pass, dt, materials, p, blocks, f, [(b, b=first, min(first + blocks_per_task - 1, blocks%n))])
-      end do
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
       if (pass%move .and. .not. p%total_frame) call look_for_leavers(p, blocks, f, report)
-      if (.not. pass%audit) return
-      do b = 1, blocks%n
-         report%velocity_change_energy = report%velocity_change_energy + f%audit(1, b)
-         report%stress_work = report%stress_work + f%audit(2, b)
-      end do
+      if (pass%audit) report%velocity_change_energy = audit(1)
+      if (pass%audit) report%stress_work = audit(2)
    end subroutine pass_over_all
-
-   !> Do a pass over some cells by their supports.
-   subroutine pass_cells(pass, dt, materials, p, blocks, f, cells, report)
-      type(pass_t), intent(in) :: pass
-      real(dp), intent(in) :: dt                        !! time step [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: cells(:)                   !! among the supports
-      type(pass_report_t), intent(inout), optional :: report
-      real(dp) :: audit(2, size(cells))
-      call pass_by_supports(pass, dt, materials, p, blocks, f, cells, f%acceleration, f%velocity(1, 1, v_next), &
-                            f%velocity(1, 1, pass%strain_by), audit)
-      if (pass%map_matrix) f%mass_matrix%assembled = .false.
-      if (.not. present(report)) return
-      if (pass%move .and. .not. p%total_frame) call look_for_leavers(p, blocks, f, report)
-      report%velocity_change_energy = sum(audit(1, :))
-      report%stress_work = sum(audit(2, :))
-   end subroutine pass_cells
 
    !> Do a pass over some blocks.
    subroutine pass_over(pass, dt, materials, p, blocks, f, listed)
@@ -111,8 +91,10 @@ contains
       if (allocated(blocks%supports)) then
          allocate (is_listed(blocks%n), source=.false.)
          is_listed(listed) = .true.
-         call pass_cells(pass, dt, materials, p, blocks, f, pack([(k, k=1, size(blocks%supports))], &
-                                                                 is_listed(blocks%supports%block(1))))
+         call pass_by_supports(pass, dt, materials, p, blocks, f, &
+                               pack([(k, k=1, size(blocks%supports))], is_listed(blocks%supports%block(1))), f%acceleration, &
+                               f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+         if (pass%map_matrix) f%mass_matrix%assembled = .false.
       else
          call pass_between(pass, dt, materials, p, blocks, f, listed, blocks%nodes, blocks%in_row, f%acceleration, &
                            f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))

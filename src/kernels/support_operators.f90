@@ -17,10 +17,11 @@ module hampm_support_operators
    use hampm_support_pass, only: look_at_particle, mean_gradients
    implicit none
    private
-   public :: support_operators_t, find_support_operators, apply_support_operators
+   public :: support_operators_t, find_support_operators, apply_support_operators, least_part
 
    integer, parameter :: most_points = points_of_quadratic, most_dofs = ndim*most_points
-   !> Part of the mass of a bilinear cell that each of its corners needs to have, as in `hampm_element_operators`
+   !> Part of the mass of a bilinear cell that each of its corners needs to have: a particle then is no smaller than about this part of the
+   !> nodal sums that it is found from, so that it keeps ten of their sixteen digits.
    real(dp), parameter :: least_part = 1.0e-6_dp
    real(dp), parameter :: alike = 1e-9_dp        !! relative difference of volumes, and of masses, that is rounding
 

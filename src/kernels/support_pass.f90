@@ -48,18 +48,19 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)           !! numbers of cells among the supports
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
-      real(dp), intent(out) :: audit(:, :)       !! by cell, if the pass is to audit: sum of m |dv|**2 / 2, and of V times the integral of
-                                                 !! P : dH [J], (2, listed)
+      real(dp), intent(out), optional :: audit(2) !! if the pass is to: sum of m |dv|**2 / 2, and of V times the integral of P : dH [J]
+      real(dp) :: of_cell(2, size(listed))
       logical :: has_left(size(listed))
       integer :: k
       !$omp parallel do schedule(static)
       do k = 1, size(listed)
          associate (cell => blocks%supports(listed(k)))
-            call pass_cell(pass, dt, materials, cell, blocks, acceleration, new_velocity, strain_velocity, p, f, audit(:, k), &
+            call pass_cell(pass, dt, materials, cell, blocks, acceleration, new_velocity, strain_velocity, p, f, of_cell(:, k), &
                            has_left(k))
             if (pass%map_matrix) call find_matrix(p, blocks, cell, f%mass_matrix)
          end associate
       end do
+      if (present(audit)) audit = sum(of_cell, dim=2)
       if (.not. pass%move .or. p%total_frame) return
       f%left(blocks%supports(listed)%block(1)) = .false.
       do k = 1, size(listed)
@@ -79,6 +80,7 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: audit(2)          !! [J]
       logical, intent(out) :: has_left           !! whether a particle is no longer in the cell
+      logical :: all_gain_first
       real(dp) :: mass(cell%n), momentum(ndim, cell%n), force(ndim, cell%n) ! sums [kg, kg m/s, N]
       real(dp) :: n(cell%n), gradient(cell%n, ndim), mean(cell%n, ndim)
       integer :: e, i
@@ -87,27 +89,22 @@ contains
       force = 0
       audit = 0
       has_left = .false.
-      if (shares_dilatation(materials, p, blocks, cell)) then
+      all_gain_first = shares_dilatation(materials, p, blocks, cell)
+      if (all_gain_first) mean = mean_gradients(materials, p, blocks, cell)
+      do e = cell%first, cell%last
+         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+            call look_at_particle(p, cell, i, n, gradient)
+            call gain(i)
+            if (all_gain_first) cycle
+            if (pass%move .and. .not. p%total_frame) call look_at_particle(p, cell, i, n, gradient)
+            call give(i)
+         end do
+      end do
+      if (all_gain_first) then
          mean = mean_gradients(materials, p, blocks, cell)
          do e = cell%first, cell%last
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                call look_at_particle(p, cell, i, n, gradient)
-               call gain(i)
-            end do
-         end do
-         mean = mean_gradients(materials, p, blocks, cell)
-         do e = cell%first, cell%last
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               call look_at_particle(p, cell, i, n, gradient)
-               call give(i)
-            end do
-         end do
-      else
-         do e = cell%first, cell%last
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               call look_at_particle(p, cell, i, n, gradient)
-               call gain(i)
-               if (pass%move .and. .not. p%total_frame) call look_at_particle(p, cell, i, n, gradient)
                call give(i)
             end do
          end do

@@ -129,15 +129,12 @@ contains
       logical :: quadratic
       quadratic = .false.
       if (present(are_quadratic)) quadratic = are_quadratic
-      if (quadratic) then
-         call build_sample_of_quadratic(rows, moduli, sample, ring)
-         call build_inverse(sample, mass, floor_of_quadratic, inverse)
-      else if (have_domains) then
+      if (have_domains) then
          call build_sample_of_domains(rows, moduli, sample)
          call build_inverse(sample, mass, floor_of_domains, inverse)
       else
-         call build_sample(rows, moduli, sample, ring)
-         call build_inverse(sample, mass, eigenvalue_floor, inverse)
+         call build_sample(rows, moduli, quadratic, sample, ring)
+         call build_inverse(sample, mass, merge(floor_of_quadratic, eigenvalue_floor, quadratic), inverse)
       end if
       q = matmul(inverse, matmul(sample%mass, inverse))
       if (strains_last) q = 2*inverse - q
@@ -153,61 +150,38 @@ contains
       if (square > 0) courant = 4/(damping + sqrt(damping**2 + 4*square))
    end function largest_courant
 
-   !> Sum the particles into the matrices.
-   pure subroutine build_sample(rows, moduli, s, ring)
+   !> Sum the particles into the matrices: of bilinear cells or, with weights, of quadratic ones.
+   pure subroutine build_sample(rows, moduli, quadratic, s, ring)
       type(row_t), intent(in) :: rows(ndim)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt)
+      logical, intent(in) :: quadratic
       type(sample_t), intent(out) :: s
       type(ring_t), intent(in), optional :: ring
-      real(dp) :: xi(ndim), gradient(corners, ndim), weight
-      integer :: nodes(corners), i, j, c, d, at(ndim)
-      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], 1, s)
-      do j = 1, size(rows(2)%x)
-         do i = 1, size(rows(1)%x)
-            weight = rows(1)%length(i)*rows(2)%length(j)
-            if (present(ring)) weight = weight*(rows(1)%x(i) - ring%axis)
-            call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
-            call add_mass(weight, shape_functions(xi), number_of(at, s), s)
-            gradient = shape_gradients(xi, 1.0_dp)
-            nodes = s%nodes(:, number_of(at, s))
-            do c = 1, corners
-               call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
-            end do
-            if (present(ring)) call add_hoops(weight*ring%moduli, shape_functions(xi)/(rows(1)%x(i) - ring%axis), gradient, nodes, &
-                                              s)
-         end do
-      end do
-      if (present(ring)) call hold_axis(ring, s)
-      call sum_cells(s)
-   end subroutine build_sample
-
-   !> The same for quadratic cells.
-   pure subroutine build_sample_of_quadratic(rows, moduli, s, ring)
-      type(row_t), intent(in) :: rows(ndim)
-      real(dp), intent(in) :: moduli(n_voigt, n_voigt)
-      type(sample_t), intent(out) :: s
-      type(ring_t), intent(in), optional :: ring
-      real(dp) :: xi(ndim), n(points_of_quadratic), gradient(points_of_quadratic, ndim), weight
-      integer :: nodes(points_of_quadratic), i, j, c, d, at(ndim)
-      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], 2, s)
+      real(dp) :: xi(ndim), weight, n(merge(points_of_quadratic, corners, quadratic)), gradient(size(n), ndim)
+      integer :: nodes(size(n)), i, j, d, at(ndim)
+      call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], merge(2, 1, quadratic), s)
       do j = 1, size(rows(2)%x)
          do i = 1, size(rows(1)%x)
             call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
-            weight = weight_at(rows(1)%spacing, xi(1))*weight_at(rows(2)%spacing, xi(2))
+            if (quadratic) then
+               weight = weight_at(rows(1)%spacing, xi(1))*weight_at(rows(2)%spacing, xi(2))
+               n = quadratic_functions(xi)
+               gradient = quadratic_gradients(xi, 1.0_dp)
+            else
+               weight = rows(1)%length(i)*rows(2)%length(j)
+               n = shape_functions(xi)
+               gradient = shape_gradients(xi, 1.0_dp)
+            end if
             if (present(ring)) weight = weight*(rows(1)%x(i) - ring%axis)
-            n = quadratic_functions(xi)
-            gradient = quadratic_gradients(xi, 1.0_dp)
             nodes = s%nodes(:, number_of(at, s))
             call add_mass(weight, n, number_of(at, s), s)
-            do c = 1, size(nodes)
-               call add_stiffness(weight*moduli, gradient, c, nodes, size(s%lumped), s%stiffness)
-            end do
+            call add_stiffness(weight*moduli, gradient, nodes, size(s%lumped), s%stiffness)
             if (present(ring)) call add_hoops(weight*ring%moduli, n/(rows(1)%x(i) - ring%axis), gradient, nodes, s)
          end do
       end do
       if (present(ring)) call hold_axis(ring, s)
       call sum_cells(s)
-   end subroutine build_sample_of_quadratic
+   end subroutine build_sample
 
    !> Weight of a particle in one direction, by the distance between particles and the place in its cell.
    pure real(dp) function weight_at(spacing, xi) result(weight)
@@ -246,9 +220,7 @@ contains
                end associate
             end do
             nodes = pack([(k, k=1, size(s%lumped))], abs(gradient(:, 1)) + abs(gradient(:, 2)) > 0)
-            do c = 1, size(nodes)
-               call add_stiffness(weight*moduli, gradient(nodes, :), c, nodes, size(s%lumped), s%stiffness)
-            end do
+            call add_stiffness(weight*moduli, gradient(nodes, :), nodes, size(s%lumped), s%stiffness)
          end do
       end do
       call sum_cells(s)
@@ -312,20 +284,22 @@ contains
       s%lumped = sum(s%mass, dim=1)
    end subroutine sum_cells
 
-   !> Add what a particle gives to the columns of a corner in the stiffness: B^T C B.
-   pure subroutine add_stiffness(moduli, gradient, c, nodes, n, stiffness)
+   !> Add what a particle gives to the stiffness: B^T C B.
+   pure subroutine add_stiffness(moduli, gradient, nodes, n, stiffness)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt), gradient(:, :)  !! (nodes, ndim)
-      integer, intent(in) :: c, nodes(:), n
+      integer, intent(in) :: nodes(:), n
       real(dp), intent(inout) :: stiffness(:, :)
       integer, parameter :: voigt(ndim, ndim) = reshape([1, 3, 3, 2], [ndim, ndim])
       real(dp) :: stress(ndim)                   ! on planes of either direction, of a unit displacement in direction k
-      integer :: d, k
-      do k = 1, ndim
-         do d = 1, ndim
-            stress = matmul(moduli(voigt(:, d), voigt(:, k)), gradient(c, :))
-            associate (block => stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n))
-               stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n) = block + matmul(gradient, stress)
-            end associate
+      integer :: c, d, k
+      do c = 1, size(nodes)
+         do k = 1, ndim
+            do d = 1, ndim
+               stress = matmul(moduli(voigt(:, d), voigt(:, k)), gradient(c, :))
+               associate (block => stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n))
+                  stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n) = block + matmul(gradient, stress)
+               end associate
+            end do
          end do
       end do
    end subroutine add_stiffness

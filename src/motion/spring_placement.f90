@@ -19,7 +19,7 @@
 !>
 !> Lumped masses of the nodes that springs between the faces of cracks hang on, and the forces on these.
 module hampm_spring_placement
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
@@ -33,8 +33,7 @@ module hampm_spring_placement
    use hampm_particles, only: particles_t
    use hampm_small_pieces, only: tie_small_pieces
    use hampm_lapack, only: dposv
-   use hampm_basis, only: shape_functions, shape_gradients
-   use hampm_remembering, only: hoop_resistance
+   use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
    public :: rebuild_springs, look_at_openings, shorter_step, eigenvalue_left, part_for, release_length
@@ -512,7 +511,7 @@ contains
       bound = max(most_of_cells, springs%most)
       full = springs%list(:springs%n)%stiffness
       call list_users(springs, grid%n_nodes, first, user)
-      mass = masses_of(grid, p, blocks, first(2:) > first(:grid%n_nodes))
+      call sum_at_nodes(grid, p, blocks, materials, first(2:) > first(:grid%n_nodes), mass)
       is_end = .false.
       do k = 1, springs%n
          if (.not. is_half(springs%list(k))) cycle
@@ -674,95 +673,39 @@ contains
       real(dp), intent(out) :: mass(:)           !! [kg]
       real(dp), intent(out) :: force(:, :)       !! [N], (ndim, nodes)
       logical :: is_wanted(size(mass))
-      real(dp) :: weight(1, most_nodes_of_leaf)
-      integer :: node, n, k, j, master(most_nodes_of_leaf)
+      integer :: k
       is_wanted = .false.
       do k = 1, springs%n
          is_wanted(pack(springs%list(k)%node, springs%list(k)%node > 0)) = .true.
       end do
-      mass = masses_of(grid, p, blocks, is_wanted)
-      force = 0
-      do node = 1, grid%n_nodes
-         if (is_wanted(node)) force(:, node) = force_at(grid, p, blocks, materials, node)
-      end do
-      do node = grid%n_nodes + 1, grid%n_nodes + grid%dofs%n_hanging
-         call grid%dofs%masters_of([node], n, master, weight)
-         if (.not. any(is_wanted(master(:n)))) cycle
-         do j = 1, n
-            force(:, master(j)) = force(:, master(j)) + weight(1, j)*force_at(grid, p, blocks, materials, node)
-         end do
-      end do
+      call sum_at_nodes(grid, p, blocks, materials, is_wanted, mass, force)
       call add_spring_forces(springs, force)
    end subroutine load_nodes
 
-   !> Masses of some nodes, with what hanging nodes give them; 0 of the others [kg].
-   pure function masses_of(grid, p, blocks, is_wanted) result(mass)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      logical, intent(in) :: is_wanted(:)        !! (nodes)
-      real(dp) :: mass(grid%n_nodes)
-      real(dp) :: weight(1, most_nodes_of_leaf)
-      integer :: node, n, master(most_nodes_of_leaf)
-      mass = 0
-      do node = 1, grid%n_nodes
-         if (is_wanted(node)) mass(node) = mass_at(grid, p, blocks, node)
-      end do
-      do node = grid%n_nodes + 1, grid%n_nodes + grid%dofs%n_hanging
-         call grid%dofs%masters_of([node], n, master, weight)
-         if (any(is_wanted(master(:n)))) mass(master(:n)) = mass(master(:n)) + weight(1, :n)*mass_at(grid, p, blocks, node)
-      end do
-      ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by
-      where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
-   end function masses_of
-
-   !> Force of the particles of the elements around a node on it [N].
-   pure function force_at(grid, p, blocks, materials, node) result(force)
+   !> Masses of some nodes, and the forces of the particles on them, with what hanging nodes give them; 0 of the others.
+   pure subroutine sum_at_nodes(grid, p, blocks, materials, is_wanted, mass, force)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       type(material_t), intent(in) :: materials(:)
-      integer, intent(in) :: node
-      real(dp) :: force(ndim), gradient(corners, ndim), shape(corners), x(ndim)
-      integer :: k, i
-      force = 0
-      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         do k = 1, size(elements)
-            associate (e => elements(k))
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  x = p%place_in_grid(i)
-                  gradient = shape_gradients(grid%local_coordinate(e, x), 1/grid%leaf_size(e))
-                  force = force - p%volume(i)*matmul(materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, &
-                                                                                           p%history_of(i), p%hoop_of(i)), &
-                                                     gradient(corner(k), :))
-                  if (.not. p%thickness%is_ring) cycle
-                  shape = shape_functions(grid%local_coordinate(e, x))
-                  force(1) = force(1) - p%volume(i)*shape(corner(k))*hoop_resistance(materials(p%material(i)), p, i)
-               end do
-            end associate
-         end do
-      end associate
-   end function force_at
-
-   !> Lumped mass of a node by the particles of the elements around it, without what hanging nodes would give it [kg].
-   pure real(dp) function mass_at(grid, p, blocks, node) result(mass)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: node
-      real(dp) :: shape(corners), x(ndim)
-      integer :: k, i
+      logical, intent(in) :: is_wanted(:)        !! (nodes)
+      real(dp), intent(out) :: mass(:)           !! [kg]
+      real(dp), intent(out), optional :: force(:, :) !! [N], (ndim, nodes)
+      type(patch_t) :: patch
+      real(dp) :: weight(1, most_nodes_of_leaf)
+      integer :: node, n, j, master(most_nodes_of_leaf)
       mass = 0
-      associate (elements => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         do k = 1, size(elements)
-            associate (e => elements(k))
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  x = p%place_in_grid(i)
-                  shape = shape_functions(grid%local_coordinate(e, x))
-                  mass = mass + p%mass(i)*shape(corner(k))
-               end do
-            end associate
+      if (present(force)) force = 0
+      do node = 1, grid%n_points
+         call grid%dofs%masters_of([node], n, master, weight)
+         if (.not. any(is_wanted(master(:n)))) cycle
+         call patch_around(grid, p, blocks, node, patch)
+         do j = 1, n
+            mass(master(j)) = mass(master(j)) + weight(1, j)*patch_mass(patch, p)
+            if (present(force)) force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, p, materials)
          end do
-      end associate
-   end function mass_at
+      end do
+      ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by
+      where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
+   end subroutine sum_at_nodes
 end module hampm_spring_placement
