@@ -7,7 +7,7 @@ module hampm_growing
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
    use hampm_scene, only: scene_t
-   use hampm_text, only: to_text
+   use hampm_text, only: add_line, to_text
    implicit none
    private
    public :: growing_t, new_growing, record_growth, keep_growing, fitting, part_of_crack
@@ -223,8 +223,7 @@ contains
       text = 'tip '//to_text(number)//' '//what
       if (.not. allocated(said)) said = ''
       if (index(said, text(:index(text//':', ':') - 1)) > 0) return
-      if (said /= '') said = said//new_line('a')
-      said = said//text
+      call add_line(said, text)
    end subroutine note_tip
 
    !> Record how a tip stands.

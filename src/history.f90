@@ -26,11 +26,10 @@ module hampm_history
       integer, private :: filled = 0             !! how many values the row has so far
    contains
       procedure :: begin_row
-      generic :: record => record_real, record_integer, record_long
+      procedure :: record
       procedure :: record_modes
       procedure :: record_vector
       procedure :: record_radii
-      procedure, private :: record_real, record_integer, record_long
    end type history_t
 
 contains
@@ -42,31 +41,26 @@ contains
       self%filled = 0
    end subroutine begin_row
 
-   !> A column of real numbers.
-   subroutine record_real(self, name, unit, meaning, value)
+   !> A column of real numbers or of integers, of any kind.
+   subroutine record(self, name, unit, meaning, value)
       class(history_t), intent(inout) :: self
       character(*), intent(in) :: name, unit, meaning
-      real(dp), intent(in) :: value
-      if (is_new(self)) call add_column(self, name, unit, meaning, integer_valued=.false.)
-      call put(self, value)
-   end subroutine record_real
-
-   !> A column of integers.
-   subroutine record_integer(self, name, unit, meaning, value)
-      class(history_t), intent(inout) :: self
-      character(*), intent(in) :: name, unit, meaning
-      integer, intent(in) :: value
-      call self%record(name, unit, meaning, int(value, long))
-   end subroutine record_integer
-
-   !> A column of 64-bit integers.
-   subroutine record_long(self, name, unit, meaning, value)
-      class(history_t), intent(inout) :: self
-      character(*), intent(in) :: name, unit, meaning
-      integer(long), intent(in) :: value
-      if (is_new(self)) call add_column(self, name, unit, meaning, integer_valued=.true.)
-      call put(self, real(value, dp))
-   end subroutine record_long
+      class(*), intent(in) :: value
+      real(dp) :: number
+      logical :: integer_valued
+      integer_valued = .true.
+      select type (value)
+       type is (real(dp))
+         number = value
+         integer_valued = .false.
+       type is (integer)
+         number = value
+       type is (integer(long))
+         number = real(value, dp)
+      end select
+      if (is_new(self)) call add_column(self, name, unit, meaning, integer_valued)
+      call put(self, number)
+   end subroutine record
 
    !> A column for each mode: `name`I, `name`II, each with what is `behind` that.
    subroutine record_modes(self, name, unit, meaning, values, behind)

@@ -14,7 +14,7 @@ module hampm_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t
-   use hampm_energy, only: linear_momentum, angular_momentum, plastic_dissipation, viscous_dissipation
+   use hampm_energy, only: linear_momentum, angular_momentum, dissipation
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
@@ -216,8 +216,8 @@ contains
       integer :: k
       m%kinetic_energy = kinetic_energy(motion)
       m%strain_energy = stored_energy(motion)
-      m%plastic_dissipation = plastic_dissipation(motion%particles, motion%materials)
-      m%viscous_dissipation = viscous_dissipation(motion%particles, motion%materials)
+      m%plastic_dissipation = dissipation(motion%particles, motion%materials, plastic=.true.)
+      m%viscous_dissipation = dissipation(motion%particles, motion%materials, plastic=.false.)
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(motion))

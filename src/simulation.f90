@@ -37,6 +37,7 @@ module hampm_simulation
    use hampm_snapshots, only: piece_t
    use hampm_state, only: keep_motion
    use hampm_symmetric_turns, only: symmetric_turns_t
+   use hampm_text, only: add_line
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_time_step, only: stable_time_step
    use hampm_version, only: version
@@ -628,8 +629,7 @@ contains
       text = ''
       if (allocated(s%warning)) text = s%warning
       other = s%refinement%warning(s%motion%steps, .not. s%motion%grid%forest%is_uniform())
-      if (text /= '' .and. other /= '') text = text//new_line('a')
-      text = text//other
+      if (other /= '') call add_line(text, other)
    end function warnings
 
    !> Path of the result of a scene in a folder.

@@ -296,6 +296,7 @@ contains
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(inout), contiguous :: y(:, :)
       real(dp), intent(out) :: xax(ndim)
+      real(dp) :: of_ties(ndim)
       integer :: chunk, first
       associate (spans => matrix%spans, chunks => size(matrix%spans%of_chunk) - 1, region => matrix%coupled)
          call grid%dofs%distribute(region, ndim, x)
@@ -319,19 +320,10 @@ contains
          xax = sum(s%partial(:, 1, :chunks), dim=2)
          call grid%dofs%condense(region, ndim, y, s%inverse)
       end associate
-      if (matrix%ties%n > 0) call multiply_by_ties(s, matrix, x, y, xax)
-   end subroutine multiply
-
-   !> Add to y and x.A x what ties give.
-   subroutine multiply_by_ties(s, matrix, x, y, xax)
-      type(mass_solver_t), intent(inout) :: s
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: x(:, :)
-      real(dp), intent(inout), contiguous :: y(:, :), xax(:)
-      real(dp) :: of_ties(ndim)
+      if (matrix%ties%n == 0) return
       call add_tied_product(matrix%ties, x, y, of_ties, s%inverse)
       xax = xax + of_ties
-   end subroutine multiply_by_ties
+   end subroutine multiply
 
    !> r = D^-1 (b - M x), the squares of its norms, and those of D^-1 b.
    !>

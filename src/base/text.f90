@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             three_digits, without_rounding
+             add_line, three_digits, without_rounding
 
    !> Text of any length, so that arrays may hold texts of different lengths.
    type :: string_t
@@ -181,6 +181,14 @@ contains
          if (i > 1 .and. j > 1) swapped = a(i - 1:i) == b(j:j)//b(j - 1:j - 1)
       end function swapped
    end function edit_distance
+
+   !> Add a line to a text of lines.
+   pure subroutine add_line(text, line)
+      character(:), allocatable, intent(inout) :: text
+      character(*), intent(in) :: line
+      if (text /= '') text = text//new_line('a')
+      text = text//line
+   end subroutine add_line
 
    !> A number as people read it.
    pure function three_digits(x) result(text)

@@ -303,8 +303,7 @@ contains
          s%hoop = p%hoop_of(i)
          s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i), s%hoop), axes))
          s%energy = material%energy_density(h, p%history_of(i), s%hoop) &
-                    + material%plastic_dissipation(h, p%history_of(i), s%hoop) &
-                    + material%viscous_dissipation(h, p%history_of(i), s%hoop)
+                    + material%dissipation(h, p%history_of(i), s%hoop)
          s%radius = p%reference(i, 1)
          if (domain%is_ring) s%hoop_stress = material%hoop_stress(h, p%history_of(i), s%hoop)
          s%outward = axes(1, :)

@@ -7,8 +7,8 @@ module hampm_energy
    use hampm_tensors, only: determinant, identity, product_of
    implicit none
    private
-   public :: kinetic_energy, energy_density_of, strain_energy, plastic_dissipation, viscous_dissipation, linear_momentum, &
-             angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
+   public :: kinetic_energy, energy_density_of, strain_energy, dissipation, linear_momentum, angular_momentum, &
+              largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -54,29 +54,20 @@ contains
       density = materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
    end function energy_density_of
 
-   !> Work of the stress on the plastic strain of the particles [J].
-   real(dp) function plastic_dissipation(p, materials) result(work)
+   !> What the material of the particles has dissipated: plastic work, or else what viscosity has taken [J].
+   real(dp) function dissipation(p, materials, plastic) result(energy)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
-      integer :: i
-      work = 0
-      do i = 1, merge(p%n, 0, any(materials%has_history()))
-         work = work + p%volume(i)*materials(p%material(i))%plastic_dissipation(p%gradient_of(i), p%history_of(i), &
-                                                                                      p%hoop_of(i))
-      end do
-   end function plastic_dissipation
-
-   !> Energy that viscosity has taken from the particles [J].
-   real(dp) function viscous_dissipation(p, materials) result(energy)
-      type(particles_t), intent(in) :: p
-      type(material_t), intent(in) :: materials(:)
+      logical, intent(in) :: plastic
       integer :: i
       energy = 0
       do i = 1, merge(p%n, 0, any(materials%has_history()))
-         energy = energy + p%volume(i)*materials(p%material(i))%viscous_dissipation(p%gradient_of(i), p%history_of(i), &
-                                                                                          p%hoop_of(i))
+         associate (material => materials(p%material(i)))
+            if (material%yields() .eqv. plastic) &
+               energy = energy + p%volume(i)*material%dissipation(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
+         end associate
       end do
-   end function viscous_dissipation
+   end function dissipation
 
    !> Linear momentum, sum of m v [kg m/s].
    pure function linear_momentum(p) result(momentum)

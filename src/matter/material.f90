@@ -72,8 +72,7 @@ module hampm_material
       procedure :: yields
       procedure :: follow
       procedure :: equivalent_plastic_strain
-      procedure :: plastic_dissipation
-      procedure :: viscous_dissipation
+      procedure :: dissipation
       procedure :: kirchhoff_stress
       procedure :: conjugate_stress
       procedure :: conjugate_change
@@ -342,32 +341,12 @@ contains
       if (self%columns > 0) strain = self%law%plastic_strain(past(:self%columns))
    end function equivalent_plastic_strain
 
-   !> Work on the plastic strain per reference volume [J/m3].
-   pure real(dp) function plastic_dissipation(self, h, past, hoop) result(work)
-      class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in) :: past(:)
-      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
-      work = 0
-      if (self%yields()) work = dissipation(self, h, past, hoop)
-   end function plastic_dissipation
-
-   !> Energy that viscosity has taken per reference volume [J/m3].
-   pure real(dp) function viscous_dissipation(self, h, past, hoop) result(energy)
-      class(material_t), intent(in) :: self
-      real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in) :: past(:)
-      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
-      energy = 0
-      if (.not. self%yields()) energy = dissipation(self, h, past, hoop)
-   end function viscous_dissipation
-
-   !> What has been dissipated per reference volume [J/m3].
+   !> What has been dissipated per reference volume: the work on the plastic strain where the law `yields`, else what viscosity has taken [J/m3].
    pure real(dp) function dissipation(self, h, past, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
       real(dp), contiguous, intent(in) :: past(:)
-      real(dp), intent(in), optional :: hoop
+      real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space), state(most_columns)
       dissipation = 0
       if (self%columns == 0) return

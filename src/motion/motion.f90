@@ -22,7 +22,7 @@ module hampm_motion
    use hampm_cuts, only: crosses
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_driven_nodes, only: driven_work_t
-   use hampm_energy, only: strain_energy, plastic_dissipation, viscous_dissipation
+   use hampm_energy, only: strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_face_springs, only: face_springs_t, spring_energy, mass_ties_of, add_spring_momentum
    use hampm_failure, only: failure_t, exit_computation
@@ -176,7 +176,7 @@ contains
    !> Energy that plastic flow and viscosity have taken [J].
    real(dp) function dissipated_energy(m)
       type(motion_t), intent(in) :: m
-      dissipated_energy = plastic_dissipation(m%particles, m%materials) + viscous_dissipation(m%particles, m%materials)
+      dissipated_energy = dissipation(m%particles, m%materials, .true.) + dissipation(m%particles, m%materials, .false.)
    end function dissipated_energy
 
    !> Keep the present states of particles whose laws have a history: a step has ended.

@@ -33,8 +33,8 @@ module hampm_stiffness
 
    !> Squared frequency of the springs over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
-   real(dp), parameter :: hardly = 1e-10_dp      !! over the stiffness of a piece of a cell, that which keeps it from being singular
    real(dp), parameter :: softness = 1.0e-8_dp
+   real(dp), parameter :: hardly = 1e-10_dp      !! over the stiffness of a piece of a cell, that which keeps it from being singular
 
    !> Which stiffness is wanted.
    type :: stiffness_kind_t

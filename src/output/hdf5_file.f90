@@ -37,10 +37,10 @@ module hampm_hdf5_file
       procedure :: make_link
       procedure :: unwritten
       procedure :: put_label
-      generic :: put_attribute => put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
+      generic :: put_attribute => put_attribute_value, put_attribute_integers
       generic :: put => put_text, put_real_1, put_long_1
       generic :: get => get_text, get_real_1, get_long_1
-      procedure, private :: put_attribute_text, put_attribute_real, put_attribute_integer, put_attribute_integers
+      procedure, private :: put_attribute_value, put_attribute_integers
       procedure, private :: put_text, put_real_1, put_long_1
       procedure, private :: get_text, get_real_1, get_long_1
    end type hdf5_file_t
@@ -150,21 +150,29 @@ contains
       if (e < 0) call self%unwritten('making the link '//path//' failed', failure)
    end subroutine make_link
 
-   !> Attach a text of any length (UTF-8) to the group or dataset `object`, or replace the one of that name.
-   subroutine put_attribute_text(self, object, name, value, failure)
+   !> Attach a text of any length (UTF-8), a real number or an integer to the group or dataset `object`, or replace the one of that name.
+   subroutine put_attribute_value(self, object, name, value, failure)
       class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: object, name, value
+      character(*), intent(in) :: object, name
+      class(*), intent(in), target :: value
       type(failure_t), intent(inout) :: failure
-      character(c_char), target :: chars(len(value) + 1)
+      character(c_char), allocatable, target :: chars(:)
       type(c_ptr), target :: address
       integer(hid_t) :: type_id
       integer :: e
-      chars = c_string(value)
-      address = c_loc(chars)
-      type_id = text_type()
-      call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(address), failure)
-      call h5tclose_f(type_id, e)
-   end subroutine put_attribute_text
+      select type (value)
+       type is (character(*))
+         allocate (chars, source=c_string(value))
+         address = c_loc(chars)
+         type_id = text_type()
+         call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(address), failure)
+         call h5tclose_f(type_id, e)
+       type is (real(dp))
+         call write_attribute(self, object, name, h5t_ieee_f64le, native_real(), scalar_space(), c_loc(value), failure)
+       type is (integer)
+         call write_attribute(self, object, name, h5t_std_i64le, native_integer(), scalar_space(), c_loc(value), failure)
+      end select
+   end subroutine put_attribute_value
 
    !> Attach a text of fixed length (ASCII) that is never replaced: the form in which VTKHDF wants its keywords.
    subroutine put_label(self, object, name, value, failure)
@@ -179,24 +187,6 @@ contains
       call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(chars), failure)
       call h5tclose_f(type_id, e)
    end subroutine put_label
-
-   !> Attach a real number, or replace the one of that name.
-   subroutine put_attribute_real(self, object, name, value, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: object, name
-      real(dp), intent(in), target :: value
-      type(failure_t), intent(inout) :: failure
-      call write_attribute(self, object, name, h5t_ieee_f64le, native_real(), scalar_space(), c_loc(value), failure)
-   end subroutine put_attribute_real
-
-   !> Attach an integer, or replace the one of that name.
-   subroutine put_attribute_integer(self, object, name, value, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: object, name
-      integer, intent(in), target :: value
-      type(failure_t), intent(inout) :: failure
-      call write_attribute(self, object, name, h5t_std_i64le, native_integer(), scalar_space(), c_loc(value), failure)
-   end subroutine put_attribute_integer
 
    !> Attach a few integers, or replace those of that name.
    subroutine put_attribute_integers(self, object, name, values, failure)

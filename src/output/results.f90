@@ -49,14 +49,13 @@ module hampm_results
       procedure :: resume
       procedure :: lengths
       procedure :: add_column
-      generic :: add_attribute => add_attribute_text, add_attribute_real, add_attribute_integer
+      procedure :: add_attribute
       procedure :: add_text
       procedure :: append
       procedure :: write_snapshot
       procedure :: flush => flush_results
       procedure :: close => close_results
       procedure :: release => release_results
-      procedure, private :: add_attribute_text, add_attribute_real, add_attribute_integer
    end type results_t
 
 contains
@@ -162,40 +161,17 @@ contains
       self%columns = [self%columns, column]
    end subroutine add_column
 
-   !> Attach a text to the group or dataset `group`, or replace it.
-   subroutine add_attribute_text(self, group, name, value, failure)
-      class(results_t), intent(inout) :: self
-      character(*), intent(in) :: group, name, value
-      type(failure_t), intent(inout) :: failure
-      type(failure_t) :: fault
-      if (self%broken) return
-      call self%file%put_attribute(group, name, value, fault)
-      call pass_on(self, fault, failure)
-   end subroutine add_attribute_text
-
-   !> Attach a real number to the group or dataset `group`, or replace it.
-   subroutine add_attribute_real(self, group, name, value, failure)
+   !> Attach a text, a real number or an integer to the group or dataset `group`, or replace it.
+   subroutine add_attribute(self, group, name, value, failure)
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: group, name
-      real(dp), intent(in) :: value
+      class(*), intent(in) :: value
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
       if (self%broken) return
       call self%file%put_attribute(group, name, value, fault)
       call pass_on(self, fault, failure)
-   end subroutine add_attribute_real
-
-   !> Attach an integer to the group or dataset `group`, or replace it.
-   subroutine add_attribute_integer(self, group, name, value, failure)
-      class(results_t), intent(inout) :: self
-      character(*), intent(in) :: group, name
-      integer, intent(in) :: value
-      type(failure_t), intent(inout) :: failure
-      type(failure_t) :: fault
-      if (self%broken) return
-      call self%file%put_attribute(group, name, value, fault)
-      call pass_on(self, fault, failure)
-   end subroutine add_attribute_integer
+   end subroutine add_attribute
 
    !> Write a text as the dataset `path`, such as /input/namelist; the group exists. A result that is continued has it.
    subroutine add_text(self, path, text, failure)

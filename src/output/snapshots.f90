@@ -48,6 +48,11 @@ module hampm_snapshots
    integer, parameter :: point_number = 5, cell_number = 6, connectivity_number = 7
    integer, parameter :: times = 8, first_part = 9, first_point = 10, first_cell = 11, first_connectivity = 12
    integer, parameter :: fields = 12             !! those behind are of the fields, of the points first
+   character(*), parameter :: names(fields) = [character(27) :: 'Points', 'Connectivity', 'Offsets', 'Types', 'NumberOfPoints', &
+      'NumberOfCells', 'NumberOfConnectivityIds', 'Steps/Values', 'Steps/PartOffsets', 'Steps/PointOffsets', &
+      'Steps/CellOffsets', 'Steps/ConnectivityIdOffsets']
+   integer, parameter :: stored(fields) = [real_values, long_values, long_values, byte_values, long_values, long_values, &
+                                           long_values, real_values, long_values, long_values, long_values, long_values]
 
    !> The growing datasets of one piece, in the order above.
    type :: piece_series_t
@@ -239,8 +244,7 @@ contains
          call make_typed_group(file, piece_path(pieces(i)), 'UnstructuredGrid', failure)
          call file%put_attribute(piece_path(pieces(i)), 'Index', i - 1, failure)
          allocate (self%pieces(i)%of(fields + field_count(pieces(i)%point_fields) + field_count(pieces(i)%cell_fields)))
-         call create_geometry(self%pieces(i), file, pieces(i), failure)
-         call create_steps(self%pieces(i), file, pieces(i), failure)
+         call create_datasets(self%pieces(i), file, pieces(i), failure)
          associate (first_of_cells => fields + field_count(pieces(i)%point_fields) + 1)
             call create_fields(self%pieces(i)%of(fields + 1:first_of_cells - 1), file, pieces(i), 'Point', &
                                pieces(i)%point_fields, failure)
@@ -281,42 +285,21 @@ contains
       call file%make_link(piece_path(pieces(1)), root//'/Steps', failure)
    end subroutine create_assembly
 
-   !> Make the datasets of points and cells.
-   subroutine create_geometry(series, file, piece, failure)
+   !> Make the datasets of points and cells, and those that say where each snapshot begins.
+   subroutine create_datasets(series, file, piece, failure)
       type(piece_series_t), intent(inout) :: series
       type(hdf5_file_t), intent(in) :: file
       type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
-      character(:), allocatable :: path
-      integer :: vertices, cells, corners
-      path = piece_path(piece)
-      vertices = chunk(size(piece%points, 2))
-      cells = chunk(size(piece%cell_types))
-      corners = chunk(size(piece%connectivity))
-      call series%of(points)%create(file, path//'/Points', real_values, vtk_dim, vertices, failure)
-      call series%of(connectivity)%create(file, path//'/Connectivity', long_values, 1, corners, failure)
-      call series%of(offsets)%create(file, path//'/Offsets', long_values, 1, cells, failure)
-      call series%of(types)%create(file, path//'/Types', byte_values, 1, cells, failure)
-      call series%of(point_number)%create(file, path//'/NumberOfPoints', long_values, 1, chunk(1), failure)
-      call series%of(cell_number)%create(file, path//'/NumberOfCells', long_values, 1, chunk(1), failure)
-      call series%of(connectivity_number)%create(file, path//'/NumberOfConnectivityIds', long_values, 1, chunk(1), failure)
-   end subroutine create_geometry
-
-   !> Make the datasets that say where each snapshot begins.
-   subroutine create_steps(series, file, piece, failure)
-      type(piece_series_t), intent(inout) :: series
-      type(hdf5_file_t), intent(in) :: file
-      type(piece_t), intent(in) :: piece
-      type(failure_t), intent(inout) :: failure
-      character(:), allocatable :: path
-      path = steps_path(piece)
-      call file%make_group(path, failure)
-      call series%of(times)%create(file, path//'/Values', real_values, 1, chunk(1), failure)
-      call series%of(first_part)%create(file, path//'/PartOffsets', long_values, 1, chunk(1), failure)
-      call series%of(first_point)%create(file, path//'/PointOffsets', long_values, 1, chunk(1), failure)
-      call series%of(first_cell)%create(file, path//'/CellOffsets', long_values, 1, chunk(1), failure)
-      call series%of(first_connectivity)%create(file, path//'/ConnectivityIdOffsets', long_values, 1, chunk(1), failure)
-   end subroutine create_steps
+      integer :: entries(fields), k
+      entries = 1
+      entries(:types) = [size(piece%points, 2), size(piece%connectivity), size(piece%cell_types), size(piece%cell_types)]
+      do k = 1, fields
+         if (k == times) call file%make_group(steps_path(piece), failure)
+         call series%of(k)%create(file, piece_path(piece)//'/'//trim(names(k)), stored(k), merge(vtk_dim, 1, k == points), &
+                                  chunk(entries(k)), failure)
+      end do
+   end subroutine create_datasets
 
    !> Make the datasets of the fields on the points or cells. They begin where the points or cells begin.
    subroutine create_fields(series, file, piece, carrier, fields, failure)

@@ -9,7 +9,7 @@ module hampm_caveats
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: length_text, upper_corner, points_of
    use hampm_scene, only: scene_t, material_spec_t
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: add => add_line, to_text, three_digits
    implicit none
    private
    public :: warnings_of, notes_of
@@ -55,14 +55,6 @@ contains
       call look_at_bodies(scene, text)
       call look_at_lines(scene, text)
    end function notes_of
-
-   !> Add a line.
-   pure subroutine add(text, line)
-      character(:), allocatable, intent(inout) :: text
-      character(*), intent(in) :: line
-      if (text /= '') text = text//new_line('a')
-      text = text//line
-   end subroutine add
 
    !> What begins when the run is over does nothing.
    pure subroutine look_at_starts(scene, text)

@@ -4,7 +4,7 @@ module hampm_history_resolution
    use hampm_largest_step, only: chosen_speed, smallest_cell
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: add_line, to_text, three_digits
    use hampm_time_history, only: time_history_t
    implicit none
    private
@@ -91,9 +91,7 @@ contains
          line = name//': steps of '//three_digits(dt)//' s may pass by its factor at '// &
                 three_digits(peak)//' s, which is there for less than two of them'
       end if
-      if (line == '') return
-      if (text /= '') text = text//new_line('a')
-      text = text//line
+      if (line /= '') call add_line(text, line)
    end subroutine look_at
 
    !> Whether what begins at a time never acts: at rest the last load step is at the end of the run, in motion it begins before that.

@@ -5,6 +5,7 @@ module hampm_rule_check
    use hampm_scene, only: scene_t, fill_scene
    use hampm_settings, only: settings_t, setting_t
    use hampm_keys, only: is_text, keys, find_group, find_key, first_key
+   use hampm_text, only: add_line
    use hampm_values, only: parse_real
    implicit none
    private
@@ -392,12 +393,4 @@ contains
       setting%values(1)%text = value
       if (.not. is_text(keys(first_key(group) + find_key(group, name) - 1))) call parse_real(value, setting%numbers(1), status)
    end subroutine give
-
-   !> Add a line.
-   pure subroutine add_line(text, line)
-      character(:), allocatable, intent(inout) :: text
-      character(*), intent(in) :: line
-      if (text /= '') text = text//new_line('a')
-      text = text//line
-   end subroutine add_line
 end module hampm_rule_check

@@ -198,7 +198,7 @@ contains
          work = work + sum((stress + m%kirchhoff_stress(next, past))*(next - h))/2
          h = next
       end do
-      missing_work = (work - m%energy_density(h, past) - m%plastic_dissipation(h, past))/work
+      missing_work = (work - m%energy_density(h, past) - m%dissipation(h, past))/work
    end function missing_work
 
    !> Uniaxial tension in plane stress, to a strain and back into compression: bilinear.
@@ -214,7 +214,7 @@ contains
       call m%follow(h, 0.0_dp, past)
       alpha = 0.01_dp - expected/young
       call check_close(past(4)/alpha, 1.0_dp, 1.0e-10_dp, 'equivalent plastic strain of tension')
-      call check_close(m%plastic_dissipation(h, past)/(yield*alpha + hardening*alpha**2/2), 1.0_dp, 1.0e-9_dp, &
+      call check_close(m%dissipation(h, past)/(yield*alpha + hardening*alpha**2/2), 1.0_dp, 1.0e-9_dp, &
                        'work on the plastic strain of tension')
       call stretch(-0.005_dp, past, h, stress)
       ! elastic from +expected to -expected, as hardening is isotropic, and from there with the slope
@@ -235,7 +235,7 @@ contains
       plastic = 0.01_dp - stress(1, 1)/young
       call check_close(plastic/alpha, 1.0_dp, 1.0e-10_dp, 'all hardening: equivalent plastic strain of tension')
       call check_close(stress(1, 1)/(radius(alpha) + kinematic*plastic), 1.0_dp, 1.0e-10_dp, 'all hardening: tension')
-      call check_close(m%plastic_dissipation(h, past)/(yield*alpha + hardening*alpha**2/2 + saturation*(alpha - saturation_strain &
+      call check_close(m%dissipation(h, past)/(yield*alpha + hardening*alpha**2/2 + saturation*(alpha - saturation_strain &
                                                        *(1 - exp(-alpha/saturation_strain)))), 1.0_dp, 1.0e-9_dp, &
                        'all hardening: work on the plastic strain')
       call stretch(-0.005_dp, past, h, stress)

@@ -80,7 +80,7 @@ contains
          call m%follow(h + 0.5_dp*i/n*rate, m%elapsed, past)
       end do
       m%elapsed = 0
-      dissipated = m%viscous_dissipation(h + 0.5_dp*rate, past)
+      dissipated = m%dissipation(h + 0.5_dp*rate, past)
    end subroutine drive
 
    !> The tangent is the derivative of the stress at the end of a step.
@@ -129,7 +129,7 @@ contains
          work = work + sum((stress + m%kirchhoff_stress(next, past))*(next - h))/2
          h = next
       end do
-      missing_work = (work - m%energy_density(h, past) - m%viscous_dissipation(h, past))/work
+      missing_work = (work - m%energy_density(h, past) - m%dissipation(h, past))/work
    end function missing_work
 
    !> A sudden shear relaxes by the series, and what is no longer stored has been dissipated.
@@ -151,7 +151,7 @@ contains
          stress = m%kirchhoff_stress(h, past)
          call check_close(stress(1, 2)/(0.01_dp*(m%mu - sum(moduli) + sum(moduli*exp(-t/times)))), 1.0_dp, 1.0e-13_dp, &
                           'a sudden shear relaxes')
-         call check_close((m%energy_density(h, past) + m%viscous_dissipation(h, past))/at_once, 1.0_dp, 1.0e-13_dp, &
+         call check_close((m%energy_density(h, past) + m%dissipation(h, past))/at_once, 1.0_dp, 1.0e-13_dp, &
                           'its energy is stored or dissipated')
       end do
    end subroutine relaxation
