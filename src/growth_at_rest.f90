@@ -18,7 +18,7 @@ module hampm_growth_at_rest
    implicit none
    private
    public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, factor_to_toughness, &
-             note_grown, note_drive, correct_work, scale_loads
+             note_drive, correct_work, scale_loads
 
 
    real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
@@ -253,14 +253,7 @@ contains
       if (largest > 0) factor = 1/sqrt(largest)
    end function factor_to_toughness
 
-   !> Note the energy of tips that have advanced at constant drive.
-   subroutine note_grown(growing, m)
-      type(growing_t), intent(inout) :: growing
-      type(motion_t), intent(in) :: m
-      growing%stored_grown = stored_energy(m)
-   end subroutine note_grown
-
-   !> Note by what the loads have changed since then by their own history: where all change alike, by the root of what is stored.
+   !> Note by what the loads have changed since tips have advanced by their own history: where all change alike, by the root of what is stored.
    subroutine note_drive(growing, m)
       type(growing_t), intent(inout) :: growing
       type(motion_t), intent(in) :: m

@@ -9,7 +9,7 @@ module hampm_measurements
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
-   use hampm_crack_measurements, only: crack_values_t, new_crack_values, estimate_errors, measure_crack, record_crack
+   use hampm_crack_measurements, only: crack_values_t, new_crack_values, measure_crack, record_crack
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
@@ -20,10 +20,9 @@ module hampm_measurements
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth
    use hampm_history, only: history_t
-   use hampm_kinetic, only: kinetic_energy
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
-   use hampm_motion, only: motion_t, stored_energy
+   use hampm_motion, only: motion_t, stored_energy, kinetic_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_particles, only: particles_t
    use hampm_results, only: results_t
@@ -32,7 +31,7 @@ module hampm_measurements
    use hampm_text, only: to_text
    implicit none
    private
-   public :: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, measure, take_row, &
+   public :: measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, take_row, &
              declare_columns, energy_residual, keep_measurements, dcb_energy_release_rate, chi_foundation
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
@@ -144,16 +143,6 @@ contains
       end do
       energy = real(min(epsilon(energy)*force**2/stiffness, real(huge(energy), wide)), dp)
    end function energy_of_rounding
-
-   !> Estimate at the start how far off energy release rates will be. Fails where the nodal equations cannot be solved.
-   subroutine estimate_error(scene, motion, cracks, m, failure)
-      type(scene_t), intent(in) :: scene
-      type(motion_t), intent(inout) :: motion
-      type(cracks_t), intent(in) :: cracks
-      type(measurements_t), intent(inout) :: m
-      type(failure_t), intent(inout) :: failure
-      call estimate_errors(scene, motion, cracks, m%extrapolation, m%crack, failure)
-   end subroutine estimate_error
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
    subroutine rebuild_extrapolation(motion, m, failure)

@@ -11,7 +11,7 @@ module hampm_needs
    use hampm_scene, only: scene_t, mass_used
    use hampm_scene_materials, only: materials_of
    use hampm_text, only: to_text
-   use hampm_time_step, only: stable_time_step
+   use hampm_critical_step, only: stable_time_step
    implicit none
    private
    public :: needs_t, needs_of, check_room, check_needs, needs_report

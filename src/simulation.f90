@@ -10,7 +10,7 @@ module hampm_simulation
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_group, only: path_spec_t
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
-   use hampm_crack_measurements, only: crack_values_t
+   use hampm_crack_measurements, only: crack_values_t, estimate_errors
    use hampm_cracks, only: cracks_t, keep_cracks
    use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
@@ -18,16 +18,16 @@ module hampm_simulation
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: growing_t, new_growing, keep_growing
    use hampm_growth_at_rest, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
-                                    factor_to_toughness, note_grown, note_drive, correct_work, scale_loads
+                                    factor_to_toughness, note_drive, correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_matching, only: adopt_lines
-   use hampm_measurements, only: measurements_t, new_measurements, note_initial_energy, estimate_error, rebuild_extrapolation, &
+   use hampm_measurements, only: measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, &
                                  measure, take_row, declare_columns, energy_residual, keep_measurements
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_motion, only: motion_t, stored_energy, update_particles
    use hampm_pressed_faces, only: press_faces
    use hampm_progress, only: progress_t, standing_t
    use hampm_refinement, only: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
@@ -39,7 +39,7 @@ module hampm_simulation
    use hampm_symmetric_turns, only: symmetric_turns_t
    use hampm_text, only: add_line
    use hampm_threads, only: use_threads, thread_count, host_name
-   use hampm_time_step, only: stable_time_step
+   use hampm_critical_step, only: stable_time_step
    use hampm_version, only: version
    use hampm_views, only: particle_view, mesh_view, crack_view
    use hampm_whereabouts, only: when
@@ -102,7 +102,7 @@ contains
       if (failure%failed()) return
       call new_measurements(scene, s%motion, s%cracks, s%measurements)
       call new_growing(scene, s%cracks, s%growing)
-      call estimate_error(scene, s%motion, s%cracks, s%measurements, failure)
+      call estimate_errors(scene, s%motion, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
    end subroutine build
 
    !> Build the simulation of a scene as it was when a checkpoint of it was written.
@@ -337,7 +337,7 @@ contains
       logical :: have_planned
       if (s%growing%at_rest) then
          call grow(s, failure)
-         call note_grown(s%growing, s%motion)
+         s%growing%stored_grown = stored_energy(s%motion)
          return
       end if
       if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) then

@@ -87,22 +87,15 @@ contains
       integer, intent(in), optional :: material
       real(dp), parameter :: ridge = 1e-9_dp
       real(dp) :: matrix(n_terms, n_terms), term(n_terms)
-      integer, allocatable :: first(:)
-      integer :: e, i, k, info
-      call pieces_around(grid, node, first, edge)
+      integer, allocatable :: number(:)
+      integer :: k, info
+      call look_around(grid, p, blocks, node, material, number, edge)
       matrix = 0
       coefficient = 0
-      do k = 1, size(first)
-         do e = first(k), grid%last_of_piece(first(k))
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               if (present(material)) then
-                  if (p%material(i) /= material) cycle
-               end if
-               term = terms_at((p%place_in_grid(i) - grid%node_position(:, node))/edge)
-               matrix = matrix + spread(term, 2, n_terms)*spread(term, 1, n_terms)
-               coefficient = coefficient + spread(term, 2, width)*spread(field(:, i), 1, n_terms)
-            end do
-         end do
+      do k = 1, size(number)
+         term = terms_at((p%place_in_grid(number(k)) - grid%node_position(:, node))/edge)
+         matrix = matrix + spread(term, 2, n_terms)*spread(term, 1, n_terms)
+         coefficient = coefficient + spread(term, 2, width)*spread(field(:, number(k)), 1, n_terms)
       end do
       if (.not. matrix(1, 1) > 0) return
       do k = 1, n_terms
@@ -129,33 +122,25 @@ contains
       real(dp), intent(out) :: value(width)
       integer, intent(in), optional :: material
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
-      integer :: n, e, i, k, d
-      integer, allocatable :: first(:)
-      call pieces_around(grid, node, first, edge)
-      n = 0
+      integer :: n, k, d
+      integer, allocatable :: number(:)
+      call look_around(grid, p, blocks, node, material, number, edge)
       mean_x = 0
       spread_x = 0
       mean = 0
       moment = 0
-      do k = 1, size(first)
-         do e = first(k), grid%last_of_piece(first(k))
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               if (present(material)) then
-                  if (p%material(i) /= material) cycle
-               end if
-               n = n + 1
-               x = (p%place_in_grid(i) - grid%node_position(:, node))/edge
-               mean_x = mean_x + x
-               mean = mean + field(:, i)
-               do d = 1, ndim
-                  spread_x(:, d) = spread_x(:, d) + x*x(d)
-                  moment(:, d) = moment(:, d) + field(:, i)*x(d)
-               end do
-            end do
+      value = 0
+      n = size(number)
+      if (n == 0) return
+      do k = 1, n
+         x = (p%place_in_grid(number(k)) - grid%node_position(:, node))/edge
+         mean_x = mean_x + x
+         mean = mean + field(:, number(k))
+         do d = 1, ndim
+            spread_x(:, d) = spread_x(:, d) + x*x(d)
+            moment(:, d) = moment(:, d) + field(:, number(k))*x(d)
          end do
       end do
-      value = 0
-      if (n == 0) return
       mean_x = mean_x/n
       mean = mean/n
       do d = 1, ndim
@@ -165,20 +150,26 @@ contains
       value = mean - matmul(moment, slope_weights(spread_x, mean_x))
    end subroutine fit
 
-   !> The leaves at a node, or their pieces, each by its first element, and the edge of the smallest [m].
-   pure subroutine pieces_around(grid, node, first, edge)
+   !> The particles in the leaves at a node, or in their pieces, of one material where that is present, and the edge of the smallest leaf [m].
+   pure subroutine look_around(grid, p, blocks, node, material, number, edge)
       type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node
-      integer, allocatable, intent(out) :: first(:)
+      integer, intent(in), optional :: material
+      integer, allocatable, intent(out) :: number(:) !! of the particles
       real(dp), intent(out) :: edge
-      integer, allocatable :: of(:)
-      integer :: k
+      integer, allocatable :: first(:)           ! element of each piece
+      integer :: k, e, i
       associate (around => grid%dofs%elements_at(node))
-         of = [(grid%first_of_piece(around(k)), k=1, size(around))]
+         first = [(grid%first_of_piece(around(k)), k=1, size(around))]
       end associate
-      allocate (first, source=pack(of, [(all(of(:k - 1) /= of(k)), k=1, size(of))]))
+      first = pack(first, [(all(first(:k - 1) /= first(k)), k=1, size(first))])
       edge = minval([(grid%leaf_size(first(k)), k=1, size(first))])
-   end subroutine pieces_around
+      number = [(([(i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))], e=first(k), grid%last_of_piece(first(k))), &
+                 k=1, size(first))]
+      if (present(material)) number = pack(number, p%material(number) == material)
+   end subroutine look_around
 
    !> S^-1 x of the matrix S of the spread of the places.
    pure function slope_weights(spread_x, x) result(weights)

@@ -157,24 +157,15 @@ contains
       allocate (self%factors(k))
       do k = 1, size(self%factors)
          d = findloc(self%of_direction, k, dim=1)
-         call analyse_factor(self%factors(k), grid, coupled, nodes, fixed(d:d, :), self%ties)
+         associate (factor => self%factors(k))
+            call number_unknowns(nodes, fixed(d:d, :), factor%unknowns)
+            if (factor%unknowns%n == 0) cycle
+            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_ties(self%ties))
+            allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
+         end associate
       end do
       self%analyses = self%analyses + 1
    end subroutine analyse
-
-   !> Number the unknowns of a direction and find the pattern of their matrix.
-   subroutine analyse_factor(factor, grid, coupled, nodes, fixed, ties)
-      type(factor_t), intent(inout) :: factor
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: coupled(:)
-      integer, intent(in) :: nodes(:)            !! of the coupled cells
-      logical, intent(in) :: fixed(:, :)         !! (1, n_nodes)
-      type(mass_ties_t), intent(in) :: ties
-      call number_unknowns(nodes, fixed, factor%unknowns)
-      if (factor%unknowns%n == 0) return
-      call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_ties(ties))
-      allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
-   end subroutine analyse_factor
 
    !> Fill the matrix from its cells; what other cells add to its nodes is on the diagonal.
    subroutine fill(factor, grid, mass, coupled)

@@ -118,7 +118,9 @@ contains
       associate (grid => motion%grid, blocks => motion%blocks)
          call weight_nodes(domain, grid, q)
          n_functions = grid%n_functions
-         call find_elements(grid, blocks, q, elements)
+         elements = blocks%occupied(:blocks%n_occupied)  ! with q above 0; bodies that meet the cracked one are not part of it
+         elements = pack(elements, [(any(q(:, grid%support_of(elements(n))) > 0) .and. grid%is_on_first_sheet(elements(n)), &
+                                    n=1, size(elements))])
          call find_mean_slope(domain, grid, p, blocks, q, elements, c)
          j = 0
          k = 0
@@ -187,19 +189,6 @@ contains
       all = grid%dofs%every_node()
       call grid%dofs%distribute(all, size(t), q)
    end subroutine weight_nodes
-
-   !> The elements with particles in which q of some disc is above 0, ascending. Bodies that meet the cracked one are not part of it.
-   pure subroutine find_elements(grid, blocks, q, elements)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: q(:, :)
-      integer, allocatable, intent(out) :: elements(:)
-      integer :: n
-      associate (occupied => blocks%occupied(:blocks%n_occupied))
-         elements = pack(occupied, [(any(q(:, grid%support_of(occupied(n))) > 0) .and. grid%is_on_first_sheet(occupied(n)), &
-                                    n=1, size(occupied))])
-      end associate
-   end subroutine find_elements
 
    !> How far behind its node the tip acts in a mode [m].
    pure real(dp) function lag(self, mode)

@@ -291,10 +291,10 @@ contains
       type(crack_at_rest_t), intent(inout) :: crack
       real(dp) :: force(size(closing%parting)), work(modes, 0:pairs), d(most_pairs), l(most_pairs), apart(modes), both(modes)
       real(dp) :: g(2), change(2)                ! by the two parabolas
-      integer :: k, mode
+      integer :: k, pair, mode
       work(:, 0) = 0
       do k = 1, pairs
-         call closing%close_pairs(first_few(k), force, work(:, k))
+         call closing%close_pairs([(pair, pair=1, k)], force, work(:, k))
       end do
       do mode = 1, modes
          d(:pairs) = to_g*(work(mode, 1:) - work(mode, :pairs - 1))
@@ -315,14 +315,6 @@ contains
          crack%by_tip = crack%by_tip + shortness*to_g*(work(:, 1) + apart - both)
       end do
    end subroutine follow_closing
-
-   !> The first numbers.
-   pure function first_few(n) result(numbers)
-      integer, intent(in) :: n
-      integer :: numbers(n)
-      integer :: k
-      numbers = [(k, k=1, n)]
-   end function first_few
 
    !> What G lacks by the cells away from the tip. If these store M less than the body would, G = (U(a) - U(a - h))/(B h) lacks
    !> what that changes by as the first pair is closed. The tip's surroundings, which look alike before and after, go with it; of quadratic

@@ -26,7 +26,7 @@ module hampm_path_closure
    use hampm_text, only: to_text
    implicit none
    private
-   public :: path_closure, closure_reach
+   public :: path_closure
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: nearest = 1.5_dp       !! cells from the tip from which on fields are taken for those of a crack
@@ -47,12 +47,6 @@ module hampm_path_closure
 
 contains
 
-   !> How far from a tip fields are fitted [m].
-   pure real(dp) function closure_reach(tip) result(reach)
-      type(crack_tip_t), intent(in) :: tip
-      reach = min(farthest*tip%nodes%spacing, maxval(tip%radii))
-   end function closure_reach
-
    !> G of each mode, signed like opening and sliding, and by how much it is uncertain as tractions and openings tell different things
    !> [J/m2]. Fails where too few particles are ahead of the tip or behind it.
    subroutine path_closure(tip, p, materials, g, spread, failure)
@@ -65,7 +59,7 @@ contains
       real(dp) :: turn(ndim, ndim), x(ndim), u(ndim), stress(ndim, ndim), k_t(modes), k_u(modes)
       real(dp) :: inner, outer
       integer :: i
-      outer = closure_reach(tip)
+      outer = min(farthest*tip%nodes%spacing, maxval(tip%radii))
       inner = min(nearest*tip%nodes%spacing, outer/4)
       turn = rotation(tip, p, materials, outer)
       ahead%n = modes*size(of_traction)

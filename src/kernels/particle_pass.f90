@@ -200,11 +200,11 @@ contains
       subroutine find_law()
          is_linear = blocks%material(b) > 0
          if (.not. is_linear) return
-         associate (m => materials(blocks%material(b)))
-            is_linear = m%linear .and. .not. m%has_eigenstrain
-            is_isotropic = m%isotropic
-            lambda = m%lambda
-            mu = m%mu
+         associate (material => materials(blocks%material(b)))
+            is_linear = material%linear .and. .not. material%has_eigenstrain
+            is_isotropic = material%isotropic
+            lambda = material%lambda
+            mu = material%mu
          end associate
       end subroutine find_law
 

@@ -259,25 +259,25 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(support_t), intent(in) :: cell
       type(mass_matrix_t), intent(inout) :: matrix
-      real(dp) :: n(cell%n), gradient(cell%n, ndim), m(cell%n, cell%n)
+      real(dp) :: n(cell%n), gradient(cell%n, ndim), own(cell%n, cell%n)
       integer :: e, i, c
-      m = 0
+      own = 0
       do e = cell%first, cell%last
          do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             call look_at_particle(p, cell, i, n, gradient)
             do c = 1, cell%n
-               m(:, c) = m(:, c) + p%mass(i)*n(c)*n
+               own(:, c) = own(:, c) + p%mass(i)*n(c)*n
             end do
          end do
       end do
       associate (k => matrix%cell_of(cell%first))
-         matrix%cell_lumped(:, k) = sum(m, dim=2)
+         matrix%cell_lumped(:, k) = sum(own, dim=2)
          if (cell%n == corners) then
-            call prepare_cell(corners, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), m)
+            call prepare_cell(corners, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), own)
          else if (.not. allocated(matrix%diagonal)) then
-            call prepare_cell(cell%n, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), m, floor_of_quadratic)
+            call prepare_cell(cell%n, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), own, floor_of_quadratic)
          end if
-         matrix%cell(:, :, k) = m
+         matrix%cell(:, :, k) = own
       end associate
    end subroutine find_matrix
 

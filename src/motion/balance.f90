@@ -17,7 +17,7 @@ module hampm_balance
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
    use hampm_rigid_motions, only: pin_t, find_pins
-   use hampm_supports, only: move_supports, look_at_supports, turn_supports
+   use hampm_supports, only: look_at_supports, turn_supports
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when
    implicit none
@@ -166,7 +166,7 @@ contains
          m%materials%elapsed = elapsed
          call displace(m, 0*self%moved)
       end if
-      call move_supports(m%constraints, way)
+      m%constraints%lift = m%constraints%lift - way
       fewest = huge(fewest)
       in_vain = 0
       do turn = 1, most_turns

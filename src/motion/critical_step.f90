@@ -23,11 +23,13 @@ module hampm_critical_step
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_matrix, only: prepare_cell, eigenvalue_floor, floor_of_domains, floor_of_quadratic
    use hampm_mass_solver, only: by_lumped, by_fmpm
+   use hampm_material, only: material_t
    use hampm_orthotropic, only: n_voigt
    use hampm_quadratic_points, only: weights_along
    implicit none
    private
-   public :: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
+   public :: stable_time_step, largest_wave_speed, row_t, ring_t, row_of_points, row_of_cut_cells, shifted, &
+             largest_courant, sample_cells
 
    integer, parameter :: sample_cells = 8        !! that a sample has at most in each direction
 
@@ -58,6 +60,30 @@ module hampm_critical_step
    end type sample_t
 
 contains
+
+   !> The time step (31): courant times the size of the smallest cell over the largest wave speed [s].
+   pure real(dp) function stable_time_step(cell, materials, courant, wave_speed) result(dt)
+      real(dp), intent(in) :: cell               !! size of the smallest cell with particles [m]
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: courant            !! [-]
+      character(*), intent(in) :: wave_speed     !! 'shear', as in (32), or 'dilatational'
+      dt = courant*cell/largest_wave_speed(materials, wave_speed)
+   end function stable_time_step
+
+   !> The largest wave speed of some materials [m/s].
+   pure real(dp) function largest_wave_speed(materials, wave_speed) result(speed)
+      type(material_t), intent(in) :: materials(:)
+      character(*), intent(in) :: wave_speed     !! 'shear' or 'dilatational'
+      integer :: k
+      speed = 0
+      do k = 1, size(materials)
+         if (wave_speed == 'shear') then
+            speed = max(speed, materials(k)%shear_wave_speed())
+         else
+            speed = max(speed, materials(k)%dilatational_wave_speed())
+         end if
+      end do
+   end function largest_wave_speed
 
    !> The particles of a body along one direction: `n` of them, evenly, from `lower` to `upper`. Of more than `most` cells those in
    !> the middle are left out.

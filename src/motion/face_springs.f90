@@ -38,7 +38,7 @@ module hampm_face_springs
    private
    public :: face_springs_t, spring_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, &
              spring_states, spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
-             have_friction, hold_friction, free_friction, keep_springs, add_spring, is_half, have_mass, &
+             have_friction, hold_friction, keep_springs, add_spring, is_half, have_mass, &
              mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for

@@ -120,6 +120,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
+      integer, allocatable :: list(:)
       integer :: first, last, sheet, e, i
       nearest = 0
       first = grid%element_at(beside)
@@ -138,7 +139,9 @@ contains
             end do
          end do
       end if
-      if (nearest == 0) nearest = nearest_particle(p, grid, blocks, x)
+      if (nearest > 0) return
+      list = nearest_particles(p, grid, blocks, x)
+      nearest = list(1)                          ! of several that are as near the first one
    end function nearest_in_cell
 
    !> A load shared by the particles within a box in proportion to their mass.
@@ -427,17 +430,6 @@ contains
               + 5*(1 + more)*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + gauss*load%half(:, k))))/18
       end associate
    end function weights
-
-   !> The particle nearest to a place; of several that are as near the first one.
-   integer function nearest_particle(p, grid, blocks, x) result(nearest)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      integer, allocatable :: list(:)
-      list = nearest_particles(p, grid, blocks, x)
-      nearest = list(1)
-   end function nearest_particle
 
    !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help.
    function nearest_particles(p, grid, blocks, x) result(nearest)

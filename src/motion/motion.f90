@@ -22,13 +22,14 @@ module hampm_motion
    use hampm_cuts, only: crosses
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_driven_nodes, only: driven_work_t
-   use hampm_energy, only: strain_energy, dissipation
+   use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
-   use hampm_face_springs, only: face_springs_t, spring_energy, mass_ties_of, add_spring_momentum
+   use hampm_face_springs, only: face_springs_t, spring_energy, energy_of_rates, mass_ties_of, add_spring_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
+   use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
    use hampm_remembering, only: remember
@@ -47,7 +48,8 @@ module hampm_motion
    implicit none
    private
    public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, &
-             rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, stored_energy, dissipated_energy, keep_history
+             rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
+             dissipated_energy, keep_history
 
    !> Everything that moves, and what moves it.
    type :: motion_t
@@ -166,6 +168,21 @@ contains
       m%fields%mass_matrix%ties = mass_ties_of(m%springs)
       if (allocated(m%grid%correction)) allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
    end subroutine give_ties
+
+   !> Kinetic energy [J]: of the particles, sum of m v**2/2; where nodes keep their velocities between implicit steps v.M v/2 of
+   !> these, which is what such steps conserve.
+   real(dp) function kinetic_energy(m) result(energy)
+      type(motion_t), intent(in) :: m
+      real(dp), allocatable :: mass(:), momentum(:, :)
+      if (.not. allocated(m%nodal_velocity)) then
+         energy = energy_of_particles(m%particles) + energy_of_rates(m%springs)
+         return
+      end if
+      allocate (momentum, mold=m%nodal_velocity)
+      call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, mass, m%nodal_velocity, momentum)
+      energy = sum(m%nodal_velocity*momentum)/2
+   end function kinetic_energy
 
    !> Energy that the material stores, with that of bonds [J].
    real(dp) function stored_energy(m)

@@ -35,10 +35,9 @@ module hampm_newmark
    use hampm_constraints, only: hold
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t
-   use hampm_kinetic, only: kinetic_energy
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
-   use hampm_motion, only: motion_t, refresh_grid, stored_energy, dissipated_energy
+   use hampm_motion, only: motion_t, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_outer_forces, only: drive_t, find_drive

@@ -15,7 +15,7 @@ module hampm_newton
    use hampm_cell_blocks, only: of_force
    use hampm_contact, only: pressed_pairs
    use hampm_energy, only: determinant_of, most_crushed_particle
-   use hampm_face_springs, only: stretch_springs, add_spring_resistance, spring_states, have_friction, hold_friction, free_friction
+   use hampm_face_springs, only: stretch_springs, add_spring_resistance, spring_states, have_friction, hold_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
    use hampm_outer_forces, only: outer_forces_t
@@ -25,7 +25,6 @@ module hampm_newton
    use hampm_pass, only: pass_t
    use hampm_rigid_motions, only: pin_t, check_pins, turn_with
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
-   use hampm_supports, only: follow_supports
    use hampm_text, only: to_text, three_digits
    implicit none
    private
@@ -130,9 +129,9 @@ contains
          if (failure%failed()) exit
          moved = moved + du
          call follow_gaps(m, du)
-         if (m%constraints%only_push()) call follow_supports(m%constraints, du)
+         if (m%constraints%only_push()) m%constraints%lift = m%constraints%lift + du(:, :m%grid%n_nodes)
       end do
-      call free_friction(m%springs)
+      if (m%springs%n > 0) m%springs%list%most_held = -1  ! what friction holds follows the pressure again
       m%springs%caution = 0
       if (failure%failed()) return
       call check_pins(m, pins, r, sqrt(balanced)*scale, failure)

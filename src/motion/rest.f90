@@ -7,8 +7,7 @@
 module hampm_rest
    use hampm_kinds, only: dp, ndim
    use hampm_contact, only: pressed_pairs
-   use hampm_kinetic, only: kinetic_energy
-   use hampm_motion, only: motion_t, refresh_grid, update_particles, stored_energy
+   use hampm_motion, only: motion_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    implicit none

@@ -15,8 +15,7 @@ module hampm_supports
    use hampm_text, only: to_text, without_rounding
    implicit none
    private
-   public :: check_supports, move_supports, follow_supports, look_at_supports, turn_supports, lift_by, press_on_supports, &
-             keep_supports
+   public :: check_supports, look_at_supports, turn_supports, lift_by, press_on_supports, keep_supports
 
    real(dp), parameter :: through = 1e-12_dp     !! how far a node is in its support before it is held, over the largest lift
 
@@ -81,20 +80,6 @@ contains
       call weigh_sides(m, above, below)
       m%constraints%up = merge(1.0_dp, -1.0_dp, above > below)
    end subroutine find_sides
-
-   !> The supports move.
-   pure subroutine move_supports(c, way)
-      type(constraints_t), intent(inout) :: c
-      real(dp), intent(in) :: way(:, :)          !! by how much [m], (ndim, n_nodes)
-      c%lift = c%lift - way
-   end subroutine move_supports
-
-   !> Nodes have moved by `du`.
-   pure subroutine follow_supports(c, du)
-      type(constraints_t), intent(inout) :: c
-      real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
-      c%lift = c%lift + du(:, :size(c%lift, 2))
-   end subroutine follow_supports
 
    !> Let all nodes be where their supports have them.
    pure subroutine press_on_supports(c)

@@ -27,18 +27,12 @@ contains
       real(dp) :: x(ndim)
       x = p%reference(i, :)
       text = point(x)
-      if (p%cell(i) > 0) text = text//' (in the '//cell_text(grid, p%cell(i))//')'
+      if (p%cell(i) == 0) return
+      associate (e => p%cell(i), width => grid%element_size(p%cell(i)))
+         text = text//' (in the cell of level '//to_text(grid%forest%level_of(grid%element_leaf(e)))//', '//to_text(width)// &
+                ' m wide, around '//point(grid%element_lower(:, e) + width/2)//')'
+      end associate
    end function origin
-
-   !> Level, size and middle of a cell.
-   function cell_text(grid, element) result(text)
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: element
-      character(:), allocatable :: text
-      text = 'cell of level '//to_text(grid%forest%level_of(grid%element_leaf(element)))//', '// &
-             to_text(grid%element_size(element))//' m wide, around '// &
-             point(grid%element_lower(:, element) + grid%element_size(element)/2)
-   end function cell_text
 
    !> A point.
    function point(x) result(text)

@@ -3,7 +3,8 @@
 !> The times at which a run writes.
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
-   use hampm_critical_step, only: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells
+   use hampm_critical_step, only: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells, &
+      largest_wave_speed
    use hampm_material, only: material_t, is_for_any_strain
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
@@ -13,7 +14,6 @@ module hampm_largest_step
    use hampm_scene, only: scene_t, body_t, cuts_cells
    use hampm_scene_materials, only: materials_of, material_of
    use hampm_spring_placement, only: shorter_step
-   use hampm_time_step, only: largest_wave_speed
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part, &

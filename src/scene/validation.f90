@@ -46,7 +46,7 @@ contains
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       character(:), allocatable :: message
-      integer :: k, first
+      integer :: k, i, first
       first = first_key(settings%entries(entry)%group)
       do k = 1, size(settings%entries(entry)%settings)
          associate (key => keys(first + k - 1))
@@ -56,7 +56,9 @@ contains
                   call settings%mistakes%add(settings%entries(entry)%location//': '//missing_key(key))
                   cycle
                end if
-               call set_default(key, settings%entries(entry)%settings(k))
+               do i = 1, default_count(key, .false.)
+                  call settings%entries(entry)%settings(k)%append(default_value(key, .false., i), is_text(key))
+               end do
             end if
             if (.not. settings%entries(entry)%settings(k)%good) cycle
             call validate_setting(key, settings%entries(entry)%settings(k), message)
@@ -75,16 +77,6 @@ contains
       message = '&'//trim(key%group)//' '//trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
                 trim(key%name)//' = '//example//'; '//must_be(key)
    end function missing_key
-
-   !> Give a key its default values.
-   pure subroutine set_default(key, setting)
-      type(key_t), intent(in) :: key
-      type(setting_t), intent(inout) :: setting
-      integer :: i
-      do i = 1, default_count(key, .false.)
-         call setting%append(default_value(key, .false., i), is_text(key))
-      end do
-   end subroutine set_default
 
    !> Check one key; numbers are converted, choices brought to lower case.
    pure subroutine validate_setting(key, setting, message)

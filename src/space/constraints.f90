@@ -105,7 +105,8 @@ contains
          call hold_in_box(c, grid, k)
       end do
       if (c%has_axis) where (abs(grid%node_position(1, :grid%n_nodes)) <= grid%forest%tolerance()) c%fixed(1, :) = .true.
-      call list_fixed(c, grid)
+      where (c%fixed) c%free(:, :grid%n_nodes) = 0
+      c%node = pack([(k, k=1, grid%n_nodes)], any(c%fixed, dim=1))
    end subroutine rebuild_constraints
 
    !> Fix the nodes in the k-th box, but where a crack on a symmetry plane has grown.
@@ -154,15 +155,6 @@ contains
       end do
       is = .false.
    end function is_beside
-
-   !> What follows from the nodes that are fixed.
-   pure subroutine list_fixed(c, grid)
-      type(constraints_t), intent(inout) :: c
-      type(grid_t), intent(in) :: grid
-      integer :: i
-      where (c%fixed) c%free(:, :grid%n_nodes) = 0
-      c%node = pack([(i, i=1, grid%n_nodes)], any(c%fixed, dim=1))
-   end subroutine list_fixed
 
    !> Whether a component of a node is fixed.
    pure logical function holds(self, node, component)

@@ -8,8 +8,7 @@ program test_newmark
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t, stored_energy, dissipated_energy
-   use hampm_kinetic, only: kinetic_energy
+   use hampm_motion, only: motion_t, stored_energy, dissipated_energy, kinetic_energy
    use hampm_newmark, only: newmark_t
    use hampm_newton, only: displace, out_of_balance
    use hampm_outer_forces, only: drive_t

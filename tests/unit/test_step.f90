@@ -11,7 +11,7 @@ program test_step
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
    use hampm_step, only: advance
    use hampm_tensors, only: identity
-   use hampm_time_step, only: stable_time_step
+   use hampm_critical_step, only: stable_time_step
    implicit none
 
    real(dp), parameter :: cell = 0.1_dp
