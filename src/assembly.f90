@@ -322,7 +322,7 @@ contains
       end do
       if (scene%method%has_domains()) call start_domains(m%particles)
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      if (m%grid%is_quadratic() .and. .not. failure%failed()) call weigh_points(m%particles, m%grid, m%blocks, scene%run%thickness)
+      if (m%grid%is_quadratic() .and. .not. failure%failed()) call weigh_points(m%matter_t)
    end subroutine place_particles
 
    !> Attach the loads to the particles. A pressure on a crack is several: one for each face along a grid line, or for each direction in which

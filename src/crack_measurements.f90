@@ -89,8 +89,8 @@ contains
             values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
             values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
          else
-            values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, -tip%direction, grid, p, motion%blocks)
-            values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, grid, p, motion%blocks)
+            values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, -tip%direction, motion%matter_t)
+            values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, motion%matter_t)
          end if
          field = new_tip_field(motion%materials(tip%material), tip%direction)
          call follow_values(scene, tip, field, values)

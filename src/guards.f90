@@ -293,9 +293,9 @@ contains
             if (.not. is_pressed(springs%list(k))) cycle
             x = springs%list(k)%place
             normal = springs%list(k)%normal
-            elements = faces_at(motion%grid, blocks, x, normal, both_faces)
+            elements = faces_at(motion%matter_t, x, normal, both_faces)
             if (any(elements == 0)) cycle
-            turn = turn_between(motion%particles, motion%grid, blocks, elements, normal)
+            turn = turn_between(motion%matter_t, elements, normal)
             if (abs(turn) <= largest_turn) cycle
             call failure%report(exit_computation, when(motion%steps, motion%time)//'faces of a crack that press on each other '// &
                                 'at ('//to_text(x(1))//', '//to_text(x(2))//') m have turned by '// &
@@ -481,7 +481,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: fill(m%grid%n_elements), strain(m%grid%n_elements), beside
       integer :: i, e
-      fill = fills_of_pieces(m%grid, m%particles)
+      fill = fills_of_pieces(m%matter_t)
       strain = 0
       do i = 1, m%particles%n
          associate (first => m%grid%first_of_piece(m%particles%cell(i)))

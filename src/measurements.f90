@@ -222,7 +222,7 @@ contains
       if (motion%grid%cut_cells%are_there()) then
          do k = 1, size(cracks%crack)
             if (cracks%crack(k)%contact) cycle
-            call look_at_openings(motion%grid, motion%particles, motion%blocks, motion%materials, k, least, largest)
+            call look_at_openings(motion%matter_t, k, least, largest)
             call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
          end do
       end if

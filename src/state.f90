@@ -75,7 +75,7 @@ contains
       logical :: fits
       call take_order(m%sorting, m%particles, m%grid, m%blocks, fits, c%failure)
       if (.not. fits) call c%refuse('its particles do not stand in the order of their cells')
-      if (fits .and. m%grid%is_quadratic()) call correct_points(m%particles, m%grid, m%blocks, m%springs%thickness)
+      if (fits .and. m%grid%is_quadratic()) call correct_points(m%matter_t)
    end subroutine form_order
 
    !> Keep the forest, and build its grid.

@@ -70,9 +70,9 @@ contains
          if (grid%is_quadratic()) allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes))
          do k = 1, size(m%materials)
             if (grid%is_quadratic()) then
-               call recover_quadratic(grid, p, m%blocks, size(stress, 1), stress, coefficient, edge, material=k)
+               call recover_quadratic(m%matter_t, size(stress, 1), stress, coefficient, edge, material=k)
             else
-               call recover(grid, p, m%blocks, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
+               call recover(m%matter_t, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             end if
             do i = 1, p%n
                if (p%material(i) /= k) cycle

@@ -53,7 +53,7 @@ contains
       else if (is_energy) then
          call extrapolate_lumped(m%grid, m%particles, m%fields%mass_matrix, 1, value, phi)
       else
-         call recover(m%grid, m%particles, m%blocks, m%fields%mass_matrix, 1, value, phi)
+         call recover(m%matter_t, m%fields%mass_matrix, 1, value, phi)
       end if
    end subroutine nodal_field
 
@@ -76,7 +76,7 @@ contains
                mass(at) = mass(at) + n
             end associate
          end do
-         is_corner = are_corners(grid, m%blocks)
+         is_corner = are_corners(m%matter_t)
          call gather_at_corners(grid, is_corner, phi)
          call gather_at_corners(grid, is_corner, mass)
          where (mass > 0) phi = phi/mass
@@ -95,8 +95,8 @@ contains
       integer :: at(points_of_quadratic), e, k
       phi = 0
       associate (grid => m%grid)
-         call recover_quadratic(grid, m%particles, m%blocks, 1, value, coefficient, edge)
-         is_corner = are_corners(grid, m%blocks)
+         call recover_quadratic(m%matter_t, 1, value, coefficient, edge)
+         is_corner = are_corners(m%matter_t)
          where (is_corner(:grid%n_nodes)) phi(:grid%n_nodes) = coefficient(1, 1, :)
          do e = 1, grid%n_elements, corners
             if (all(m%blocks%count_in(e:e + corners - 1) == 0)) cycle
@@ -140,7 +140,7 @@ contains
       integer :: a, d
       is_energy = name == 'energy_density'
       allocate (r(m%grid%n_points), source=0.0_dp)
-      is_corner = are_corners(m%grid, m%blocks)
+      is_corner = are_corners(m%matter_t)
       associate (all => m%fields%mass_matrix%all)
          do a = 1, all%n_nodes
             associate (node => all%nodes(a))

@@ -11,12 +11,11 @@
 !> In a grid of bilinear cells all nodes are corners, and nothing here has anything to do.
 module hampm_recovery
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
    use hampm_lapack, only: dposv
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_particles, only: particles_t
    use hampm_basis, only: points_of_quadratic
+   use hampm_matter, only: matter_t
    implicit none
    private
    public :: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, sides_of_cell, &
@@ -35,52 +34,46 @@ module hampm_recovery
 contains
 
    !> Nodal values of a field of `width` components, from all particles or from those of one material.
-   subroutine recover(grid, p, blocks, matrix, width, field, nodal, material)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine recover(m, matrix, width, field, nodal, material)
+      type(matter_t), intent(in) :: m
       type(mass_matrix_t), intent(in) :: matrix
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
       real(dp), intent(out) :: nodal(width, *)   !! values of the points, 0 where there are no particles, (width, n_points)
       integer, intent(in), optional :: material
       integer :: a
-      nodal(:, :grid%n_points) = 0
+      nodal(:, :m%grid%n_points) = 0
       associate (all => matrix%all)
          do a = 1, all%n_nodes
-            call fit(grid, p, blocks, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
+            call fit(m, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
          end do
       end associate
-      call grid%dofs%distribute(matrix%all, width, nodal)
+      call m%grid%dofs%distribute(matrix%all, width, nodal)
    end subroutine recover
 
    !> At the corners of quadratic cells the coefficients, of 1, x, y, x**2, x y and y**2 with x and y from the node in edges of the smallest
    !> cell there, of the quadratic function that fits the particles of the cells around it best: one order more than what the stress of such cells
    !> has. From all particles or from those of one material.
-   subroutine recover_quadratic(grid, p, blocks, width, field, coefficient, edge, material)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine recover_quadratic(m, width, field, coefficient, edge, material)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
       real(dp), intent(out) :: coefficient(:, :, :) !! 0 where there are no particles, (n_terms, width, n_nodes)
       real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
       integer, intent(in), optional :: material
-      logical :: is_corner(grid%n_points)
+      logical :: is_corner(m%grid%n_points)
       integer :: node
-      is_corner = are_corners(grid, blocks)
+      is_corner = are_corners(m)
       coefficient = 0
       edge = 1
-      do node = 1, grid%n_nodes
-         if (is_corner(node)) call fit_quadratic(grid, p, blocks, node, width, field, coefficient(:, :, node), edge(node), material)
+      do node = 1, m%grid%n_nodes
+         if (is_corner(node)) call fit_quadratic(m, node, width, field, coefficient(:, :, node), edge(node), material)
       end do
    end subroutine recover_quadratic
 
    !> The same at one node, by the normal equations. What few particles leave open is kept small.
-   subroutine fit_quadratic(grid, p, blocks, node, width, field, coefficient, edge, material)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine fit_quadratic(m, node, width, field, coefficient, edge, material)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: node, width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: coefficient(n_terms, width), edge
@@ -89,11 +82,11 @@ contains
       real(dp) :: matrix(n_terms, n_terms), term(n_terms)
       integer, allocatable :: number(:)
       integer :: k, info
-      call look_around(grid, p, blocks, node, material, number, edge)
+      call look_around(m, node, material, number, edge)
       matrix = 0
       coefficient = 0
       do k = 1, size(number)
-         term = terms_at((p%place_in_grid(number(k)) - grid%node_position(:, node))/edge)
+         term = terms_at((m%particles%place_in_grid(number(k)) - m%grid%node_position(:, node))/edge)
          matrix = matrix + spread(term, 2, n_terms)*spread(term, 1, n_terms)
          coefficient = coefficient + spread(term, 2, width)*spread(field(:, number(k)), 1, n_terms)
       end do
@@ -113,10 +106,8 @@ contains
    end function terms_at
 
    !> Value at a node of the linear function that fits the particles around it.
-   subroutine fit(grid, p, blocks, node, width, field, value, material)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine fit(m, node, width, field, value, material)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: node, width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: value(width)
@@ -124,7 +115,7 @@ contains
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
       integer :: n, k, d
       integer, allocatable :: number(:)
-      call look_around(grid, p, blocks, node, material, number, edge)
+      call look_around(m, node, material, number, edge)
       mean_x = 0
       spread_x = 0
       mean = 0
@@ -133,7 +124,7 @@ contains
       n = size(number)
       if (n == 0) return
       do k = 1, n
-         x = (p%place_in_grid(number(k)) - grid%node_position(:, node))/edge
+         x = (m%particles%place_in_grid(number(k)) - m%grid%node_position(:, node))/edge
          mean_x = mean_x + x
          mean = mean + field(:, number(k))
          do d = 1, ndim
@@ -151,24 +142,22 @@ contains
    end subroutine fit
 
    !> The particles in the leaves at a node, or in their pieces, of one material where that is present, and the edge of the smallest leaf [m].
-   pure subroutine look_around(grid, p, blocks, node, material, number, edge)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure subroutine look_around(m, node, material, number, edge)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: node
       integer, intent(in), optional :: material
       integer, allocatable, intent(out) :: number(:) !! of the particles
       real(dp), intent(out) :: edge
       integer, allocatable :: first(:)           ! element of each piece
       integer :: k, e, i
-      associate (around => grid%dofs%elements_at(node))
-         first = [(grid%first_of_piece(around(k)), k=1, size(around))]
+      associate (around => m%grid%dofs%elements_at(node))
+         first = [(m%grid%first_of_piece(around(k)), k=1, size(around))]
       end associate
       first = pack(first, [(all(first(:k - 1) /= first(k)), k=1, size(first))])
-      edge = minval([(grid%leaf_size(first(k)), k=1, size(first))])
-      number = [(([(i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))], e=first(k), grid%last_of_piece(first(k))), &
-                 k=1, size(first))]
-      if (present(material)) number = pack(number, p%material(number) == material)
+      edge = minval([(m%grid%leaf_size(first(k)), k=1, size(first))])
+      number = [(([(i, i=m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e))], e=first(k), &
+                  m%grid%last_of_piece(first(k))), k=1, size(first))]
+      if (present(material)) number = pack(number, m%particles%material(number) == material)
    end subroutine look_around
 
    !> S^-1 x of the matrix S of the spread of the places.
@@ -190,17 +179,16 @@ contains
    end function slope_weights
 
    !> Whether each point is a corner of a cell with particles; all points of bilinear cells are taken for such.
-   pure function are_corners(grid, blocks) result(is_corner)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      logical :: is_corner(grid%n_points)
+   pure function are_corners(m) result(is_corner)
+      type(matter_t), intent(in) :: m
+      logical :: is_corner(m%grid%n_points)
       integer :: e, q
-      is_corner = .not. grid%is_quadratic()
-      if (.not. grid%is_quadratic()) return
-      do e = 1, grid%n_elements, corners
-         if (all(blocks%count_in(e:e + corners - 1) == 0)) cycle
+      is_corner = .not. m%grid%is_quadratic()
+      if (.not. m%grid%is_quadratic()) return
+      do e = 1, m%grid%n_elements, corners
+         if (all(m%blocks%count_in(e:e + corners - 1) == 0)) cycle
          do q = 1, corners
-            is_corner(grid%element_nodes(q, e + q - 1)) = .true.
+            is_corner(m%grid%element_nodes(q, e + q - 1)) = .true.
          end do
       end do
    end function are_corners

@@ -12,6 +12,7 @@ module hampm_crack_closure
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
    implicit none
@@ -47,13 +48,11 @@ contains
    !> How far the faces of a path have parted at the point of it next to a place; 0 where there is no material on both sides [m].
    !> Where cells meet there, those on one side of it tell, or the mean of both: so mirror images of a crack open alike. Where none is cut
    !> there, the next that is, within half a cell.
-   pure function path_opening(tip, x, toward, grid, p, blocks) result(opening)
+   pure function path_opening(tip, x, toward, m) result(opening)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
       real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to the side whose cells tell, 0: both
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(in) :: m
       real(dp) :: opening(modes)
       real(dp), parameter :: beside = 1e-2_dp    ! cells; far more than faces are looked for beside the line (`faces_at`), or those of a
                                                  ! crack at 45 degrees through an edge of cells would be sought on that edge
@@ -61,20 +60,19 @@ contains
       integer, parameter :: steps = 8            ! a sixteenth of a cell each: a sliver without a sample (`hampm_cut_cells`) is not cut off
       integer :: elements(faces), side, n, k
       opening = 0
-      call grid%cut_cells%find_nearest(x, point, normal)
-      call halve_kink(grid, point, tip%nodes%spacing, normal)
+      call m%grid%cut_cells%find_nearest(x, point, normal)
+      call halve_kink(m%grid, point, tip%nodes%spacing, normal)
       along = [normal(2), -normal(1)]
       if (dot_product(along, toward) < 0) along = -along
       axis = frame_along(tip%direction)
       n = 0
       do side = 1, -1, -2
          do k = 0, steps
-            elements = faces_at(grid, blocks, point + side*(beside + k/(2.0_dp*steps))*tip%nodes%spacing*along, normal, &
-                                tip%only_face())
+            elements = faces_at(m, point + side*(beside + k/(2.0_dp*steps))*tip%nodes%spacing*along, normal, tip%only_face())
             if (any(elements > 0)) exit
          end do
          if (all(elements == 0)) cycle
-         opening = opening + matmul(jump_between(grid, p, blocks, elements, point), axis(:, [2, 1]))
+         opening = opening + matmul(jump_between(m, elements, point), axis(:, [2, 1]))
          n = n + 1
          if (norm2(toward) > 0) exit
       end do

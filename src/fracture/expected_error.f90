@@ -385,7 +385,7 @@ contains
             return
          end if
          do k = 1, size(m%materials)
-            call recover(grid, p, b, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
+            call recover(m%matter_t, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             do i = 1, b%n_occupied
                e = b%occupied(i)
                if (p%material(b%first_in(e)) /= k) cycle

@@ -112,11 +112,11 @@ contains
       call find_mean_force(self, m, dt, step, kick)
       call kick_nodes(m, kick, failure)
       associate (kick_and_map => m%scheme%passes(1), strain_and_move => m%scheme%passes(2))
-         call pass_or_apply_everywhere(m%operators, kick_and_map, kick, m%materials, m%particles, m%blocks, m%fields)
+         call pass_or_apply_everywhere(m%operators, kick_and_map, kick, m%matter_t, m%fields)
          call assemble_sums(m, mass=.false., momentum=.true., force=.false.)
          call solve_velocity(m, v_mapped, failure)
          m%fields%velocity(:, :, v_next) = m%fields%velocity(:, :, v_mapped)
-         call pass_or_apply_everywhere(m%operators, strain_and_move, step, m%materials, m%particles, m%blocks, m%fields)
+         call pass_or_apply_everywhere(m%operators, strain_and_move, step, m%matter_t, m%fields)
       end associate
       m%operators%is_behind = m%operators%is_active
       call book_work(m%loads, m%time, step, m%fields%velocity(:, :, v_mapped), work)

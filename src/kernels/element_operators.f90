@@ -25,7 +25,7 @@ module hampm_element_operators
    use hampm_element_kernels, only: n_masses, n_moments, apply_operators, add_to_sum
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: nodes_per_chunk
-   use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
@@ -56,16 +56,14 @@ module hampm_element_operators
 contains
 
    !> Find the operators of blocks whose particles have just been located. None are active where the memory does not suffice.
-   subroutine find_operators(materials, is_loaded, p, blocks, f, operators)
-      type(material_t), intent(in) :: materials(:)
+   subroutine find_operators(m, is_loaded, f, operators)
+      type(matter_t), intent(in) :: m
       logical, intent(in) :: is_loaded(:)               !! whether a particle of the element carries a load
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(in) :: f
       type(element_operators_t), intent(out) :: operators
       integer :: b, k, status
-      if (allocated(blocks%supports)) then
-         call find_support_operators(materials, is_loaded, p, blocks, operators%cells)
+      if (allocated(m%blocks%supports)) then
+         call find_support_operators(m, is_loaded, operators%cells)
          if (size(operators%cells%with) == 0) return
          associate (points => size(f%acceleration, 2))
             allocate (operators%kick(ndim, points), operators%move(ndim, points), operators%strain(ndim, points), stat=status)
@@ -74,10 +72,10 @@ contains
          if (operators%is_active) call clear_sums(operators)
          return
       end if
-      call choose_blocks(materials, is_loaded, blocks, f, operators%has_operator)
-      operators%blocks = pack([(b, b=1, blocks%n)], operators%has_operator)
+      call choose_blocks(m, is_loaded, f, operators%has_operator)
+      operators%blocks = pack([(b, b=1, m%blocks%n)], operators%has_operator)
       if (size(operators%blocks) == 0) return
-      associate (points => size(f%acceleration, 2), n => blocks%n)
+      associate (points => size(f%acceleration, 2), n => m%blocks%n)
          allocate (operators%masses(lanes, n_masses, n), operators%moments(lanes, n_moments, n), operators%kick(ndim, points), &
                    operators%move(ndim, points), operators%strain(ndim, points), stat=status)
       end associate
@@ -88,28 +86,27 @@ contains
       !$omp parallel do schedule(static)
       do k = 1, size(operators%blocks)
          associate (listed => operators%blocks(k))
-            call sum_masses(p, blocks, listed, operators%masses(:, :, listed))
-            call sum_moments(p, blocks, listed, blocks%material(listed), operators%moments(:, :, listed))
+            call sum_masses(m%particles, m%blocks, listed, operators%masses(:, :, listed))
+            call sum_moments(m%particles, m%blocks, listed, m%blocks%material(listed), operators%moments(:, :, listed))
          end associate
       end do
       call clear_sums(operators)
    end subroutine find_operators
 
    !> Which blocks have a linear law, one material, no particle that carries a load, and mass at all corners.
-   pure subroutine choose_blocks(materials, is_loaded, blocks, f, chosen)
-      type(material_t), intent(in) :: materials(:)
+   pure subroutine choose_blocks(m, is_loaded, f, chosen)
+      type(matter_t), intent(in) :: m
       logical, intent(in) :: is_loaded(:)
-      type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(in) :: f
       logical, allocatable, intent(out) :: chosen(:)
       integer :: b, l
-      allocate (chosen(blocks%n), source=.false.)
-      do b = 1, blocks%n
-         if (blocks%material(b) == 0) cycle
-         chosen(b) = materials(blocks%material(b))%linear
-         do l = 1, count(blocks%cells(:, b) > 0)
+      allocate (chosen(m%blocks%n), source=.false.)
+      do b = 1, m%blocks%n
+         if (m%blocks%material(b) == 0) cycle
+         chosen(b) = m%materials(m%blocks%material(b))%linear
+         do l = 1, count(m%blocks%cells(:, b) > 0)
             associate (mass => f%contribution(l, :, of_mass, b))
-               if (is_loaded(blocks%cells(l, b)) .or. minval(mass) < least_part*sum(mass)) chosen(b) = .false.
+               if (is_loaded(m%blocks%cells(l, b)) .or. minval(mass) < least_part*sum(mass)) chosen(b) = .false.
             end associate
          end do
       end do
@@ -166,34 +163,30 @@ contains
    end subroutine add_up
 
    !> Do a pass over some blocks: by their operators, or particle by particle where they have none.
-   subroutine pass_or_apply(operators, pass, dt, materials, p, blocks, f, listed)
+   subroutine pass_or_apply(operators, pass, dt, m, f, listed)
       type(element_operators_t), intent(in) :: operators
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
       if (.not. operators%is_active) then
-         call pass_over(pass, dt, materials, p, blocks, f, listed)
+         call pass_over(pass, dt, m, f, listed)
          return
       end if
       call apply_operators(size(listed), listed, operators%has_operator, pass, dt, f%acceleration, &
-                           f%velocity(1, 1, pass%strain_by), materials, blocks%material, blocks%nodes, blocks%in_row, &
-                           blocks%inverse_size, operators%masses, operators%moments, f%contribution(1, 1, 1, 1))
+                           f%velocity(1, 1, pass%strain_by), m%materials, m%blocks%material, m%blocks%nodes, m%blocks%in_row, &
+                           m%blocks%inverse_size, operators%masses, operators%moments, f%contribution(1, 1, 1, 1))
       if (.not. all(operators%has_operator(listed))) &
-         call pass_over(pass, dt, materials, p, blocks, f, pack(listed, .not. operators%has_operator(listed)))
+         call pass_over(pass, dt, m, f, pack(listed, .not. operators%has_operator(listed)))
    end subroutine pass_or_apply
 
    !> Do a pass over all blocks, and sum up at all points.
-   subroutine pass_or_apply_everywhere(operators, pass, dt, materials, p, blocks, f)
+   subroutine pass_or_apply_everywhere(operators, pass, dt, m, f)
       type(element_operators_t), intent(inout) :: operators
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer :: k, b
       associate (all => f%mass_matrix%all)
@@ -202,38 +195,34 @@ contains
             call add_up(pass, dt, all%nodes(k:min(k + nodes_per_chunk - 1, all%n_points)), f, operators)
          end do
       end associate
-      if (allocated(blocks%supports)) then
-         call apply_support_operators(operators%cells, pass, dt, blocks, f)
-         call pass_by_supports(pass, dt, materials, p, blocks, f, operators%cells%without, f%acceleration, &
-                               f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+      if (allocated(m%blocks%supports)) then
+         call apply_support_operators(operators%cells, pass, dt, m%blocks, f)
+         call pass_by_supports(pass, dt, m, f, operators%cells%without, f%acceleration, f%velocity(1, 1, v_next), &
+                               f%velocity(1, 1, pass%strain_by))
          return
       end if
       !$omp parallel do schedule(static) private(b)
-      do k = 1, blocks%n, blocks_per_task
-         call pass_or_apply(operators, pass, dt, materials, p, blocks, f, [(b, b=k, min(k + blocks_per_task - 1, blocks%n))])
+      do k = 1, m%blocks%n, blocks_per_task
+         call pass_or_apply(operators, pass, dt, m, f, [(b, b=k, min(k + blocks_per_task - 1, m%blocks%n))])
       end do
    end subroutine pass_or_apply_everywhere
 
    !> Give the particles what they have gained since they were up to date, and map them.
-   subroutine give_to_particles(operators, materials, p, blocks, f)
+   subroutine give_to_particles(operators, m, f)
       type(element_operators_t), intent(inout) :: operators
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       type(pass_t) :: gain
       integer :: k
       if (.not. operators%is_behind) return
       gain = pass_t(kick=.true., strain_fraction=1.0_dp, move=.true., map_momentum=.true., map_force=.true.)
-      if (allocated(blocks%supports)) then
-         call pass_by_supports(gain, 1.0_dp, materials, p, blocks, f, operators%cells%with, operators%kick, operators%move, &
-                               operators%strain)
+      if (allocated(m%blocks%supports)) then
+         call pass_by_supports(gain, 1.0_dp, m, f, operators%cells%with, operators%kick, operators%move, operators%strain)
       else
          !$omp parallel do schedule(static)
          do k = 1, size(operators%blocks), blocks_per_task
-            call pass_between(gain, 1.0_dp, materials, p, blocks, f, &
-                              operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), blocks%nodes, &
-                              blocks%in_row, operators%kick, operators%move, operators%strain)
+            call pass_between(gain, 1.0_dp, m, f, operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), &
+                              m%blocks%nodes, m%blocks%in_row, operators%kick, operators%move, operators%strain)
          end do
       end if
       call clear_sums(operators)

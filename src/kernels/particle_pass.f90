@@ -26,6 +26,7 @@ module hampm_particle_pass
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, n_sums
    use hampm_mass_matrix, only: prepare_cell
    use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
    use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
                                      add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
@@ -51,73 +52,65 @@ module hampm_particle_pass
 contains
 
    !> Do a pass over all blocks.
-   subroutine pass_over_all(pass, dt, materials, p, blocks, f, report)
+   subroutine pass_over_all(pass, dt, m, f, report)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! time step [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       type(pass_report_t), intent(out) :: report
       integer :: first, b
       real(dp) :: audit(2)
-      if (allocated(blocks%supports)) then
-         call pass_by_supports(pass, dt, materials, p, blocks, f, [(b, b=1, size(blocks%supports))], f%acceleration, &
-                               f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by), audit)
+      if (allocated(m%blocks%supports)) then
+         call pass_by_supports(pass, dt, m, f, [(b, b=1, size(m%blocks%supports))], f%acceleration, f%velocity(1, 1, v_next), &
+                               f%velocity(1, 1, pass%strain_by), audit)
       else
          !$omp parallel do schedule(static)
-         do first = 1, blocks%n, blocks_per_task
-            call pass_over(pass, dt, materials, p, blocks, f, [(b, b=first, min(first + blocks_per_task - 1, blocks%n))])
+         do first = 1, m%blocks%n, blocks_per_task
+            call pass_over(pass, dt, m, f, [(b, b=first, min(first + blocks_per_task - 1, m%blocks%n))])
          end do
-         if (pass%audit) audit = [(sum([(f%audit(first, b), b=1, blocks%n)]), first=1, 2)]
+         if (pass%audit) audit = [(sum([(f%audit(first, b), b=1, m%blocks%n)]), first=1, 2)]
       end if
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
-      if (pass%move .and. .not. p%total_frame) call look_for_leavers(p, blocks, f, report)
+      if (pass%move .and. .not. m%particles%total_frame) call look_for_leavers(m, f, report)
       if (pass%audit) report%velocity_change_energy = audit(1)
       if (pass%audit) report%stress_work = audit(2)
    end subroutine pass_over_all
 
    !> Do a pass over some blocks.
-   subroutine pass_over(pass, dt, materials, p, blocks, f, listed)
+   subroutine pass_over(pass, dt, m, f, listed)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! time step [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
       logical, allocatable :: is_listed(:)              ! (blocks)
       integer :: k
-      if (allocated(blocks%supports)) then
-         allocate (is_listed(blocks%n), source=.false.)
+      if (allocated(m%blocks%supports)) then
+         allocate (is_listed(m%blocks%n), source=.false.)
          is_listed(listed) = .true.
-         call pass_by_supports(pass, dt, materials, p, blocks, f, &
-                               pack([(k, k=1, size(blocks%supports))], is_listed(blocks%supports%block(1))), f%acceleration, &
-                               f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+         call pass_by_supports(pass, dt, m, f, pack([(k, k=1, size(m%blocks%supports))], is_listed(m%blocks%supports%block(1))), &
+                               f%acceleration, f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
          if (pass%map_matrix) f%mass_matrix%assembled = .false.
       else
-         call pass_between(pass, dt, materials, p, blocks, f, listed, blocks%nodes, blocks%in_row, f%acceleration, &
-                           f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+         call pass_between(pass, dt, m, f, listed, m%blocks%nodes, m%blocks%in_row, f%acceleration, f%velocity(1, 1, v_next), &
+                           f%velocity(1, 1, pass%strain_by))
       end if
    end subroutine pass_over
 
    !> Report whether particles have left their cells.
-   subroutine look_for_leavers(p, blocks, f, report)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine look_for_leavers(m, f, report)
+      type(matter_t), intent(in) :: m
       type(nodal_fields_t), intent(in) :: f
       type(pass_report_t), intent(inout) :: report
-      report%left_cell = any(f%left(:blocks%n))
-      if (report%left_cell) report%jumped = any_has_jumped(p, blocks, f)
+      report%left_cell = any(f%left(:m%blocks%n))
+      if (report%left_cell) report%jumped = any_has_jumped(m, f)
    end subroutine look_for_leavers
 
    !> Do a pass over some blocks by given fields at given points at the corners of the cells.
-   subroutine pass_between(pass, dt, materials, p, blocks, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
+   subroutine pass_between(pass, dt, m, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! time step [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
       integer, intent(in) :: nodes(corners, lanes, *)   !! by block
@@ -134,7 +127,7 @@ contains
       do while (j <= size(listed))
          b = listed(j)
          n = length_of_batch()
-         call do_batch(nodes(1, 1, b), in_row(b), blocks%lower(1, 1, b), blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
+         call do_batch(nodes(1, 1, b), in_row(b), m%blocks%lower(1, 1, b), m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
          if (pass%map_matrix) call finish_matrices()
          j = j + n
       end do
@@ -142,7 +135,7 @@ contains
 
       !> How many of the listed blocks, which are ascending, can be done together from the present one on.
       pure integer function length_of_batch() result(length)
-         length = min(blocks%alike(b), size(listed) - j + 1, max(1, most_rows/blocks%rows(b)))
+         length = min(m%blocks%alike(b), size(listed) - j + 1, max(1, most_rows/m%blocks%rows(b)))
          do while (listed(j + length - 1) /= b + length - 1)
             length = length - 1
          end do
@@ -175,13 +168,14 @@ contains
          if (pass%map_matrix) call clear_matrices()
          if (pass%audit) f%audit(:, b:b + n - 1) = 0
          s = 1
-         do while (s <= blocks%rows(b))
-            rows = min(most_rows, blocks%rows(b) - s + 1)
-            if (blocks%is_even(b)) then
-               i = blocks%first(b) + lanes*(s - 1)
-               if (allocated(p%history)) number_of(:lanes*rows*n) = [(k, k=i, i + lanes*rows*n - 1)]
-               call pass_rows(p%n, p%mass(i), p%volume(i), p%reference(i, 1), p%local(i, 1), p%displacement(i, 1), &
-                              p%velocity(i, 1), p%gradient(i, 1, 1), p%material(i), lower, inverse_size, contribution)
+         do while (s <= m%blocks%rows(b))
+            rows = min(most_rows, m%blocks%rows(b) - s + 1)
+            if (m%blocks%is_even(b)) then
+               i = m%blocks%first(b) + lanes*(s - 1)
+               if (allocated(m%particles%history)) number_of(:lanes*rows*n) = [(k, k=i, i + lanes*rows*n - 1)]
+               call pass_rows(m%particles%n, m%particles%mass(i), m%particles%volume(i), m%particles%reference(i, 1), &
+                              m%particles%local(i, 1), m%particles%displacement(i, 1), m%particles%velocity(i, 1), &
+                              m%particles%gradient(i, 1, 1), m%particles%material(i), lower, inverse_size, contribution)
             else
                call load_rows()
                call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of, lower, inverse_size, contribution)
@@ -192,15 +186,15 @@ contains
          if (pass%map_force) call divergence(n, inverse_size, total, moment, contribution)
          if (.not. pass%move) return
          do k = 1, n
-            f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*blocks%rows(b)*edge_margin)
+            f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*m%blocks%rows(b)*edge_margin)
          end do
       end subroutine do_batch
 
       !> Find the law of a batch, if it is one linear law.
       subroutine find_law()
-         is_linear = blocks%material(b) > 0
+         is_linear = m%blocks%material(b) > 0
          if (.not. is_linear) return
-         associate (material => materials(blocks%material(b)))
+         associate (material => m%materials(m%blocks%material(b)))
             is_linear = material%linear .and. .not. material%has_eigenstrain
             is_isotropic = material%isotropic
             lambda = material%lambda
@@ -218,7 +212,7 @@ contains
          real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_rows)
          integer :: k, first
          if (pass%locate) then
-            if (p%total_frame) then
+            if (m%particles%total_frame) then
                call locate_reference(n, rows, ld, lower, inverse_size, x, xi)
             else
                outside(:, :n) = 0
@@ -240,21 +234,23 @@ contains
                do k = 1, n
                   first = lanes*rows*(k - 1) + 1
                   f%audit(2, b + k - 1) = f%audit(2, b + k - 1) + strain_work(rows, ld, xi(first, 1), strain_by(1, 1, 1, k), &
-                                                     materials, material(first), volume(first), h(first, 1, 1), p%total_frame, &
-                                                     pass%strain_fraction*dt, p, number_of(first))
+                                                                              m%materials, material(first), volume(first), &
+                                                                              h(first, 1, 1), m%particles%total_frame, &
+                                                                              pass%strain_fraction*dt, m%particles, &
+                                                                              number_of(first))
                end do
             end if
-            if (p%total_frame) then
+            if (m%particles%total_frame) then
                call add_gradient(n, rows, ld, xi, strain_by, h)
             else
                call add_gradient_product(n, rows, ld, xi, strain_by, h)
             end if
-            if (allocated(p%history) .and. pass%keeps_history) &
-               call keep_history(n*rows, ld, materials, material, h, pass%strain_fraction*dt, number_of, p%history)
+            if (allocated(m%particles%history) .and. pass%keeps_history) &
+               call keep_history(n*rows, ld, m%materials, material, h, pass%strain_fraction*dt, number_of, m%particles%history)
          end if
          if (pass%move) then
             call add_field(n, rows, ld, xi, move_by, u)
-            if (.not. p%total_frame) call locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
+            if (.not. m%particles%total_frame) call locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
          end if
          if (pass%map_mass) call add_mass(n, rows, ld, xi, mass, contribution)
          if (pass%map_momentum) call add_momentum(n, rows, ld, xi, mass, v, contribution)
@@ -268,9 +264,9 @@ contains
             if (is_linear .and. is_isotropic) then
                call linear_forces(n*rows, ld, lambda, mu, volume, h, t)
             else if (is_linear) then
-               call anisotropic_forces(n*rows, ld, materials(blocks%material(b))%stiffness, volume, h, t)
+               call anisotropic_forces(n*rows, ld, m%materials(m%blocks%material(b))%stiffness, volume, h, t)
             else
-               call forces(n*rows, ld, materials, material, volume, h, p, number_of, t)
+               call forces(n*rows, ld, m%materials, material, volume, h, m%particles, number_of, t)
             end if
             call add_stress(n, rows, ld, xi, t, total, moment)
          end if
@@ -281,7 +277,7 @@ contains
          integer :: k, l
          do k = b, b + n - 1
             do l = 1, lanes
-               if (blocks%cells(l, k) > 0) f%mass_matrix%cell(:, :, blocks%cells(l, k)) = 0
+               if (m%blocks%cells(l, k) > 0) f%mass_matrix%cell(:, :, m%blocks%cells(l, k)) = 0
             end do
          end do
       end subroutine clear_matrices
@@ -295,7 +291,7 @@ contains
          matrix = 0
          call add_matrix(rows, ld, xi, mass, matrix)
          do l = 1, lanes
-            associate (e => blocks%cells(l, block))
+            associate (e => m%blocks%cells(l, block))
                if (e > 0) f%mass_matrix%cell(:, :, e) = f%mass_matrix%cell(:, :, e) + matrix(l, :, :)
             end associate
          end do
@@ -306,7 +302,7 @@ contains
          integer :: k, l
          do k = b, b + n - 1
             do l = 1, lanes
-               associate (e => blocks%cells(l, k), matrix => f%mass_matrix)
+               associate (e => m%blocks%cells(l, k), matrix => f%mass_matrix)
                   if (e == 0) exit
                   matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
                   call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e))
@@ -319,24 +315,24 @@ contains
       subroutine load_rows()
          integer :: l, r, k, i, e
          do l = 1, lanes
-            e = blocks%cells(l, b)
+            e = m%blocks%cells(l, b)
             do r = 1, rows
                k = lanes*(r - 1) + l
                if (holds(e, s + r - 1)) then
-                  i = blocks%first_in(e) + s + r - 2
-                  mass_of(k) = p%mass(i)
-                  volume_of(k) = p%volume(i)
-                  x(k, :) = p%reference(i, :)
-                  xi(k, :) = p%local(i, :)
-                  u(k, :) = p%displacement(i, :)
-                  v(k, :) = p%velocity(i, :)
-                  h(k, :, :) = p%gradient(i, :, :)
-                  material_of(k) = p%material(i)
+                  i = m%blocks%first_in(e) + s + r - 2
+                  mass_of(k) = m%particles%mass(i)
+                  volume_of(k) = m%particles%volume(i)
+                  x(k, :) = m%particles%reference(i, :)
+                  xi(k, :) = m%particles%local(i, :)
+                  u(k, :) = m%particles%displacement(i, :)
+                  v(k, :) = m%particles%velocity(i, :)
+                  h(k, :, :) = m%particles%gradient(i, :, :)
+                  material_of(k) = m%particles%material(i)
                   number_of(k) = i
                else
                   mass_of(k) = 0
                   volume_of(k) = 0
-                  x(k, :) = blocks%lower(l, :, b) + 0.5_dp/blocks%inverse_size(l, b)
+                  x(k, :) = m%blocks%lower(l, :, b) + 0.5_dp/m%blocks%inverse_size(l, b)
                   xi(k, :) = 0.5_dp
                   u(k, :) = 0
                   v(k, :) = 0
@@ -352,15 +348,15 @@ contains
       subroutine store_rows()
          integer :: l, r, k, i, e
          do l = 1, lanes
-            e = blocks%cells(l, b)
+            e = m%blocks%cells(l, b)
             do r = 1, rows
                if (.not. holds(e, s + r - 1)) exit
                k = lanes*(r - 1) + l
-               i = blocks%first_in(e) + s + r - 2
-               if (pass%locate .or. pass%move) p%local(i, :) = xi(k, :)
-               if (pass%move) p%displacement(i, :) = u(k, :)
-               if (pass%kick) p%velocity(i, :) = v(k, :)
-               if (pass%strain_fraction > 0) p%gradient(i, :, :) = h(k, :, :)
+               i = m%blocks%first_in(e) + s + r - 2
+               if (pass%locate .or. pass%move) m%particles%local(i, :) = xi(k, :)
+               if (pass%move) m%particles%displacement(i, :) = u(k, :)
+               if (pass%kick) m%particles%velocity(i, :) = v(k, :)
+               if (pass%strain_fraction > 0) m%particles%gradient(i, :, :) = h(k, :, :)
             end do
          end do
       end subroutine store_rows
@@ -369,7 +365,7 @@ contains
       pure logical function holds(e, k)
          integer, intent(in) :: e, k
          holds = .false.
-         if (e > 0) holds = k <= blocks%count_in(e)
+         if (e > 0) holds = k <= m%blocks%count_in(e)
       end function holds
    end subroutine pass_between
 
@@ -437,20 +433,19 @@ contains
    end subroutine keep_history
 
    !> Whether any particle of the blocks that one has left is no longer in its cell or one beside it.
-   pure logical function any_has_jumped(p, blocks, f) result(jumped)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure logical function any_has_jumped(m, f) result(jumped)
+      type(matter_t), intent(in) :: m
       type(nodal_fields_t), intent(in) :: f
       real(dp) :: xi(ndim)
       integer :: b, l, i
       jumped = .false.
-      do b = 1, blocks%n
+      do b = 1, m%blocks%n
          if (.not. f%left(b)) cycle
          do l = 1, lanes
-            associate (e => blocks%cells(l, b))
+            associate (e => m%blocks%cells(l, b))
                if (e == 0) cycle
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  xi = (p%position(i) - blocks%lower(l, :, b))*blocks%inverse_size(l, b)
+               do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+                  xi = (m%particles%position(i) - m%blocks%lower(l, :, b))*m%blocks%inverse_size(l, b)
                   jumped = jumped .or. .not. all(xi >= -1 .and. xi < 2)
                end do
             end associate

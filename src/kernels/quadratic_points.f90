@@ -34,9 +34,9 @@ module hampm_quadratic_points
    use hampm_basis, only: quadratic_functions, quadratic_gradients
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
+   use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, integrals_in_ring, polynomials_at, n_polynomials
-   use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: weights_along, weigh_points, correct_points, fewest_points
@@ -66,73 +66,65 @@ contains
    !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them; in cells that are cut those
    !> that fit their moments. Other cells that are not full, as particles on their way to finer ones may leave them for a while, stay as they
    !> are.
-   subroutine weigh_points(p, grid, blocks, thickness)
-      type(particles_t), intent(inout) :: p
-      type(grid_t), intent(inout) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      type(thickness_t), intent(in) :: thickness
+   subroutine weigh_points(m)
+      type(matter_t), intent(inout) :: m
       real(dp) :: x(ndim), xi(ndim)
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
-      do leaf = 1, grid%forest%leaf_count()
-         associate (first => grid%leaf_element(leaf), last => grid%leaf_element(leaf + 1) - 1)
-            if (grid%is_cut(leaf)) then
-               call weigh_pieces(p, grid, blocks, thickness, leaf)
+      do leaf = 1, m%grid%forest%leaf_count()
+         associate (first => m%grid%leaf_element(leaf), last => m%grid%leaf_element(leaf + 1) - 1)
+            if (m%grid%is_cut(leaf)) then
+               call weigh_pieces(m, leaf)
                cycle
             end if
-            n = nint(sqrt(real(sum(blocks%count_in(first:last)), dp)))
-            if (n < fewest_points .or. n**2 /= sum(blocks%count_in(first:last))) cycle
+            n = nint(sqrt(real(sum(m%blocks%count_in(first:last)), dp)))
+            if (n < fewest_points .or. n**2 /= sum(m%blocks%count_in(first:last))) cycle
             w = weights_along(n)
             do e = first, last
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  x = p%reference(i, :)
-                  xi = grid%in_leaf(e, grid%local_coordinate(e, x))
-                  call give_volume(p, i, grid%forest%size_of(leaf)**ndim*thickness%at(x)*product(w(min(int(xi*n) + 1, n))))
+               do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+                  x = m%particles%reference(i, :)
+                  xi = m%grid%in_leaf(e, m%grid%local_coordinate(e, x))
+                  call give_area(m%particles, i, m%grid%forest%size_of(leaf)**ndim*product(w(min(int(xi*n) + 1, n))))
                end do
             end do
          end associate
       end do
-      call correct_points(p, grid, blocks, thickness)
+      call correct_points(m)
    end subroutine weigh_points
 
    !> Find the corrections of gradients in cells that are cut, for particles with the volumes that they have.
-   subroutine correct_points(p, grid, blocks, thickness)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(inout) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      type(thickness_t), intent(in) :: thickness
+   subroutine correct_points(m)
+      type(matter_t), intent(inout) :: m
       integer, allocatable :: bodies(:)
       real(dp), allocatable :: moments(:, :)
       integer :: leaf, piece, k
-      if (allocated(grid%correction)) deallocate (grid%correction)
-      do leaf = 1, grid%forest%leaf_count()
-         if (.not. grid%is_cut(leaf)) cycle
-         if (.not. allocated(grid%correction)) &
-            allocate (grid%correction(grid%n_functions, ndim, grid%n_elements/corners), source=0.0_dp)
-         bodies = bodies_in(p, grid, blocks, leaf)
+      if (allocated(m%grid%correction)) deallocate (m%grid%correction)
+      do leaf = 1, m%grid%forest%leaf_count()
+         if (.not. m%grid%is_cut(leaf)) cycle
+         if (.not. allocated(m%grid%correction)) &
+            allocate (m%grid%correction(m%grid%n_functions, ndim, m%grid%n_elements/corners), source=0.0_dp)
+         bodies = bodies_in(m, leaf)
          if (size(bodies) == 0) cycle
-         moments = moments_of_body(grid, leaf, bodies(1))
+         moments = moments_of_body(m%grid, leaf, bodies(1))
          do k = 2, size(bodies)
-            moments = moments + moments_of_body(grid, leaf, bodies(k))
+            moments = moments + moments_of_body(m%grid, leaf, bodies(k))
          end do
          do piece = 1, size(moments, 2)
-            call correct_gradients(p, grid, blocks, thickness, grid%leaf_element(leaf) + corners*(piece - 1), moments(:, piece))
+            call correct_gradients(m, m%grid%leaf_element(leaf) + corners*(piece - 1), moments(:, piece))
          end do
       end do
    end subroutine correct_points
 
    !> The bodies that have particles in a leaf; where no outlines are known the first stands for all.
-   pure function bodies_in(p, grid, blocks, leaf) result(bodies)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   pure function bodies_in(m, leaf) result(bodies)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: leaf
       integer, allocatable :: bodies(:)
       integer :: k
-      associate (number => particles_in(blocks, grid%leaf_element(leaf), grid%leaf_element(leaf + 1) - 1))
+      associate (number => particles_in(m%blocks, m%grid%leaf_element(leaf), m%grid%leaf_element(leaf + 1) - 1))
          bodies = [(k, k=1, merge(1, 0, size(number) > 0))]
-         if (allocated(grid%bodies)) bodies = pack([(k, k=1, size(grid%bodies))], [(any(p%body(number) == k), &
-                                                                                 k=1, size(grid%bodies))])
+         if (allocated(m%grid%bodies)) &
+            bodies = pack([(k, k=1, size(m%grid%bodies))], [(any(m%particles%body(number) == k), k=1, size(m%grid%bodies))])
       end associate
    end function bodies_in
 
@@ -149,57 +141,49 @@ contains
    end function moments_of_body
 
    !> The same in the pieces of a leaf that is cut by a crack or the edge of a body.
-   subroutine weigh_pieces(p, grid, blocks, thickness, leaf)
-      type(particles_t), intent(inout) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      type(thickness_t), intent(in) :: thickness
+   subroutine weigh_pieces(m, leaf)
+      type(matter_t), intent(inout) :: m
       integer, intent(in) :: leaf
       integer, allocatable :: bodies(:)
       integer :: k
-      bodies = bodies_in(p, grid, blocks, leaf)
+      bodies = bodies_in(m, leaf)
       do k = 1, size(bodies)
-         call fit_pieces(p, grid, blocks, thickness, leaf, moments_of_body(grid, leaf, bodies(k)), bodies(k))
+         call fit_pieces(m, leaf, moments_of_body(m%grid, leaf, bodies(k)), bodies(k))
       end do
    end subroutine weigh_pieces
 
    !> Find the correction of gradients in a piece.
-   subroutine correct_gradients(p, grid, blocks, thickness, first, moments)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(inout) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      type(thickness_t), intent(in) :: thickness
+   subroutine correct_gradients(m, first, moments)
+      type(matter_t), intent(inout) :: m
       integer, intent(in) :: first               !! element of the piece
       real(dp), intent(in) :: moments(:)         !! of what is in it
-      real(dp) :: missing(grid%n_functions, ndim), volume, x(ndim)
+      real(dp) :: missing(m%grid%n_functions, ndim), volume, x(ndim)
       integer, allocatable :: number(:)
       integer :: k
-      number = particles_in(blocks, first, first + corners - 1)
+      number = particles_in(m%blocks, first, first + corners - 1)
       if (size(number) == 0) return
-      volume = sum(p%volume(number))
-      associate (lower => grid%element_lower(:, first), edge => grid%leaf_size(first))
-         if (thickness%is_ring) then
+      volume = sum(m%particles%volume(number))
+      associate (lower => m%grid%element_lower(:, first), edge => m%grid%leaf_size(first))
+         if (m%particles%thickness%is_ring) then
             x = [1, 0]
-            missing = integrals_in_ring(moments, lower(1), edge)*edge*thickness%at(x)
+            missing = integrals_in_ring(moments, lower(1), edge)*edge*m%particles%thickness%at(x)
          else
-            missing = integrals_of_gradients(moments)*edge**(ndim - 1)*thickness%of_plate
+            missing = integrals_of_gradients(moments)*edge**(ndim - 1)*m%particles%thickness%of_plate
          end if
          do k = 1, size(number)
-            x = (p%reference(number(k), :) - lower)/edge
-            missing = missing - p%volume(number(k))*quadratic_gradients(x, 1/edge)
-            if (thickness%is_ring) &
-               missing(:, 1) = missing(:, 1) - p%volume(number(k))*quadratic_functions(x)/p%reference(number(k), 1)
+            x = (m%particles%reference(number(k), :) - lower)/edge
+            missing = missing - m%particles%volume(number(k))*quadratic_gradients(x, 1/edge)
+            if (m%particles%thickness%is_ring) &
+               missing(:, 1) = missing(:, 1) - m%particles%volume(number(k))*quadratic_functions(x) &
+                  /m%particles%reference(number(k), 1)
          end do
       end associate
-      grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
+      m%grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
    end subroutine correct_gradients
 
    !> Fit the volumes of the particles of a body, of all where no outlines are known, to the moments of the pieces of a leaf.
-   subroutine fit_pieces(p, grid, blocks, thickness, leaf, moments, body)
-      type(particles_t), intent(inout) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      type(thickness_t), intent(in) :: thickness
+   subroutine fit_pieces(m, leaf, moments, body)
+      type(matter_t), intent(inout) :: m
       integer, intent(in) :: leaf
       real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
       integer, intent(in) :: body
@@ -207,19 +191,20 @@ contains
       integer, allocatable :: number(:)
       integer :: piece, k
       do piece = 1, size(moments, 2)
-         associate (first => grid%leaf_element(leaf) + corners*(piece - 1))
-            number = particles_in(blocks, first, first + corners - 1)
-            if (allocated(grid%bodies)) number = pack(number, p%body(number) == body)
+         associate (first => m%grid%leaf_element(leaf) + corners*(piece - 1))
+            number = particles_in(m%blocks, first, first + corners - 1)
+            if (allocated(m%grid%bodies)) number = pack(number, m%particles%body(number) == body)
             if (size(number) == 0 .or. .not. moments(1, piece) > 0) cycle
             allocate (at_points(n_polynomials, size(number)))
-            do k = 1, size(number)
-               at_points(:, k) = polynomials_at((p%reference(number(k), :) - grid%element_lower(:, first)) &
-                                                /grid%forest%size_of(leaf))
-            end do
-            w = fitted_weights(at_points, moments(:, piece))
-            do k = 1, size(number)
-               call give_volume(p, number(k), w(k)*grid%forest%size_of(leaf)**ndim*thickness%at(p%reference(number(k), :)))
-            end do
+            associate (edge => m%grid%forest%size_of(leaf), lower => m%grid%element_lower(:, first))
+               do k = 1, size(number)
+                  at_points(:, k) = polynomials_at((m%particles%reference(number(k), :) - lower)/edge)
+               end do
+               w = fitted_weights(at_points, moments(:, piece))
+               do k = 1, size(number)
+                  call give_area(m%particles, number(k), w(k)*edge**ndim)
+               end do
+            end associate
             deallocate (at_points)
          end associate
       end do
@@ -234,14 +219,17 @@ contains
       number = [((i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)), e=first, last)]
    end function particles_in
 
-   !> Give a particle a volume [m3], and the mass that goes with it.
-   subroutine give_volume(p, i, volume)
+   !> Give a particle an area in the plane [m2], and the volume and mass that go with it.
+   subroutine give_area(p, i, area)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i
-      real(dp), intent(in) :: volume
+      real(dp), intent(in) :: area
+      real(dp) :: x(ndim), volume
+      x = p%reference(i, :)
+      volume = area*p%thickness%at(x)
       p%mass(i) = p%mass(i)/p%volume(i)*volume
       p%volume(i) = volume
-   end subroutine give_volume
+   end subroutine give_area
 
    !> The weights of some points.
    pure function fitted_weights(at_points, moments) result(w)

@@ -9,7 +9,7 @@ module hampm_support_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_cell_blocks, only: cell_blocks_t, support_t, of_momentum, of_force
-   use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_orthotropic, only: n_voigt
    use hampm_particles, only: particles_t
@@ -45,33 +45,31 @@ module hampm_support_operators
 contains
 
    !> Find the operators of cells with a linear law, one material, and no particle that carries a load.
-   pure subroutine find_support_operators(materials, is_loaded, p, blocks, operators)
-      type(material_t), intent(in) :: materials(:)
+   pure subroutine find_support_operators(m, is_loaded, operators)
+      type(matter_t), intent(in) :: m
       logical, intent(in) :: is_loaded(:)        !! whether a particle of the element carries a load
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
       type(support_operators_t), intent(out) :: operators
       type(kind_t) :: kind
       integer :: k, j, n
-      allocate (operators%kinds(8), operators%kind_of(size(blocks%supports)), operators%cell_mass(size(blocks%supports)))
+      allocate (operators%kinds(8), operators%kind_of(size(m%blocks%supports)), operators%cell_mass(size(m%blocks%supports)))
       n = 0
       operators%kind_of = 0
-      do k = 1, size(blocks%supports)
-         associate (cell => blocks%supports(k))
+      do k = 1, size(m%blocks%supports)
+         associate (cell => m%blocks%supports(k))
             if (any(is_loaded(cell%first:cell%last))) cycle
-            call look_at_cell(p, blocks, cell, kind, operators%cell_mass(k))
+            call look_at_cell(m, cell, kind, operators%cell_mass(k))
             if (kind%material == 0) cycle
-            if (.not. materials(kind%material)%linear) cycle
+            if (.not. m%materials(kind%material)%linear) cycle
             if (cell%n == corners) then
-               call sum_masses(p, blocks, cell, operators%cell_mass(k), kind)
+               call sum_masses(m%particles, m%blocks, cell, operators%cell_mass(k), kind)
                if (minval(sum(kind%mass(:corners, :corners), dim=2)) < least_part) cycle
             end if
             do j = merge(n + 1, 1, kind%is_own), n
                if (is_alike(kind, operators%kinds(j))) exit
             end do
             if (j > n) then
-               if (cell%n > corners) call sum_masses(p, blocks, cell, operators%cell_mass(k), kind)
-               call sum_stiffness(materials, p, blocks, cell, kind)
+               if (cell%n > corners) call sum_masses(m%particles, m%blocks, cell, operators%cell_mass(k), kind)
+               call sum_stiffness(m, cell, kind)
                if (n == size(operators%kinds)) operators%kinds = [operators%kinds, operators%kinds]
                n = n + 1
                operators%kinds(n) = kind
@@ -84,21 +82,20 @@ contains
    end subroutine find_support_operators
 
    !> The material, 0 where there are several, the number of particles and the volume that make the kind of a cell, and its mass [kg].
-   pure subroutine look_at_cell(p, blocks, cell, kind, mass)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure subroutine look_at_cell(m, cell, kind, mass)
+      type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       type(kind_t), intent(out) :: kind
       real(dp), intent(out) :: mass
       integer :: e, i, root
       mass = 0
       do e = cell%first, cell%last
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            if (kind%particles == 0) kind%material = p%material(i)
-            if (kind%material /= p%material(i)) kind%material = 0
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            if (kind%particles == 0) kind%material = m%particles%material(i)
+            if (kind%material /= m%particles%material(i)) kind%material = 0
             kind%particles = kind%particles + 1
-            kind%volume = kind%volume + p%volume(i)*cell%inverse_size**ndim
-            mass = mass + p%mass(i)
+            kind%volume = kind%volume + m%particles%volume(i)*cell%inverse_size**ndim
+            mass = mass + m%particles%mass(i)
          end do
       end do
       kind%is_own = cell%is_cut
@@ -134,20 +131,18 @@ contains
    end subroutine sum_masses
 
    !> And the stiffness.
-   pure subroutine sum_stiffness(materials, p, blocks, cell, kind)
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure subroutine sum_stiffness(m, cell, kind)
+      type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       type(kind_t), intent(inout) :: kind
       real(dp) :: n(cell%n), gradient(cell%n, ndim), strain(n_voigt, ndim*cell%n), missing(ndim*cell%n), mean(cell%n, ndim)
       integer :: e, i
       strain = 0
-      mean = mean_gradients(materials, p, blocks, cell)
-      associate (material => materials(kind%material), dofs => ndim*cell%n)
+      mean = mean_gradients(m, cell)
+      associate (material => m%materials(kind%material), dofs => ndim*cell%n)
          do e = cell%first, cell%last
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               call look_at_particle(p, cell, i, n, gradient)
+            do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+               call look_at_particle(m%particles, cell, i, n, gradient)
                strain(1, 1::ndim) = gradient(:, 1)
                strain(2, 2::ndim) = gradient(:, 2)
                strain(3, 1::ndim) = gradient(:, 2)
@@ -157,8 +152,8 @@ contains
                   strain(1, :) = strain(1, :) + missing
                   strain(2, :) = strain(2, :) + missing
                end if
-               kind%stiffness(:dofs, :dofs) = kind%stiffness(:dofs, :dofs) &
-                  + p%volume(i)*matmul(transpose(strain), matmul(material%small_strain_moduli(), strain))
+               kind%stiffness(:dofs, :dofs) = kind%stiffness(:dofs, :dofs) + m%particles%volume(i)*matmul(transpose(strain), &
+                     matmul(material%small_strain_moduli(), strain))
                strain = 0
             end do
          end do

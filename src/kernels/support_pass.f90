@@ -22,9 +22,10 @@ module hampm_support_pass
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: inside_cell, edge_margin
    use hampm_audit_kernels, only: work_of_change, work_of_hoop
-   use hampm_cell_blocks, only: cell_blocks_t, support_t, of_mass, of_momentum, of_force
+   use hampm_cell_blocks, only: support_t, of_mass, of_momentum, of_force
    use hampm_mass_matrix, only: mass_matrix_t, prepare_cell, floor_of_quadratic
    use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_remembering, only: remember, hoop_resistance
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_particles, only: particles_t
@@ -39,12 +40,10 @@ module hampm_support_pass
 contains
 
    !> Do a pass over some cells by given fields at the points.
-   subroutine pass_by_supports(pass, dt, materials, p, blocks, f, listed, acceleration, new_velocity, strain_velocity, audit)
+   subroutine pass_by_supports(pass, dt, m, f, listed, acceleration, new_velocity, strain_velocity, audit)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! time step [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+      type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)           !! numbers of cells among the supports
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
@@ -54,29 +53,26 @@ contains
       integer :: k
       !$omp parallel do schedule(static)
       do k = 1, size(listed)
-         associate (cell => blocks%supports(listed(k)))
-            call pass_cell(pass, dt, materials, cell, blocks, acceleration, new_velocity, strain_velocity, p, f, of_cell(:, k), &
-                           has_left(k))
-            if (pass%map_matrix) call find_matrix(p, blocks, cell, f%mass_matrix)
+         associate (cell => m%blocks%supports(listed(k)))
+            call pass_cell(pass, dt, m, cell, acceleration, new_velocity, strain_velocity, f, of_cell(:, k), has_left(k))
+            if (pass%map_matrix) call find_matrix(m, cell, f%mass_matrix)
          end associate
       end do
       if (present(audit)) audit = sum(of_cell, dim=2)
-      if (.not. pass%move .or. p%total_frame) return
-      f%left(blocks%supports(listed)%block(1)) = .false.
+      if (.not. pass%move .or. m%particles%total_frame) return
+      f%left(m%blocks%supports(listed)%block(1)) = .false.
       do k = 1, size(listed)
-         if (has_left(k)) f%left(blocks%supports(listed(k))%block(1)) = .true.
+         if (has_left(k)) f%left(m%blocks%supports(listed(k))%block(1)) = .true.
       end do
    end subroutine pass_by_supports
 
    !> Do the pass with the particles of one cell. Those that share their dilatation are all strained before any of them acts on the points.
-   subroutine pass_cell(pass, dt, materials, cell, blocks, acceleration, new_velocity, strain_velocity, p, f, audit, has_left)
+   subroutine pass_cell(pass, dt, m, cell, acceleration, new_velocity, strain_velocity, f, audit, has_left)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! [s]
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(inout) :: m
       type(support_t), intent(in) :: cell
-      type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
-      type(particles_t), intent(inout) :: p
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: audit(2)          !! [J]
       logical, intent(out) :: has_left           !! whether a particle is no longer in the cell
@@ -89,27 +85,27 @@ contains
       force = 0
       audit = 0
       has_left = .false.
-      all_gain_first = shares_dilatation(materials, p, blocks, cell)
-      if (all_gain_first) mean = mean_gradients(materials, p, blocks, cell)
+      all_gain_first = shares_dilatation(m, cell)
+      if (all_gain_first) mean = mean_gradients(m, cell)
       do e = cell%first, cell%last
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            call look_at_particle(p, cell, i, n, gradient)
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            call look_at_particle(m%particles, cell, i, n, gradient)
             call gain(i)
             if (all_gain_first) cycle
-            if (pass%move .and. .not. p%total_frame) call look_at_particle(p, cell, i, n, gradient)
+            if (pass%move .and. .not. m%particles%total_frame) call look_at_particle(m%particles, cell, i, n, gradient)
             call give(i)
          end do
       end do
       if (all_gain_first) then
-         mean = mean_gradients(materials, p, blocks, cell)
+         mean = mean_gradients(m, cell)
          do e = cell%first, cell%last
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               call look_at_particle(p, cell, i, n, gradient)
+            do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+               call look_at_particle(m%particles, cell, i, n, gradient)
                call give(i)
             end do
          end do
       end if
-      if (p%thickness%is_ring .and. cell%n > corners) where (abs(mass) <= rounding*sum(mass)) mass = 0 ! on the axis
+      if (m%particles%thickness%is_ring .and. cell%n > corners) where (abs(mass) <= rounding*sum(mass)) mass = 0 ! on the axis
       call store(pass, cell, mass, momentum, force, f)
    contains
 
@@ -117,35 +113,38 @@ contains
       subroutine gain(i)
          integer, intent(in) :: i
          real(dp) :: dv(ndim), v(ndim, cell%n), change(ndim, ndim), xi(ndim), hoop, missing
-         associate (material => materials(p%material(i)))
+         associate (material => m%materials(m%particles%material(i)))
             if (pass%kick) then
                dv = dt*matmul(acceleration(:, cell%points(:cell%n)), n)
-               if (pass%audit) audit(1) = audit(1) + 0.5_dp*p%mass(i)*sum(dv**2)
-               p%velocity(i, :) = p%velocity(i, :) + dv
+               if (pass%audit) audit(1) = audit(1) + 0.5_dp*m%particles%mass(i)*sum(dv**2)
+               m%particles%velocity(i, :) = m%particles%velocity(i, :) + dv
             end if
             if (pass%move) then
-               p%displacement(i, :) = p%displacement(i, :) + dt*matmul(new_velocity(:, cell%points(:cell%n)), n)
-               xi = (p%place_in_grid(i) - cell%lower)*cell%inverse_size
+               m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*matmul(new_velocity(:, cell%points(:cell%n)), n)
+               xi = (m%particles%place_in_grid(i) - cell%lower)*cell%inverse_size
                has_left = has_left .or. .not. all(abs(xi - inside_cell(xi)) <= edge_margin)
             end if
             if (pass%strain_fraction > 0) then
                v = pass%strain_fraction*dt*strain_velocity(:, cell%points(:cell%n))
                if (material%is_ring) then
-                  hoop = p%hoop_of(i)
-                  p%widening(i) = p%widening(i) + dot_product(v(1, :), n)
-                  if (pass%audit) audit(2) = audit(2) + p%volume(i)*work_of_hoop(material, hoop, p, i)
+                  hoop = m%particles%hoop_of(i)
+                  m%particles%widening(i) = m%particles%widening(i) + dot_product(v(1, :), n)
+                  if (pass%audit) audit(2) = audit(2) + m%particles%volume(i)*work_of_hoop(material, hoop, m%particles, i)
                end if
-               change = matmul(v, gradients_by_place(material, p, i, gradient))
+               change = matmul(v, gradients_by_place(material, m%particles, i, gradient))
                if (material%mean_dilatation) then
                   missing = sum(v*transpose(mean)) - trace(change)
-                  if (material%is_ring) missing = missing - dot_product(v(1, :), n)/radius_of(material, p, i)
+                  if (material%is_ring) missing = missing - dot_product(v(1, :), n)/radius_of(material, m%particles, i)
                   change = change + missing/2*identity
                end if
-               if (.not. p%total_frame .or. is_by_place(material, p)) change = change + product_of(change, p%gradient_of(i))
-               if (pass%audit) audit(2) = audit(2) + p%volume(i)*work_of_change(material, p%gradient_of(i), change, &
-                                                                                pass%strain_fraction*dt, p, i, p%hoop_of(i))
-               p%gradient(i, :, :) = p%gradient(i, :, :) + change
-               if (pass%keeps_history) call remember(material, pass%strain_fraction*dt, p, i)
+               if (.not. m%particles%total_frame .or. is_by_place(material, m%particles)) &
+                  change = change + product_of(change, m%particles%gradient_of(i))
+               if (pass%audit) &
+                  audit(2) = audit(2) + m%particles%volume(i)*work_of_change(material, m%particles%gradient_of(i), change, &
+                                                                             pass%strain_fraction*dt, m%particles, i, &
+                                                                             m%particles%hoop_of(i))
+               m%particles%gradient(i, :, :) = m%particles%gradient(i, :, :) + change
+               if (pass%keeps_history) call remember(material, pass%strain_fraction*dt, m%particles, i)
             end if
          end associate
       end subroutine gain
@@ -155,17 +154,19 @@ contains
          integer, intent(in) :: i
          real(dp) :: t(ndim, ndim), g(cell%n, ndim)
          integer :: c
-         if (pass%map_mass) mass = mass + p%mass(i)*n
-         if (pass%map_momentum) momentum = momentum + p%mass(i)*spread(p%velocity(i, :), 2, cell%n)*spread(n, 1, ndim)
+         if (pass%map_mass) mass = mass + m%particles%mass(i)*n
+         if (pass%map_momentum) &
+            momentum = momentum + m%particles%mass(i)*spread(m%particles%velocity(i, :), 2, cell%n)*spread(n, 1, ndim)
          if (.not. pass%map_force) return
-         associate (material => materials(p%material(i)))
-            t = p%volume(i)*material%mapped_stress(p%gradient_of(i), p%total_frame .and. .not. is_by_place(material, p), &
-                                                   p%history_of(i), p%hoop_of(i))
-            g = gradients_by_place(material, p, i, gradient)
+         associate (material => m%materials(m%particles%material(i)))
+            t = m%particles%volume(i)*material%mapped_stress(m%particles%gradient_of(i), m%particles%total_frame &
+                                                             .and. .not. is_by_place(material, m%particles), &
+                                                             m%particles%history_of(i), m%particles%hoop_of(i))
+            g = gradients_by_place(material, m%particles, i, gradient)
             force = force - matmul(t, transpose(g))
-            if (material%is_ring) force(1, :) = force(1, :) - p%volume(i)*hoop_resistance(material, p, i)*n
+            if (material%is_ring) force(1, :) = force(1, :) - m%particles%volume(i)*hoop_resistance(material, m%particles, i)*n
             if (.not. material%mean_dilatation) return
-            if (material%is_ring) g(:, 1) = g(:, 1) + n/radius_of(material, p, i)
+            if (material%is_ring) g(:, 1) = g(:, 1) + n/radius_of(material, m%particles, i)
          end associate
          do c = 1, cell%n
             force(:, c) = force(:, c) - trace(t)/2*(mean(c, :) - g(c, :))
@@ -214,38 +215,37 @@ contains
    end function radius_of
 
    !> Whether particles of a cell share their dilatation.
-   pure logical function shares_dilatation(materials, p, blocks, cell) result(shares)
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure logical function shares_dilatation(m, cell) result(shares)
+      type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       integer :: e
       shares = .false.
-      if (.not. any(materials%mean_dilatation)) return
+      if (.not. any(m%materials%mean_dilatation)) return
       do e = cell%first, cell%last
-         shares = shares .or. any(materials(p%material(blocks%first_in(e):blocks%last_in(e):blocks%stride_in(e)))%mean_dilatation)
+         associate (first => m%blocks%first_in(e), last => m%blocks%last_in(e), stride => m%blocks%stride_in(e))
+            shares = shares .or. any(m%materials(m%particles%material(first:last:stride))%mean_dilatation)
+         end associate
       end do
    end function shares_dilatation
 
    !> Means of the gradients over the particles of a cell that share their dilatation, weighted by present volume [1/m], (points, ndim).
-   pure function mean_gradients(materials, p, blocks, cell) result(mean)
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure function mean_gradients(m, cell) result(mean)
+      type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       real(dp) :: mean(cell%n, ndim), n(cell%n), gradient(cell%n, ndim), weight, total
       integer :: e, i
       mean = 0
       total = 0
       do e = cell%first, cell%last
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            associate (material => materials(p%material(i)))
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            associate (material => m%materials(m%particles%material(i)))
                if (.not. material%mean_dilatation) cycle
-               call look_at_particle(p, cell, i, n, gradient)
-               weight = p%volume(i)
-               if (material%is_finite()) weight = weight*determinant(identity + p%gradient_of(i))*(1 + p%hoop_of(i))
-               mean = mean + weight*gradients_by_place(material, p, i, gradient)
-               if (material%is_ring) mean(:, 1) = mean(:, 1) + weight*n/radius_of(material, p, i)
+               call look_at_particle(m%particles, cell, i, n, gradient)
+               weight = m%particles%volume(i)
+               if (material%is_finite()) &
+                  weight = weight*determinant(identity + m%particles%gradient_of(i))*(1 + m%particles%hoop_of(i))
+               mean = mean + weight*gradients_by_place(material, m%particles, i, gradient)
+               if (material%is_ring) mean(:, 1) = mean(:, 1) + weight*n/radius_of(material, m%particles, i)
                total = total + weight
             end associate
          end do
@@ -254,19 +254,18 @@ contains
    end function mean_gradients
 
    !> The mass matrix (6) of a cell, by its points.
-   pure subroutine find_matrix(p, blocks, cell, matrix)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure subroutine find_matrix(m, cell, matrix)
+      type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       type(mass_matrix_t), intent(inout) :: matrix
       real(dp) :: n(cell%n), gradient(cell%n, ndim), own(cell%n, cell%n)
       integer :: e, i, c
       own = 0
       do e = cell%first, cell%last
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            call look_at_particle(p, cell, i, n, gradient)
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            call look_at_particle(m%particles, cell, i, n, gradient)
             do c = 1, cell%n
-               own(:, c) = own(:, c) + p%mass(i)*n(c)*n
+               own(:, c) = own(:, c) + m%particles%mass(i)*n(c)*n
             end do
          end do
       end do

@@ -13,11 +13,10 @@ module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
    use hampm_element_operators, only: element_operators_t, add_up, pass_or_apply
-   use hampm_material, only: material_t
    use hampm_mass_matrix, only: nodes_per_chunk
+   use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next, v_mapped
    use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product, exchange_crowded
-   use hampm_particles, only: particles_t
    use hampm_pass, only: scheme_t
    implicit none
    private
@@ -187,16 +186,14 @@ contains
    end subroutine sort_items
 
    !> Do the nodal sums and the passes of a step.
-   subroutine step_in_tiles(plan, scheme, dt, damping_rate, materials, free, new_masses, p, blocks, f, operators, damping_loss)
+   subroutine step_in_tiles(plan, scheme, dt, damping_rate, m, free, new_masses, f, operators, damping_loss)
       type(tiling_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
       real(dp), intent(in) :: dt                        !! [s]
       real(dp), intent(in) :: damping_rate              !! alpha of the force -alpha m v [1/s]
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(inout) :: m
       real(dp), intent(in) :: free(:, :)                !! 0 for fixed components of nodes, else 1; (ndim, n_points)
       logical, intent(in) :: new_masses                 !! whether nodal masses have changed since the last step
-      type(particles_t), intent(inout) :: p
-      type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       type(element_operators_t), intent(inout) :: operators
       real(dp), intent(out) :: damping_loss             !! what the damping takes, dt sum alpha m v^n . v^(n+1) [J]
@@ -241,12 +238,12 @@ contains
          integer, intent(in) :: s, first, last
          associate (items => plan%stages(s)%item)
             if (mod(s, 2) == 0) then
-               call pass_or_apply(operators, scheme%passes(s/2), dt, materials, p, blocks, f, items(first:last))
+               call pass_or_apply(operators, scheme%passes(s/2), dt, m, f, items(first:last))
             else
                associate (map => scheme%passes(max(1, s/2)), at_start => s == 1)
                   call do_nodes(at_start .and. new_masses, at_start .or. map%map_momentum, merge(v_n, v_mapped, at_start), &
                                 merge(scheme%map_at_start%map_force, map%map_force, at_start), dt, damping_rate, &
-                                items(first:last), free, blocks, f)
+                                items(first:last), free, m%blocks, f)
                end associate
                if (operators%is_active) call add_up(scheme%passes((s + 1)/2), dt, items(first:last), f, operators)
             end if

@@ -3,9 +3,8 @@
 !> A small piece of a cell may have no particle. Then those of the cells next to it on its side stand for them.
 module hampm_face_jumps
    use hampm_kinds, only: dp, ndim
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_cut_cells, only: both_faces
-   use hampm_grid, only: grid_t
+   use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
@@ -18,9 +17,8 @@ contains
 
    !> The elements on both sides of a line; 0 where there is no line or no material on one of the sides. On a symmetry plane
    !> that on the only side that there is, and 0 for its mirror image.
-   pure function faces_at(grid, blocks, x, normal, only, by_edges) result(elements)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   pure function faces_at(m, x, normal, only, by_edges) result(elements)
+      type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim)            !! on the line [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
       integer, intent(in) :: only                !! which face there is, or `both_faces`
@@ -28,43 +26,42 @@ contains
       integer :: elements(faces)
       real(dp), parameter :: beside = 1e-4_dp    ! root cells
       integer :: face
-      elements = [(grid%element_of_face(x + (3 - 2*face)*beside*grid%forest%cell*normal), face=1, faces)]
+      elements = [(m%grid%element_of_face(x + (3 - 2*face)*beside*m%grid%forest%cell*normal), face=1, faces)]
       if (only /= both_faces) then
          elements(3 - only) = 0
          if (elements(only) == 0) return
-         if (size(carriers_of(grid, blocks, elements(only), by_edges)) == 0) elements = 0
+         if (size(carriers_of(m, elements(only), by_edges)) == 0) elements = 0
       else if (any(elements == 0) .or. elements(1) == elements(2)) then
          elements = 0
-      else if (any([(size(carriers_of(grid, blocks, elements(face), by_edges)), face=1, faces)] == 0)) then
+      else if (any([(size(carriers_of(m, elements(face), by_edges)), face=1, faces)] == 0)) then
          elements = 0
       end if
    end function faces_at
 
    !> The elements whose particles tell how an element moves: itself or, where it has none, of quadratic cells the other quarters of its
    !> piece or else those of other leaves that have an edge in common with it or, where none has, a corner.
-   pure function carriers_of(grid, blocks, e, by_edges) result(carriers)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   pure function carriers_of(m, e, by_edges) result(carriers)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: e
       logical, intent(in), optional :: by_edges
       integer, allocatable :: carriers(:)
       integer :: corner, k, c, least             ! nodes in common
       carriers = [e]
-      if (blocks%count_in(e) > 0) return
+      if (m%blocks%count_in(e) > 0) return
       carriers = [integer ::]
-      if (grid%is_quadratic()) then
-         carriers = [(k, k=grid%first_of_piece(e), grid%last_of_piece(e))]
-         carriers = pack(carriers, blocks%count_in(carriers) > 0)
+      if (m%grid%is_quadratic()) then
+         carriers = [(k, k=m%grid%first_of_piece(e), m%grid%last_of_piece(e))]
+         carriers = pack(carriers, m%blocks%count_in(carriers) > 0)
          if (size(carriers) > 0) return
       end if
-      associate (nodes => grid%support_of(e))
+      associate (nodes => m%grid%support_of(e))
          do least = 2, 1, -1
             do corner = 1, size(nodes)
-               associate (others => grid%dofs%elements_at(nodes(corner)))
+               associate (others => m%grid%dofs%elements_at(nodes(corner)))
                   do k = 1, size(others)
-                     if (blocks%count_in(others(k)) == 0 .or. any(carriers == others(k))) cycle
-                     if (grid%element_leaf(others(k)) == grid%element_leaf(e)) cycle
-                     if (count([(any(grid%element_nodes(:, others(k)) == nodes(c)), c=1, size(nodes))]) >= least) &
+                     if (m%blocks%count_in(others(k)) == 0 .or. any(carriers == others(k))) cycle
+                     if (m%grid%element_leaf(others(k)) == m%grid%element_leaf(e)) cycle
+                     if (count([(any(m%grid%element_nodes(:, others(k)) == nodes(c)), c=1, size(nodes))]) >= least) &
                         carriers = [carriers, others(k)]
                   end do
                end associate
@@ -78,39 +75,34 @@ contains
 
    !> The element by whose nodes what is at a place in an element moves: itself or, where it has no particles, that of those that carry it
    !> which is nearest. Its shape functions, continued beyond its edge, still are those of any linear field.
-   pure integer function nearest_carrier(grid, blocks, e, x) result(nearest)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   pure integer function nearest_carrier(m, e, x) result(nearest)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: k
-      associate (carriers => carriers_of(grid, blocks, e))
-         nearest = carriers(minloc([(maxval(abs(grid%local_coordinate(carriers(k), x) - 0.5_dp)), k=1, size(carriers))], dim=1))
+      associate (carriers => carriers_of(m, e))
+         nearest = carriers(minloc([(maxval(abs(m%grid%local_coordinate(carriers(k), x) - 0.5_dp)), k=1, size(carriers))], dim=1))
       end associate
    end function nearest_carrier
 
    !> Displacement of the left face less that of the right one [m]; on a symmetry plane that of the only face, half of the opening.
-   pure function jump_between(grid, p, blocks, elements, x) result(jump)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure function jump_between(m, elements, x) result(jump)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: elements(faces)     !! see `faces_at`
       real(dp), intent(in) :: x(ndim)            !! in the grid [m]
       real(dp) :: jump(ndim)
       real(dp) :: origin(ndim)
       integer, allocatable :: left(:), right(:)
-      left = particles_of(grid, p, blocks, elements(1))
-      right = particles_of(grid, p, blocks, elements(2))
+      left = particles_of(m, elements(1))
+      right = particles_of(m, elements(2))
       origin = x
-      if (.not. p%total_frame) origin = origin_of(p, [left, right], x)
-      jump = displacement_at(p, left, origin) - displacement_at(p, right, origin)
+      if (.not. m%particles%total_frame) origin = origin_of(m%particles, [left, right], x)
+      jump = displacement_at(m%particles, left, origin) - displacement_at(m%particles, right, origin)
    end function jump_between
 
    !> By how much the faces of a line have turned, in the mean of the particles beside them, counter-clockwise [rad].
-   pure real(dp) function turn_between(p, grid, blocks, elements, normal) result(turn)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   pure real(dp) function turn_between(m, elements, normal) result(turn)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: elements(faces)     !! see `faces_at`
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
       real(dp) :: first(ndim), now(ndim)         ! unit vector along the line, and what has become of it
@@ -118,52 +110,48 @@ contains
       integer :: i
       first = [normal(2), -normal(1)]
       now = 0
-      list = [particles_of(grid, p, blocks, elements(1)), particles_of(grid, p, blocks, elements(2))]
+      list = [particles_of(m, elements(1)), particles_of(m, elements(2))]
       do i = 1, size(list)
-         now = now + first + matmul(p%gradient_of(list(i)), first)
+         now = now + first + matmul(m%particles%gradient_of(list(i)), first)
       end do
       turn = atan2(first(1)*now(2) - first(2)*now(1), dot_product(first, now))
    end function turn_between
 
    !> The particles that tell how an element moves, of those elements whose particles do; none without an element. Of a quarter of a quadratic
    !> cell they are those on its edges as well, to whichever quarter rounding counts them.
-   pure function particles_of(grid, p, blocks, e) result(list)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure function particles_of(m, e) result(list)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: e                   !! 0 for none
       integer, allocatable :: list(:)
       integer, allocatable :: carriers(:)
       integer :: k
       list = [integer ::]
       if (e == 0) return
-      if (grid%is_quadratic()) call add_particles(grid, p, blocks, e, list)
+      if (m%grid%is_quadratic()) call add_particles(m, e, list)
       if (size(list) > 0) return
-      carriers = carriers_of(grid, blocks, e)
+      carriers = carriers_of(m, e)
       do k = 1, size(carriers)
-         call add_particles(grid, p, blocks, carriers(k), list)
+         call add_particles(m, carriers(k), list)
       end do
    end function particles_of
 
    !> Add the particles in an element to a list that does not have them, in a quarter of a quadratic cell those on its edges as well.
-   pure subroutine add_particles(grid, p, blocks, element, list)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   pure subroutine add_particles(m, element, list)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: element
       integer, allocatable, intent(inout) :: list(:)
       real(dp), parameter :: on_edge = 1e-6_dp   ! part of an element
       integer :: e, i, first, last
       first = element
       last = element
-      if (grid%is_quadratic()) then
-         first = grid%first_of_piece(element)
-         last = grid%last_of_piece(element)
+      if (m%grid%is_quadratic()) then
+         first = m%grid%first_of_piece(element)
+         last = m%grid%last_of_piece(element)
       end if
       do e = first, last
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            if (grid%is_quadratic()) then
-               if (any(abs(grid%local_coordinate(element, p%place_in_grid(i)) - 0.5_dp) > 0.5_dp + on_edge)) cycle
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            if (m%grid%is_quadratic()) then
+               if (any(abs(m%grid%local_coordinate(element, m%particles%place_in_grid(i)) - 0.5_dp) > 0.5_dp + on_edge)) cycle
                if (any(list == i)) cycle
             end if
             list = [list, i]

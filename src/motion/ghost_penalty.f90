@@ -19,8 +19,7 @@ module hampm_ghost_penalty
    use hampm_face_springs, only: face_springs_t, bond, add_spring
    use hampm_forest, only: corner_offset
    use hampm_grid, only: grid_t
-   use hampm_material, only: material_t
-   use hampm_particles, only: particles_t
+   use hampm_matter, only: matter_t
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
@@ -39,56 +38,53 @@ module hampm_ghost_penalty
 contains
 
    !> Part of its cell that the particles of each piece of a leaf fill, by its first element; 0 of the other elements.
-   pure function fills_of_pieces(grid, p) result(fill)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      real(dp) :: fill(grid%n_elements)
+   pure function fills_of_pieces(m) result(fill)
+      type(matter_t), intent(in) :: m
+      real(dp) :: fill(m%grid%n_elements)
       integer :: i
       fill = 0
-      do i = 1, p%n
-         associate (first => grid%first_of_piece(p%cell(i)))
-            fill(first) = fill(first) + p%area_of(i)/grid%leaf_size(first)**ndim
+      do i = 1, m%particles%n
+         associate (first => m%grid%first_of_piece(m%particles%cell(i)))
+            fill(first) = fill(first) + m%particles%area_of(i)/m%grid%leaf_size(first)**ndim
          end associate
       end do
       fill = part_of_cell(fill)
    end function fills_of_pieces
 
    !> Add the springs on the sides of small pieces.
-   pure subroutine hold_small_pieces(springs, grid, p, materials)
+   pure subroutine hold_small_pieces(springs, m)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(material_t), intent(in) :: materials(:)
-      real(dp) :: fill(grid%n_elements), modulus(grid%n_elements), gamma(grid%n_elements)
-      logical :: moves(grid%n_points), is_held(grid%n_elements), is_filled(grid%n_elements)
+      type(matter_t), intent(in) :: m
+      real(dp) :: fill(m%grid%n_elements), modulus(m%grid%n_elements), gamma(m%grid%n_elements)
+      logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements)
       integer, allocatable :: others(:)
       integer :: e, i, k, side
-      fill = fills_of_pieces(grid, p)
+      fill = fills_of_pieces(m)
       moves = .false.
       is_filled = .false.
       modulus = 0
-      do i = 1, p%n
-         associate (first => grid%first_of_piece(p%cell(i)))
-            modulus(first) = max(modulus(first), materials(p%material(i))%plane_modulus())
+      do i = 1, m%particles%n
+         associate (first => m%grid%first_of_piece(m%particles%cell(i)))
+            modulus(first) = max(modulus(first), m%materials(m%particles%material(i))%plane_modulus())
          end associate
-         moves(grid%element_nodes(:, p%cell(i))) = .true.
-         is_filled(p%cell(i)) = .true.
+         moves(m%grid%element_nodes(:, m%particles%cell(i))) = .true.
+         is_filled(m%particles%cell(i)) = .true.
       end do
-      do e = 1, grid%n_elements
-         associate (first => grid%first_of_piece(e), at => grid%element_nodes(:, e))
+      do e = 1, m%grid%n_elements
+         associate (first => m%grid%first_of_piece(e), at => m%grid%element_nodes(:, e))
             modulus(e) = modulus(first)
             gamma(e) = 0
-            if (fill(first) < enough .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) gamma(e) = gamma_of(e)
-            is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
+            if (fill(first) < enough .and. .not. m%grid%outer_nodes%has_host(m%grid%element_leaf(e))) gamma(e) = gamma_of(e)
+            is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= m%grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
          end associate
       end do
-      do e = 1, grid%n_elements
+      do e = 1, m%grid%n_elements
          do side = 1, ndim
-            others = beyond(grid, e, side)
+            others = beyond(m%grid, e, side)
             do k = 1, size(others)
                associate (other => others(k))
                   if (max(gamma(e), gamma(other)) > 0 .and. is_held(e) .and. is_held(other)) &
-                     call hold_side(springs, grid, max(gamma(e), gamma(other))*max(modulus(e), modulus(other)), e, other, side)
+                     call hold_side(springs, m%grid, max(gamma(e), gamma(other))*max(modulus(e), modulus(other)), e, other, side)
                end associate
             end do
          end do
@@ -97,12 +93,12 @@ contains
       !> Gamma of a leaf that is cut; 0 of others.
       pure real(dp) function gamma_of(element)
          integer, intent(in) :: element
-         associate (leaf => grid%element_leaf(element))
+         associate (leaf => m%grid%element_leaf(element))
             gamma_of = 0
-            if (grid%is_cut(leaf)) gamma_of = at_cracks
-            if (allocated(grid%is_full)) then
-               if (grid%is_met(leaf) .and. .not. grid%is_full(leaf)) gamma_of = &
-                  max(at_thick_edges, at_edges - fill(grid%first_of_piece(element)))
+            if (m%grid%is_cut(leaf)) gamma_of = at_cracks
+            if (allocated(m%grid%is_full)) then
+               if (m%grid%is_met(leaf) .and. .not. m%grid%is_full(leaf)) &
+                  gamma_of = max(at_thick_edges, at_edges - fill(m%grid%first_of_piece(element)))
             end if
          end associate
       end function gamma_of

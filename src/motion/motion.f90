@@ -32,6 +32,7 @@ module hampm_motion
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_remembering, only: remember
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t, pass_over_all
@@ -52,10 +53,7 @@ module hampm_motion
              dissipated_energy, keep_history
 
    !> Everything that moves, and what moves it.
-   type :: motion_t
-      type(grid_t) :: grid
-      type(particles_t) :: particles
-      type(material_t), allocatable :: materials(:)
+   type, extends(matter_t) :: motion_t
       type(constraints_t) :: constraints
       type(load_t), allocatable :: loads(:)
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
@@ -73,7 +71,6 @@ module hampm_motion
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
                                                  !! allocated where velocities are kept by the particles only
       ! How the machine does it
-      type(cell_blocks_t) :: blocks              !! in which order the particles stand
       type(sorting_t) :: sorting                 !! how they got there
       type(tiling_t) :: plan                     !! of steps in tiles
       type(element_operators_t) :: operators     !! of cells that are passed without their particles
@@ -134,7 +131,7 @@ contains
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
-      call rebuild_springs(m%springs, m%grid, m%particles, m%blocks, m%materials)
+      call rebuild_springs(m%springs, m%matter_t)
       if (m%springs%alone > 0) call report_thin_piece(m, failure)
       if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
@@ -212,7 +209,7 @@ contains
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)
       type(motion_t), intent(inout) :: m
-      call give_to_particles(m%operators, m%materials, m%particles, m%blocks, m%fields)
+      call give_to_particles(m%operators, m%matter_t, m%fields)
    end subroutine update_particles
 
    !> Map the particles to the grid at the start of a step, where the last step has not done so.
@@ -244,7 +241,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: lost
       if (.not. m%has_domains()) then
-         call pass_over_all(pass, dt, m%materials, m%particles, m%blocks, m%fields, report)
+         call pass_over_all(pass, dt, m%matter_t, m%fields, report)
          return
       end if
       call move_corners(pass, dt, m%materials, m%particles, m%corners, m%grid, m%fields, report)
@@ -279,7 +276,7 @@ contains
       do k = 1, size(m%loads)
          is_loaded(m%particles%cell(m%loads(k)%host)) = .true.
       end do
-      call find_operators(m%materials, is_loaded, m%particles, m%blocks, m%fields, m%operators)
+      call find_operators(m%matter_t, is_loaded, m%fields, m%operators)
    end subroutine rebuild_operators
 
    !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.
@@ -310,7 +307,7 @@ contains
       if (failure%failed()) return
       call follow_sort(m%loads, m%sorting%new_place)
       if (m%grid%is_quadratic()) then
-         call weigh_points(m%particles, m%grid, m%blocks, m%springs%thickness)
+         call weigh_points(m%matter_t)
          call share_by_mass(m%loads, m%particles)
       end if
       if (size(m%grid%cuts) > 0 .and. .not. m%particles%total_frame) call look_for_crossing(m, failure)

@@ -330,11 +330,11 @@ contains
       m%fields%acceleration = dv/dt
       m%fields%velocity(:, :, v_next) = du/dt
       if (have_moved) then
-         call pass_over_all(kick, dt, m%materials, m%particles, m%blocks, m%fields, report)
+         call pass_over_all(kick, dt, m%matter_t, m%fields, report)
       else if (m%operators%is_active) then
-         call pass_or_apply_everywhere(m%operators, follow, dt, m%materials, m%particles, m%blocks, m%fields)
+         call pass_or_apply_everywhere(m%operators, follow, dt, m%matter_t, m%fields)
       else
-         call pass_over_all(follow, dt, m%materials, m%particles, m%blocks, m%fields, report)
+         call pass_over_all(follow, dt, m%matter_t, m%fields, report)
       end if
       call kick_springs(m%springs, m%fields%acceleration, dt, unused)
       if (have_moved) return

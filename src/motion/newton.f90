@@ -369,7 +369,7 @@ contains
       type(pass_report_t) :: report
       m%fields%velocity(:, :, v_next) = du
       call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, keeps_history=.false., move=.true., map_force=.true.), &
-                         1.0_dp, m%materials, m%particles, m%blocks, m%fields, report)
+                         1.0_dp, m%matter_t, m%fields, report)
       call stretch_springs(m%springs, du, 1.0_dp)
       m%fields%velocity(:, :, v_next) = 0
    end subroutine displace

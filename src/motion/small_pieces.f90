@@ -8,13 +8,11 @@
 !> itself that is held, at the nodes (Preuss 2018). In the mass matrix: `hampm_mass_ties`.
 module hampm_small_pieces
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_springs, only: face_springs_t, bond, add_spring
    use hampm_ghost_penalty, only: fills_of_pieces
    use hampm_grid, only: grid_t
-   use hampm_material, only: material_t
-   use hampm_particles, only: particles_t
+   use hampm_matter, only: matter_t
    implicit none
    private
    public :: tie_small_pieces, enough_alone
@@ -28,42 +26,38 @@ module hampm_small_pieces
 contains
 
    !> Add the springs of all small pieces, and note whether one is alone.
-   pure subroutine tie_small_pieces(springs, grid, p, blocks, materials)
+   pure subroutine tie_small_pieces(springs, m)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
-      real(dp) :: fill(grid%n_elements), middle(ndim, grid%n_elements), least, most
-      logical :: moves(grid%n_points)
+      type(matter_t), intent(in) :: m
+      real(dp) :: fill(m%grid%n_elements), middle(ndim, m%grid%n_elements), least, most
+      logical :: moves(m%grid%n_points)
       integer :: e, i, k
       integer, allocatable :: hosts(:)
-      fill = fills_of_pieces(grid, p)
+      fill = fills_of_pieces(m)
       middle = 0
       moves = .false.
       springs%alone = 0
-      do i = 1, p%n
-         associate (first => grid%first_of_piece(p%cell(i)))
-            middle(:, first) = middle(:, first) + p%area_of(i)*p%place_in_grid(i)/grid%leaf_size(first)**ndim
+      do i = 1, m%particles%n
+         associate (first => m%grid%first_of_piece(m%particles%cell(i)))
+            middle(:, first) = middle(:, first) + m%particles%area_of(i)*m%particles%place_in_grid(i)/m%grid%leaf_size(first)**ndim
          end associate
       end do
-      do e = 1, grid%n_elements, corners
+      do e = 1, m%grid%n_elements, corners
          if (fill(e) > 0) middle(:, e) = middle(:, e)/fill(e)
-         if (.not. fill(e) > 0) middle(:, e) = grid%element_lower(:, e) + grid%leaf_size(e)/2
+         if (.not. fill(e) > 0) middle(:, e) = m%grid%element_lower(:, e) + m%grid%leaf_size(e)/2
       end do
       most = merge(enough_in_motion, enough, springs%are_moving)
       least = merge(-1.0_dp, 0.0_dp, springs%are_moving) ! of a piece without particles too nodes may be masters of hanging ones
-      do e = 1, grid%n_elements, corners
-         if (fill(e) > 0) moves(grid%support_of(e)) = .true.
+      do e = 1, m%grid%n_elements, corners
+         if (fill(e) > 0) moves(m%grid%support_of(e)) = .true.
       end do
-      call grid%dofs%mark_masters(moves)
-      do e = 1, grid%n_elements, corners
-         if (.not. (fill(e) > least .and. fill(e) < most) .or. .not. grid%is_cut(grid%element_leaf(e))) cycle
-         hosts = fullest_beside(grid, fill, middle, e)
+      call m%grid%dofs%mark_masters(moves)
+      do e = 1, m%grid%n_elements, corners
+         if (.not. (fill(e) > least .and. fill(e) < most) .or. .not. m%grid%is_cut(m%grid%element_leaf(e))) cycle
+         hosts = fullest_beside(m%grid, fill, middle, e)
          if (size(hosts) == 0 .and. springs%are_moving .and. fill(e) > 0 .and. fill(e) < enough_alone) springs%alone = e
          do k = 1, size(hosts)
-            call tie(springs, grid, p, blocks, materials, e, hosts(k), moves, fill(e) > 0 .and. fill(e) < enough, &
-                     1/real(size(hosts), dp))
+            call tie(springs, m, e, hosts(k), moves, fill(e) > 0 .and. fill(e) < enough, 1/real(size(hosts), dp))
          end do
       end do
    end subroutine tie_small_pieces
@@ -112,22 +106,19 @@ contains
    end function count_common
 
    !> Tie the nodes of a piece that are not those of its host.
-   pure subroutine tie(springs, grid, p, blocks, materials, e, host, moves, is_stiff, part)
+   pure subroutine tie(springs, m, e, host, moves, is_stiff, part)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: e, host             !! the first elements of both
       logical, intent(in) :: moves(:)            !! which nodes have material, (n_points)
       logical, intent(in) :: is_stiff            !! else they have only a mass
       real(dp), intent(in) :: part               !! of the stiffness and mass of a spring that this host has
-      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(grid%n_functions, most_nodes_of_leaf), modulus, density, &
-                  moduli(size(materials)), densities(size(materials))
-      integer :: master(most_nodes_of_leaf), own(grid%n_functions), k, j, n, s
-      own = grid%support_of(e)
-      moduli = [(materials(k)%plane_modulus(), k=1, size(materials))]
-      densities = [(materials(k)%density, k=1, size(materials))]
+      real(dp) :: of_node(1, most_nodes_of_leaf), of_host(m%grid%n_functions, most_nodes_of_leaf), modulus, density, &
+            moduli(size(m%materials)), densities(size(m%materials))
+      integer :: master(most_nodes_of_leaf), own(m%grid%n_functions), k, j, n, s
+      own = m%grid%support_of(e)
+      moduli = [(m%materials(k)%plane_modulus(), k=1, size(m%materials))]
+      densities = [(m%materials(k)%density, k=1, size(m%materials))]
       modulus = 0
       density = 0
       do j = 0, corners - 1
@@ -135,25 +126,26 @@ contains
          density = max(density, largest_in(densities, e + j), largest_in(densities, host + j))
       end do
       do k = 1, size(own)
-         if (own(k) > grid%n_nodes .or. .not. moves(own(k)) .or. any(grid%support_of(host) == own(k))) cycle
+         if (own(k) > m%grid%n_nodes .or. .not. moves(own(k)) .or. any(m%grid%support_of(host) == own(k))) cycle
          call add_spring(springs, bond)
          s = springs%n
-         call grid%dofs%masters_of(own(k:k), n, master, of_node)
+         call m%grid%dofs%masters_of(own(k:k), n, master, of_node)
          springs%list(s)%node(:n) = master(:n)
          springs%list(s)%share(:n) = of_node(1, :n)
          springs%list(s)%n_left = n
-         associate (x => grid%node_position(:, own(k)))
-            call grid%dofs%masters_of(grid%support_of(host), j, master, of_host)
+         associate (x => m%grid%node_position(:, own(k)))
+            call m%grid%dofs%masters_of(m%grid%support_of(host), j, master, of_host)
             springs%list(s)%node(n + 1:n + j) = master(:j)
-            springs%list(s)%share(n + 1:n + j) = -matmul(grid%functions_in(host, grid%local_coordinate(host, x)), of_host(:, :j))
+            springs%list(s)%share(n + 1:n + j) = -matmul(m%grid%functions_in(host, m%grid%local_coordinate(host, x)), &
+                                                         of_host(:, :j))
             springs%list(s)%place = x
          end associate
          associate (thickness => springs%thickness%at(springs%list(s)%place))
             springs%list(s)%stiffness = part*merge(firmness*modulus*thickness, 0.0_dp, is_stiff)
-            springs%list(s)%mass = part*merge(heaviness*density*thickness*grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
+            springs%list(s)%mass = part*merge(heaviness*density*thickness*m%grid%leaf_size(e)**ndim, 0.0_dp, springs%are_moving)
          end associate
-         springs%list(s)%length = grid%leaf_size(e)
-         springs%list(s)%cell = grid%leaf_size(e)
+         springs%list(s)%length = m%grid%leaf_size(e)
+         springs%list(s)%cell = m%grid%leaf_size(e)
       end do
    contains
       !> The largest value that the materials of the particles in an element have; 0 where there are none.
@@ -162,8 +154,8 @@ contains
          integer, intent(in) :: element
          integer :: i
          largest = 0
-         do i = blocks%first_in(element), blocks%last_in(element), blocks%stride_in(element)
-            largest = max(largest, values(p%material(i)))
+         do i = m%blocks%first_in(element), m%blocks%last_in(element), m%blocks%stride_in(element)
+            largest = max(largest, values(m%particles%material(i)))
          end do
       end function largest_in
    end subroutine tie

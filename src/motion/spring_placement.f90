@@ -20,7 +20,6 @@
 !> Lumped masses of the nodes that springs between the faces of cracks hang on, and the forces on these.
 module hampm_spring_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
@@ -28,11 +27,10 @@ module hampm_spring_placement
                                  add_spring_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
-   use hampm_grid, only: grid_t
    use hampm_material, only: material_t
-   use hampm_particles, only: particles_t
    use hampm_small_pieces, only: tie_small_pieces
    use hampm_lapack, only: dposv
+   use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
@@ -78,46 +76,39 @@ module hampm_spring_placement
 contains
 
    !> Find the springs of a new grid. The openings of those that are new there are those of the particles beside them.
-   pure subroutine rebuild_springs(springs, grid, p, blocks, materials)
+   pure subroutine rebuild_springs(springs, m)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       type(face_springs_t) :: old
       if (springs%n > 0) old = springs
       springs%n = 0
       springs%n_contact = 0
-      if (.not. (grid%cut_cells%are_there() .or. allocated(grid%bodies))) return
-      if (grid%cut_cells%are_there()) call add_springs_of_cracks(springs, grid, p, blocks, materials, old)
-      if (grid%is_quadratic()) then
-         call tie_small_pieces(springs, grid, p, blocks, materials)
+      if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
+      if (m%grid%cut_cells%are_there()) call add_springs_of_cracks(springs, m, old)
+      if (m%grid%is_quadratic()) then
+         call tie_small_pieces(springs, m)
       else if (.not. springs%are_bounded) then
-         call hold_small_pieces(springs, grid, p, materials)
+         call hold_small_pieces(springs, m)
       end if
       call go_on(springs, old)
-      if (springs%n > 0 .and. springs%are_bounded .and. .not. grid%is_quadratic()) &
-         call soften(springs, grid, p, blocks, materials)
+      if (springs%n > 0 .and. springs%are_bounded .and. .not. m%grid%is_quadratic()) call soften(springs, m)
    end subroutine rebuild_springs
 
    !> Add the bonds of all tips and the contact of all faces.
-   pure subroutine add_springs_of_cracks(springs, grid, p, blocks, materials, old)
+   pure subroutine add_springs_of_cracks(springs, m, old)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       type(face_springs_t), intent(in) :: old    !! the bonds of tips that move, as they were
       logical, allocatable :: begins(:)
       integer :: k, s
-      do k = 1, size(grid%cut_cells%ends)
-         associate (end => grid%cut_cells%ends(k))
-            associate (line => grid%cut_cells%lines(end%line))
+      do k = 1, size(m%grid%cut_cells%ends)
+         associate (end => m%grid%cut_cells%ends(k))
+            associate (line => m%grid%cut_cells%lines(end%line))
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
-                  call add_bonds_of_way(springs, grid, p, blocks, materials, k, old)
+                  call add_bonds_of_way(springs, m, k, old)
                else if (end%leaf > 0) then
-                  call add_along(springs, grid, p, blocks, materials, reshape([end%tip, end%front], [ndim, 2]), &
-                                 layer_t(bond, tip=merge(0, k, p%total_frame), face=line%face))
+                  call add_along(springs, m, reshape([end%tip, end%front], [ndim, 2]), &
+                                 layer_t(bond, tip=merge(0, k, m%particles%total_frame), face=line%face))
                end if
             end associate
          end associate
@@ -125,14 +116,14 @@ contains
       allocate (begins(springs%n), source=.false.)
       do s = 1, springs%n
          if (springs%list(s)%tip == 0) cycle
-         associate (end => grid%cut_cells%ends(springs%list(s)%tip))
+         associate (end => m%grid%cut_cells%ends(springs%list(s)%tip))
             call begin_bond(springs%list(s), springs%thickness%at(springs%list(s)%place), old, &
-                            grid%cut_cells%lines(end%line)%grown(end%end), grid, p, blocks, materials, begins(s))
+                            m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
          end associate
       end do
-      if (.not. p%total_frame .and. any(begins)) call balance_bonds(springs, begins, grid, p, blocks, materials)
-      do k = 1, size(grid%cut_cells%lines)
-         if (grid%cut_cells%lines(k)%contact) call add_contact(springs, grid, p, blocks, materials, k, certain=.false.)
+      if (.not. m%particles%total_frame .and. any(begins)) call balance_bonds(springs, begins, m)
+      do k = 1, size(m%grid%cut_cells%lines)
+         if (m%grid%cut_cells%lines(k)%contact) call add_contact(springs, m, k, certain=.false.)
       end do
    end subroutine add_springs_of_cracks
 
@@ -179,41 +170,35 @@ contains
 
    !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.
-   pure subroutine add_bonds_of_way(springs, grid, p, blocks, materials, tip, old)
+   pure subroutine add_bonds_of_way(springs, m, tip, old)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: tip                 !! its number
       type(face_springs_t), intent(in) :: old
       real(dp), allocatable :: points(:, :)
       real(dp) :: after
       integer :: k
-      associate (end => grid%cut_cells%ends(tip))
-         associate (line => grid%cut_cells%lines(end%line))
+      associate (end => m%grid%cut_cells%ends(tip))
+         associate (line => m%grid%cut_cells%lines(end%line))
             points = line%new_part(end%end)
             points(:, size(points, 2)) = end%front
             after = line%grown(end%end)
             do k = 1, old%n
                if (old%list(k)%tip == tip .and. old%list(k)%kept > 0) after = min(after, old%list(k)%way - old%list(k)%length/2)
             end do
-            call add_along(springs, grid, p, blocks, materials, points, layer_t(bond, tip=tip, face=line%face), after)
+            call add_along(springs, m, points, layer_t(bond, tip=tip, face=line%face), after)
          end associate
       end associate
    end subroutine add_bonds_of_way
 
    !> Begin with a bond of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
-   pure subroutine begin_bond(spring, thickness, old, grown, grid, p, blocks, materials, begins)
+   pure subroutine begin_bond(spring, thickness, old, grown, m, begins)
       type(spring_t), intent(inout) :: spring
       real(dp), intent(in) :: thickness          !! of the material there [m]
       type(face_springs_t), intent(in) :: old
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       logical, intent(out) :: begins             !! whether there was none before, and the crack has not come to it
       integer :: k, nearest
       real(dp) :: distance, least
@@ -234,8 +219,9 @@ contains
       if (nearest > 0) then
          associate (before => old%list(nearest))
             spring%held = spring%length/before%length*merge(before%held, force_of(before), before%lets_go)
-            if (.not. p%total_frame) spring%held = dot_product(spring%held, before%normal)*spring%normal & ! it turns with the material
-                                                   + dot_product(spring%held, along(before))*along(spring)
+            if (.not. m%particles%total_frame) &
+               spring%held = dot_product(spring%held, before%normal)*spring%normal + dot_product(spring%held, &
+                  along(before))*along(spring)
             spring%stored = spring%length/before%length*merge(before%stored, energy_of(before), before%lets_go)
             spring%lets_go = before%lets_go
             spring%kept = before%kept
@@ -247,7 +233,7 @@ contains
          spring%kept = 0
       else
          begins = .true.
-         spring%held = thickness*spring%length*traction_at(grid, p, blocks, materials, spring%place, spring%normal, face_of(spring))
+         spring%held = thickness*spring%length*traction_at(m, spring%place, spring%normal, face_of(spring))
       end if
    end subroutine begin_bond
 
@@ -260,11 +246,8 @@ contains
 
    !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
    !> On a symmetry plane the mean with the mirror image has no part along it.
-   pure function traction_at(grid, p, blocks, materials, x, normal, face) result(traction)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+   pure function traction_at(m, x, normal, face) result(traction)
+      type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim)            !! on the line [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
       integer, intent(in) :: face                !! which faces have material
@@ -273,14 +256,16 @@ contains
       real(dp) :: volume
       traction = 0
       volume = 0
-      e = faces_at(grid, blocks, x, normal, face)
+      e = faces_at(m, x, normal, face)
       do side = 1, faces
          if (e(side) == 0) cycle
-         associate (carrier => nearest_carrier(grid, blocks, e(side), x))
-            do i = blocks%first_in(carrier), blocks%last_in(carrier), blocks%stride_in(carrier)
-               volume = volume + p%volume(i)
-               traction = traction + p%volume(i)*matmul(materials(p%material(i))%conjugate_stress( &
-                                                         p%gradient_of(i), p%history_of(i), p%hoop_of(i)), normal)
+         associate (carrier => nearest_carrier(m, e(side), x))
+            do i = m%blocks%first_in(carrier), m%blocks%last_in(carrier), m%blocks%stride_in(carrier)
+               volume = volume + m%particles%volume(i)
+               traction = traction + m%particles%volume(i) &
+                     *matmul(m%materials(m%particles%material(i))%conjugate_stress(m%particles%gradient_of(i), &
+                                                                                   m%particles%history_of(i), &
+                                                                                   m%particles%hoop_of(i)), normal)
             end do
          end associate
       end do
@@ -290,17 +275,14 @@ contains
 
    !> The least opening normal to a line, over the points where springs would be, and the largest jump between its faces [m]; 0
    !> where there are none.
-   pure subroutine look_at_openings(grid, p, blocks, materials, line, least, largest)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+   pure subroutine look_at_openings(m, line, least, largest)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: line
       real(dp), intent(out) :: least, largest
       real(dp) :: jump(ndim)
       type(face_springs_t) :: springs
       integer :: k
-      call add_contact(springs, grid, p, blocks, materials, line, certain=.true.)
+      call add_contact(springs, m, line, certain=.true.)
       least = 0
       largest = 0
       do k = 1, springs%n
@@ -312,28 +294,22 @@ contains
    end subroutine look_at_openings
 
    !> Add contact along a line, leaf by leaf, up to its tips.
-   pure subroutine add_contact(springs, grid, p, blocks, materials, line, certain)
+   pure subroutine add_contact(springs, m, line, certain)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: line
       logical, intent(in) :: certain             !! see `layer_t`
-      associate (of => grid%cut_cells%lines(line))
-         call add_along(springs, grid, p, blocks, materials, of%open_part(), &
+      associate (of => m%grid%cut_cells%lines(line))
+         call add_along(springs, m, of%open_part(), &
                         layer_t(contact, friction=of%friction, certain=certain, line=line, face=of%face))
       end associate
    end subroutine add_contact
 
    !> Add layers of a kind along a polyline, leaf by leaf: from one edge of a leaf to the next, whichever way one walks, along a grid line of the
    !> leaves of both faces; with `after` none that end before that way from its first point.
-   pure subroutine add_along(springs, grid, p, blocks, materials, points, kind, after)
+   pure subroutine add_along(springs, m, points, kind, after)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       real(dp), intent(in) :: points(:, :)       !! [m]
       type(layer_t), intent(in) :: kind          !! without its ends
       real(dp), intent(in), optional :: after    !! [m]
@@ -341,7 +317,7 @@ contains
       type(layer_t) :: layer
       integer :: i, side, leaf(faces)
       way = 0
-      associate (forest => grid%forest)
+      associate (forest => m%grid%forest)
          do i = 2, size(points, 2)
             length = norm2(points(:, i) - points(:, i - 1))
             direction = (points(:, i) - points(:, i - 1))/length
@@ -369,7 +345,7 @@ contains
                if (present(after)) then
                   if (way + to < after) leaf = outside
                end if
-               if (any(leaf /= outside)) call add_layer(springs, grid, p, blocks, materials, layer)
+               if (any(leaf /= outside)) call add_layer(springs, m, layer)
                from = to
             end do
             way = way + length
@@ -420,26 +396,23 @@ contains
    end function way_into
 
    !> Add the springs of a layer, where there is material on both of its sides.
-   pure subroutine add_layer(springs, grid, p, blocks, materials, layer)
+   pure subroutine add_layer(springs, m, layer)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       type(layer_t), intent(in) :: layer
-      real(dp) :: x(ndim), normal(ndim), weight(grid%n_functions, most_nodes_of_leaf)
+      real(dp) :: x(ndim), normal(ndim), weight(m%grid%n_functions, most_nodes_of_leaf)
       integer :: i, side, e(faces), master(most_nodes_of_leaf), n, j
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
          normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
          do i = 1, points
             x = (from + to)/2 + place(i)*(to - from)/2
-            e = faces_at(grid, blocks, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
+            e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
             if (all(e == 0)) cycle
-            if (layer%certain .and. any(blocks%count_in(pack(e, e > 0)) == 0)) cycle
+            if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle
             call add_spring(springs, layer%kind)
             associate (spring => springs%list(springs%n))
-               spring%opening = jump_between(grid, p, blocks, e, x)
+               spring%opening = jump_between(m, e, x)
                spring%place = x
                spring%length = part(i)*norm2(to - from)
                spring%normal = normal
@@ -447,17 +420,17 @@ contains
                spring%line = layer%line
                spring%tip = layer%tip
                spring%way = layer%way + (1 + place(i))/2*norm2(to - from)
-               call look_at_halves(grid, p, blocks, materials, e, x, spring%cell, spring%stiffness)
+               call look_at_halves(m, e, x, spring%cell, spring%stiffness)
                spring%stiffness = spring%stiffness*springs%thickness%at(x)*spring%length
                n = 0
                do side = 1, faces
                   if (e(side) == 0) cycle
-                  associate (element => nearest_carrier(grid, blocks, e(side), x))
-                     call grid%dofs%masters_of(grid%support_of(element), j, master, weight)
+                  associate (element => nearest_carrier(m, e(side), x))
+                     call m%grid%dofs%masters_of(m%grid%support_of(element), j, master, weight)
                      spring%node(n + 1:n + j) = master(:j)
-                     spring%share(n + 1:n + j) = (3 - 2*side) &
-                                                     *matmul(grid%functions_in(element, grid%local_coordinate(element, x)), &
-                                                             weight(:, :j))
+                     spring%share(n + 1:n + j) = (3 - 2*side)*matmul(m%grid%functions_in(element, &
+                                                                                         m%grid%local_coordinate(element, x)), &
+                                                                     weight(:, :j))
                      n = n + j
                      if (side == 1) spring%n_left = n
                   end associate
@@ -471,11 +444,8 @@ contains
 
    !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its halves, each of
    !> the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.
-   pure subroutine look_at_halves(grid, p, blocks, materials, e, x, cell, stiffness)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+   pure subroutine look_at_halves(m, e, x, cell, stiffness)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: e(faces)            !! see `faces_at`
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(out) :: cell              !! [m]
@@ -486,38 +456,35 @@ contains
       compliance = 0
       do side = 1, faces
          if (e(side) == 0) cycle
-         cell = cell + grid%leaf_size(e(side))/count(e > 0)
-         associate (material => materials(p%material(blocks%first_in(nearest_carrier(grid, blocks, e(side), x)))))
-            compliance = compliance + grid%leaf_size(e(side))/(2*firmness*material%plane_modulus())
+         cell = cell + m%grid%leaf_size(e(side))/count(e > 0)
+         associate (material => m%materials(m%particles%material(m%blocks%first_in(nearest_carrier(m, e(side), x)))))
+            compliance = compliance + m%grid%leaf_size(e(side))/(2*firmness*material%plane_modulus())
          end associate
       end do
-      stiffness = merge(2, 1, grid%is_quadratic())/compliance
+      stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
    end subroutine look_at_halves
 
    !> Make springs weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
    !> faces and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
-   pure subroutine soften(springs, grid, p, blocks, materials)
+   pure subroutine soften(springs, m)
       type(face_springs_t), intent(inout) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       integer, parameter :: turns = 4
       integer, allocatable :: first(:), user(:)
-      real(dp) :: row(springs%n), most(springs%n), mass(grid%n_nodes), bound, edge
+      real(dp) :: row(springs%n), most(springs%n), mass(m%grid%n_nodes), bound, edge
       real(dp) :: full(springs%n)                ! stiffness as at rest, and in the end the part of it that is left
-      logical :: is_end(grid%n_nodes)            ! at which the cut ends on a symmetry plane
+      logical :: is_end(m%grid%n_nodes) ! at which the cut ends on a symmetry plane
       integer :: turn, k, l, i, j, u
       bound = max(most_of_cells, springs%most)
       full = springs%list(:springs%n)%stiffness
-      call list_users(springs, grid%n_nodes, first, user)
-      call sum_at_nodes(grid, p, blocks, materials, first(2:) > first(:grid%n_nodes), mass)
+      call list_users(springs, m%grid%n_nodes, first, user)
+      call sum_at_nodes(m, first(2:) > first(:m%grid%n_nodes), mass)
       is_end = .false.
       do k = 1, springs%n
          if (.not. is_half(springs%list(k))) cycle
          do j = 1, count(springs%list(k)%node > 0)
             associate (node => springs%list(k)%node(j))
-               is_end(node) = .not. any(grid%cut_cells%freed_at(grid%node_position(:, node)))
+               is_end(node) = .not. any(m%grid%cut_cells%freed_at(m%grid%node_position(:, node)))
             end associate
          end do
       end do
@@ -525,11 +492,11 @@ contains
       do k = 1, springs%n
          edge = springs%list(k)%cell                  ! of the largest cell with material around any of its nodes
          do j = 1, count(springs%list(k)%node > 0)
-            associate (e => grid%dofs%elements_at(springs%list(k)%node(j)))
-               edge = max(edge, maxval([(merge(grid%leaf_size(e(i)), 0.0_dp, blocks%count_in(e(i)) > 0), i=1, size(e))]))
+            associate (e => m%grid%dofs%elements_at(springs%list(k)%node(j)))
+               edge = max(edge, maxval([(merge(m%grid%leaf_size(e(i)), 0.0_dp, m%blocks%count_in(e(i)) > 0), i=1, size(e))]))
             end associate
          end do
-         most(k) = bound*(fastest(materials)/edge)**2
+         most(k) = bound*(fastest(m%materials)/edge)**2
       end do
       do turn = 1, turns
          row = 0
@@ -589,22 +556,19 @@ contains
    end subroutine list_users
 
    !> Let bonds that begin hold their faces together as the uncut cells did.
-   pure subroutine balance_bonds(springs, begins, grid, p, blocks, materials)
+   pure subroutine balance_bonds(springs, begins, m)
       type(face_springs_t), intent(inout) :: springs
       logical, intent(in) :: begins(:)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       real(dp), parameter :: firm = 0.005_dp     ! damping of least squares, over C M**-1 C' of a side of a cell: next to nothing but for short layers
-      real(dp) :: mass(grid%n_nodes), force(ndim, grid%n_nodes), held(grid%n_nodes), length(springs%n)
+      real(dp) :: mass(m%grid%n_nodes), force(ndim, m%grid%n_nodes), held(m%grid%n_nodes), length(springs%n)
       real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim)
       integer, allocatable :: new(:)
       real(dp) :: damping
       integer :: i, j, n, info
-      call load_nodes(springs, grid, p, blocks, materials, mass, force)
+      call load_nodes(springs, m, mass, force)
       length = merge(springs%list(:springs%n)%length, 0.0_dp, begins)
-      held = parts_held(springs, length, grid%n_nodes)
+      held = parts_held(springs, length, m%grid%n_nodes)
       damping = 0
       new = pack([(i, i=1, springs%n)], begins)
       do i = 1, size(new)
@@ -664,12 +628,9 @@ contains
    end function parts_held
 
    !> Lumped masses of the nodes of springs, and the forces of the particles and the springs on them.
-   pure subroutine load_nodes(springs, grid, p, blocks, materials, mass, force)
+   pure subroutine load_nodes(springs, m, mass, force)
       type(face_springs_t), intent(in) :: springs
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+      type(matter_t), intent(in) :: m
       real(dp), intent(out) :: mass(:)           !! [kg]
       real(dp), intent(out) :: force(:, :)       !! [N], (ndim, nodes)
       logical :: is_wanted(size(mass))
@@ -678,16 +639,13 @@ contains
       do k = 1, springs%n
          is_wanted(pack(springs%list(k)%node, springs%list(k)%node > 0)) = .true.
       end do
-      call sum_at_nodes(grid, p, blocks, materials, is_wanted, mass, force)
+      call sum_at_nodes(m, is_wanted, mass, force)
       call add_spring_forces(springs, force)
    end subroutine load_nodes
 
    !> Masses of some nodes, and the forces of the particles on them, with what hanging nodes give them; 0 of the others.
-   pure subroutine sum_at_nodes(grid, p, blocks, materials, is_wanted, mass, force)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
+   pure subroutine sum_at_nodes(m, is_wanted, mass, force)
+      type(matter_t), intent(in) :: m
       logical, intent(in) :: is_wanted(:)        !! (nodes)
       real(dp), intent(out) :: mass(:)           !! [kg]
       real(dp), intent(out), optional :: force(:, :) !! [N], (ndim, nodes)
@@ -696,13 +654,14 @@ contains
       integer :: node, n, j, master(most_nodes_of_leaf)
       mass = 0
       if (present(force)) force = 0
-      do node = 1, grid%n_points
-         call grid%dofs%masters_of([node], n, master, weight)
+      do node = 1, m%grid%n_points
+         call m%grid%dofs%masters_of([node], n, master, weight)
          if (.not. any(is_wanted(master(:n)))) cycle
-         call patch_around(grid, p, blocks, node, patch)
+         call patch_around(m%grid, m%particles, m%blocks, node, patch)
          do j = 1, n
-            mass(master(j)) = mass(master(j)) + weight(1, j)*patch_mass(patch, p)
-            if (present(force)) force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, p, materials)
+            mass(master(j)) = mass(master(j)) + weight(1, j)*patch_mass(patch, m%particles)
+            if (present(force)) &
+               force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, m%particles, m%materials)
          end do
       end do
       ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by

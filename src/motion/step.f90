@@ -99,10 +99,10 @@ contains
       associate (all => m%fields%mass_matrix%all)
          call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan)
       end associate
-      call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%materials, m%constraints%free, new_masses, m%particles, &
-                         m%blocks, m%fields, m%operators, loss)
+      call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, m%operators, &
+                         loss)
       m%damping_loss = m%damping_loss + loss
-      if (.not. m%particles%total_frame) call look_for_leavers(m%particles, m%blocks, m%fields, report)
+      if (.not. m%particles%total_frame) call look_for_leavers(m%matter_t, m%fields, report)
    end subroutine step_through_tiles
 
    !> Do the nodal sums and the passes of a step, one after the other.
@@ -142,7 +142,7 @@ contains
       type(pass_t) :: audited
       real(dp) :: kick_energy
       if (m%operators%is_active) then
-         call pass_or_apply_everywhere(m%operators, pass, dt, m%materials, m%particles, m%blocks, m%fields)
+         call pass_or_apply_everywhere(m%operators, pass, dt, m%matter_t, m%fields)
       else
          audited = pass
          audited%audit = m%audit
@@ -274,7 +274,7 @@ contains
          do b = 1, blocks%n
             touched(b) = any([(m%sorting%changed(blocks%cells(l, b)), l=1, count(blocks%cells(:, b) > 0))])
          end do
-         call pass_over(m%scheme%map_at_start, 0.0_dp, m%materials, m%particles, blocks, m%fields, &
+         call pass_over(m%scheme%map_at_start, 0.0_dp, m%matter_t, m%fields, &
                         pack([(b, b=1, blocks%n)], touched))
       end associate
    end subroutine change_cells

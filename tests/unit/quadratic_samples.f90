@@ -46,7 +46,7 @@ contains
                              [0.0_dp, 0.0_dp], 1, 1)
       end do
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      call weigh_points(m%particles, m%grid, m%blocks, thickness_t(thickness))
+      call weigh_points(m%matter_t)
       call start_motion(m, 'musl', failure, mass)
       call refresh_grid(m)
       call check(.not. failure%failed(), 'the mesh is built')

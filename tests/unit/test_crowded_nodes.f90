@@ -236,7 +236,7 @@ contains
          call check(doubled%grid%smallest_leaf_at(node) <= 0.1_dp + 1.0e-15_dp, 'the leaves are those of the elements')
       end do
       allocate (values(1, doubled%grid%n_points))
-      call recover(doubled%grid, doubled%particles, doubled%blocks, doubled%fields%mass_matrix, 1, &
+      call recover(doubled%matter_t, doubled%fields%mass_matrix, 1, &
                    doubled%particles%reference(:, 1), values)
       associate (all => doubled%fields%mass_matrix%all)
          call check_close(maxval(abs(values(1, all%nodes(:all%n_nodes)) &

@@ -58,7 +58,7 @@ contains
       factor = norm2(m%materials(1)%kirchhoff_stress(reshape([1.0e-6_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim])))
       call nodal_field(m, 'stress_norm', phi)
       call refinement_parameter(m, 'stress_norm', phi, r)
-      associate (is_corner => are_corners(m%grid, m%blocks))
+      associate (is_corner => are_corners(m%matter_t))
          do i = 1, m%grid%n_nodes
             associate (x => m%grid%node_position(:, i), h => m%grid%smallest_leaf_at(i))
                call check_close(phi(i), factor*quadratic(x), ridge*factor*4, 'a quadratic field is recovered at every node')
@@ -87,7 +87,7 @@ contains
       call nodal_field(m, 'energy_density', phi)
       call refinement_parameter(m, 'energy_density', phi, r)
       bend = h**2*sum(slope**2)                  ! h**2/2 (e_xx + e_yy), over `unit`
-      associate (is_corner => are_corners(m%grid, m%blocks))
+      associate (is_corner => are_corners(m%matter_t))
          do i = 1, m%grid%n_nodes
             associate (x => m%grid%node_position(:, i))
                if (.not. is_corner(i) .or. any(x < 1.5_dp*h .or. x > (roots - 1.5_dp)*h)) cycle

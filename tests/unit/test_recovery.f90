@@ -46,7 +46,7 @@ contains
       integer :: i
       allocate (nodal(m%grid%n_points))
       value = [(3 + dot_product(slope, m%particles%place_in_grid(i)), i=1, m%particles%n)]
-      call recover(m%grid, m%particles, m%blocks, m%fields%mass_matrix, 1, value, nodal)
+      call recover(m%matter_t, m%fields%mass_matrix, 1, value, nodal)
       associate (all => m%fields%mass_matrix%all)
          do i = 1, all%n_nodes
             call check_close(nodal(all%nodes(i)), 3 + dot_product(slope, m%grid%node_position(:, all%nodes(i))), &
@@ -64,7 +64,7 @@ contains
          m%particles%material(i) = merge(1, 2, m%particles%reference(i, 1) < 1.5_dp)
       end do
       value = merge(1.0_dp, 5.0_dp, m%particles%material(:m%particles%n) == 1)
-      call recover(m%grid, m%particles, m%blocks, m%fields%mass_matrix, 1, value, nodal, material=1)
+      call recover(m%matter_t, m%fields%mass_matrix, 1, value, nodal, material=1)
       do i = 1, m%grid%n_nodes
          associate (x => m%grid%node_position(:, i))
             if (x(1) <= 1.5_dp .and. x(2) <= 2) call check_close(nodal(i), 1.0_dp, rounding, 'the value of the one material')
