@@ -412,7 +412,7 @@ contains
             edge = loaded_parts(spec, scene)
             if (spec%kind == 'traction' .and. size(edge) > 0) then
                area = [(norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle), k=1, size(edge))]
-               call load_on_parts(m%particles, m%grid, m%blocks, edge, area/sum(area), load)
+               call load_on_parts(m%matter_t, edge, area/sum(area), load)
             else
                call load_on_segment(scene, m, spec%lower, spec%upper, face_normal(scene, spec), load)
             end if
@@ -432,9 +432,8 @@ contains
       do d = 1, ndim
          loads(d)%force = 0
          loads(d)%force(d) = -spec%pressure
-         call load_on_parts(m%particles, m%grid, m%blocks, edge, &
-                            [(2*norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), k=1, size(edge))], &
-                            loads(d))
+         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), &
+                                                k=1, size(edge))], loads(d))
       end do
    end subroutine press_parts
 
@@ -487,6 +486,6 @@ contains
       do k = 1, n
          x(:, k) = from + (k - 0.5_dp)/n*(to - from)
       end do
-      call load_on_points(m%particles, m%grid, m%blocks, x, (to - from)/(2*n), load, toward)
+      call load_on_points(m%matter_t, x, (to - from)/(2*n), load, toward)
    end subroutine load_on_segment
 end module hampm_assembly

@@ -13,7 +13,7 @@ module hampm_growth_in_motion
    use hampm_growing, only: growing_t, part_of_crack
    use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
-   use hampm_growth_group, only: growth_t
+   use hampm_crack_groups, only: growth_t
    use hampm_motion, only: motion_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_scene, only: scene_t

@@ -8,7 +8,7 @@ module hampm_simulation
    use hampm_caveats, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
-   use hampm_crack_group, only: path_spec_t
+   use hampm_crack_groups, only: path_spec_t
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
    use hampm_crack_measurements, only: crack_values_t, estimate_errors
    use hampm_cracks, only: cracks_t, keep_cracks
@@ -694,10 +694,6 @@ contains
          end if
          now%energy_residual = energy_residual(m, s%measurements)
       end associate
-      if (last) then
-         call s%progress%finish(now)
-      else
-         call s%progress%show(now)
-      end if
+      call s%progress%show(now, last)
    end subroutine show_progress
 end module hampm_simulation

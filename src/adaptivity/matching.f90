@@ -20,16 +20,16 @@ module hampm_matching
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
-   use hampm_grid, only: build_grid, grid_t
+   use hampm_grid, only: build_grid
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
    use hampm_quadratic_children, only: values_of_children, give_to_children
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent, times_split
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_lapack, only: dposv
+   use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
@@ -343,7 +343,7 @@ contains
       do i = 1, m%particles%n
          if (.not. marked(i)) cycle
          k = k + 1
-         twist(:, k) = twist_of_element(m%grid, m%particles, m%blocks, m%particles%cell(i), m%particles%body(i))
+         twist(:, k) = twist_of_element(m%matter_t, m%particles%cell(i), m%particles%body(i))
       end do
    end function twists
 
@@ -359,27 +359,25 @@ contains
 
    !> Twist of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It
    !> counts in the grid's coordinates: in space, in the total frame in the reference configuration.
-   function twist_of_element(grid, p, blocks, e, body) result(twist)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   function twist_of_element(m, e, body) result(twist)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: e, body
       real(dp) :: twist(ndim)
       real(dp) :: matrix(most_nodes_of_leaf, most_nodes_of_leaf), rhs(most_nodes_of_leaf, ndim), part(corners, most_nodes_of_leaf)
       real(dp) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim), at_corner(corners, ndim), deviation(ndim)
       integer :: node(most_nodes_of_leaf), in_element(most_nodes_of_leaf), n, n_here, i, k, info
       twist = 0
-      call find_means(grid, p, blocks, e, body, middle, mean_u, mean_gradient, n)
+      call find_means(m, e, body, middle, mean_u, mean_gradient, n)
       if (n < 2) return
       n = 0
       matrix = 0
       rhs = 0
       deviation = 0
-      do k = grid%first_of_piece(e), grid%last_of_piece(e)
-         do i = blocks%first_in(k), blocks%last_in(k), blocks%stride_in(k)
-            if (p%body(i) /= body) cycle
-            call add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
-            deviation = max(deviation, maxval(abs(spatial_gradient(p, i) - mean_gradient), dim=2))
+      do k = m%grid%first_of_piece(e), m%grid%last_of_piece(e)
+         do i = m%blocks%first_in(k), m%blocks%last_in(k), m%blocks%stride_in(k)
+            if (m%particles%body(i) /= body) cycle
+            call add_particle(m, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
+            deviation = max(deviation, maxval(abs(spatial_gradient(m%particles, i) - mean_gradient), dim=2))
          end do
       end do
       do k = 1, n
@@ -387,23 +385,21 @@ contains
       end do
       call dposv('L', n, ndim, matrix, most_nodes_of_leaf, rhs, most_nodes_of_leaf, info)
       if (info /= 0) return
-      call grid%dofs%masters_of(grid%element_nodes(:, e), n_here, in_element, part)
+      call m%grid%dofs%masters_of(m%grid%element_nodes(:, e), n_here, in_element, part)
       at_corner = 0
       do k = 1, n_here
          i = findloc(node(:n), in_element(k), dim=1)
          if (i > 0) at_corner = at_corner + spread(part(:, k), 2, ndim)*spread(rhs(i, :), 1, corners)
       end do
-      twist = (at_corner(4, :) - at_corner(3, :) - at_corner(2, :) + at_corner(1, :))/grid%element_size(e)**2
+      twist = (at_corner(4, :) - at_corner(3, :) - at_corner(2, :) + at_corner(1, :))/m%grid%element_size(e)**2
       ! A child, an eighth of the leaf from its parent, is not to differ more from it than the particles of the leaf do from
       ! their mean: where these do not follow one field, or hardly determine it, anything might come out
-      twist = sign(min(abs(twist), 8*deviation/grid%leaf_size(e)), twist)
+      twist = sign(min(abs(twist), 8*deviation/m%grid%leaf_size(e)), twist)
    end function twist_of_element
 
    !> Number and means of the particles of a body in the leaf of an element, or its piece: place, displacement and gradient.
-   subroutine find_means(grid, p, blocks, element, body, middle, mean_u, mean_gradient, n)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine find_means(m, element, body, middle, mean_u, mean_gradient, n)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: element, body
       real(dp), intent(out) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim)
       integer, intent(out) :: n
@@ -412,13 +408,13 @@ contains
       middle = 0
       mean_u = 0
       mean_gradient = 0
-      do e = grid%first_of_piece(element), grid%last_of_piece(element)
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            if (p%body(i) /= body) cycle
+      do e = m%grid%first_of_piece(element), m%grid%last_of_piece(element)
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            if (m%particles%body(i) /= body) cycle
             n = n + 1
-            middle = middle + p%place_in_grid(i)
-            mean_u = mean_u + p%displacement(i, :)
-            mean_gradient = mean_gradient + spatial_gradient(p, i)
+            middle = middle + m%particles%place_in_grid(i)
+            mean_u = mean_u + m%particles%displacement(i, :)
+            mean_gradient = mean_gradient + spatial_gradient(m%particles, i)
          end do
       end do
       middle = middle/max(n, 1)
@@ -428,22 +424,21 @@ contains
 
    !> Add what a particle knows of the nodal values to the normal equations: its displacement and, times the size of its element,
    !> the gradient, each less that of the mean linear field.
-   subroutine add_particle(grid, p, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
+   subroutine add_particle(m, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim)
       integer, intent(inout) :: n, node(:)
       real(dp), intent(inout) :: matrix(:, :), rhs(:, :)
       real(dp) :: xi(ndim), part(corners, most_nodes_of_leaf), row(most_nodes_of_leaf, 0:ndim), value(ndim, 0:ndim)
       integer :: in_element(most_nodes_of_leaf), place(most_nodes_of_leaf), n_here, k, d
-      associate (e => p%cell(i))
-         xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         call grid%dofs%masters_of(grid%element_nodes(:, e), n_here, in_element, part)
+      associate (e => m%particles%cell(i))
+         xi = inside_cell(m%grid%local_coordinate(e, m%particles%place_in_grid(i)))
+         call m%grid%dofs%masters_of(m%grid%element_nodes(:, e), n_here, in_element, part)
          row(:, 0) = matmul(shape_functions(xi), part)
          row(:, 1:) = transpose(matmul(transpose(shape_gradients(xi, 1.0_dp)), part))
-         value(:, 0) = p%displacement(i, :) - mean_u - matmul(mean_gradient, p%place_in_grid(i) - middle)
-         value(:, 1:) = grid%element_size(e)*(spatial_gradient(p, i) - mean_gradient)
+         value(:, 0) = m%particles%displacement(i, :) - mean_u - matmul(mean_gradient, m%particles%place_in_grid(i) - middle)
+         value(:, 1:) = m%grid%element_size(e)*(spatial_gradient(m%particles, i) - mean_gradient)
       end associate
       do k = 1, n_here
          place(k) = findloc(node(:n), in_element(k), dim=1)

@@ -19,7 +19,7 @@ module hampm_domain_pass
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: prepare_cell, floor_of_domains
-   use hampm_material, only: material_t
+   use hampm_matter, only: matter_t
    use hampm_remembering, only: remember
    use hampm_nodal_fields, only: nodal_fields_t, list_active_nodes, finish_sums
    use hampm_particle_pass, only: pass_report_t
@@ -56,31 +56,30 @@ module hampm_domain_pass
 contains
 
    !> Find the elements in which the corners stand, and the nodes of these. Fails where a corner has left the grid.
-   subroutine locate_corners(map, p, grid, f, failure)
+   subroutine locate_corners(map, m, f, failure)
       type(corner_map_t), intent(inout) :: map
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
+      type(matter_t), intent(in) :: m
       type(nodal_fields_t), intent(inout) :: f
       type(failure_t), intent(inout) :: failure
       integer :: i, lost
       if (allocated(map%element)) then
-         if (size(map%element, 2) /= p%n) deallocate (map%element, map%local, map%slot)
+         if (size(map%element, 2) /= m%particles%n) deallocate (map%element, map%local, map%slot)
       end if
       if (.not. allocated(map%element)) then
-         allocate (map%element(corners, p%n), source=outside)
-         allocate (map%local(ndim, corners, p%n), map%slot(corners*p%n))
+         allocate (map%element(corners, m%particles%n), source=outside)
+         allocate (map%local(ndim, corners, m%particles%n), map%slot(corners*m%particles%n))
       end if
       lost = 0
       !$omp parallel do schedule(static) reduction(max: lost)
-      do i = 1, p%n
-         call find_corners(p, grid, i, map%element(:, i), map%local(:, :, i))
+      do i = 1, m%particles%n
+         call find_corners(m%particles, m%grid, i, map%element(:, i), map%local(:, :, i))
          if (any(map%element(:, i) == outside)) lost = max(lost, i)
       end do
       if (lost > 0) then
-         call failure%report(exit_computation, lost_corner(p, lost))
+         call failure%report(exit_computation, lost_corner(m%particles, lost))
          return
       end if
-      call list_corners(map, p%n, grid, f)
+      call list_corners(map, m%particles%n, m%grid, f)
    end subroutine locate_corners
 
    !> The elements in which the corners of a domain stand, `outside` for none, and where in them.
@@ -172,43 +171,44 @@ contains
    end subroutine list_corners
 
    !> Do the part of a pass in which the nodes act on the particles. `report` tells whether any has then left its cell.
-   subroutine move_corners(pass, dt, materials, p, map, grid, f, report)
+   subroutine move_corners(pass, dt, m, map, f, report)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! [s]
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(inout) :: p
+      type(matter_t), intent(inout) :: m
       type(corner_map_t), intent(in) :: map
-      type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(in) :: f
       type(pass_report_t), intent(out) :: report
-      real(dp) :: n(corners), change(ndim), before(ndim, ndim), kicked(p%n), strained(p%n), at(ndim)
+      real(dp) :: n(corners), change(ndim), before(ndim, ndim), kicked(m%particles%n), strained(m%particles%n), at(ndim)
       logical :: left, jumped
       integer :: i, c
       left = .false.
       jumped = .false.
       if (.not. (pass%kick .or. pass%strain_fraction > 0)) return
       !$omp parallel do schedule(static) private(c, n, change, before, at) reduction(.or.: left, jumped)
-      do i = 1, p%n
+      do i = 1, m%particles%n
          kicked(i) = 0
-         before = p%gradient(i, :, :)
+         before = m%particles%gradient(i, :, :)
          do c = 1, corners
-            associate (nodes => grid%element_nodes(:, map%element(c, i)))
+            associate (nodes => m%grid%element_nodes(:, map%element(c, i)))
                n = shape_functions(map%local(:, c, i))
                if (pass%kick) then
                   change = dt*matmul(f%acceleration(:, nodes), n)
-                  p%corner_velocity(i, :, c) = p%corner_velocity(i, :, c) + change
-                  kicked(i) = kicked(i) + 0.5_dp*p%mass(i)/corners*sum(change**2)
+                  m%particles%corner_velocity(i, :, c) = m%particles%corner_velocity(i, :, c) + change
+                  kicked(i) = kicked(i) + 0.5_dp*m%particles%mass(i)/corners*sum(change**2)
                end if
-               if (pass%strain_fraction > 0) p%corner_displacement(i, :, c) = p%corner_displacement(i, :, c) &
-                  + pass%strain_fraction*dt*matmul(f%velocity(:, nodes, pass%strain_by), n)
+               if (pass%strain_fraction > 0) &
+                  m%particles%corner_displacement(i, :, c) = m%particles%corner_displacement(i, :, &
+                     c) + pass%strain_fraction*dt*matmul(f%velocity(:, nodes, pass%strain_by), n)
             end associate
          end do
-         call follow_corners(p, i)
+         call follow_corners(m%particles, i)
          strained(i) = 0
-         if (pass%audit .and. pass%strain_fraction > 0) strained(i) = p%volume(i) &
-            *work_of_change(materials(p%material(i)), before, p%gradient_of(i) - before, pass%strain_fraction*dt, p, i)
-         if (pass%strain_fraction > 0) call remember(materials(p%material(i)), pass%strain_fraction*dt, p, i)
-         at = grid%local_coordinate(p%cell(i), p%position(i))
+         if (pass%audit .and. pass%strain_fraction > 0) &
+            strained(i) = m%particles%volume(i)*work_of_change(m%materials(m%particles%material(i)), before, &
+                                                               m%particles%gradient_of(i) - before, pass%strain_fraction*dt, &
+                                                               m%particles, i)
+         if (pass%strain_fraction > 0) call remember(m%materials(m%particles%material(i)), pass%strain_fraction*dt, m%particles, i)
+         at = m%grid%local_coordinate(m%particles%cell(i), m%particles%position(i))
          left = left .or. .not. all(at >= 0 .and. at < 1)
          jumped = jumped .or. .not. all(at >= -1 .and. at < 2)
       end do
@@ -220,21 +220,21 @@ contains
    end subroutine move_corners
 
    !> Do the part of a pass in which the particles act on the elements in which `locate_corners` has found their corners.
-   subroutine map_corners(pass, materials, p, map, f)
+   subroutine map_corners(pass, m, map, f)
       type(pass_t), intent(in) :: pass
-      type(material_t), intent(in) :: materials(:)
-      type(particles_t), intent(in) :: p
+      type(matter_t), intent(in) :: m
       type(corner_map_t), intent(inout) :: map
       type(nodal_fields_t), intent(inout) :: f
       real(dp), allocatable :: pull(:, :, :)     ! force on the corners of each domain [N], (ndim, corners, n)
       real(dp) :: n(corners), mass
       integer :: i, c, j, k, a
       if (pass%map_force) then
-         allocate (pull(ndim, corners, p%n))
+         allocate (pull(ndim, corners, m%particles%n))
          !$omp parallel do schedule(static)
-         do i = 1, p%n
-            pull(:, :, i) = -p%volume(i)*matmul(materials(p%material(i))%conjugate_stress(p%gradient_of(i), p%history_of(i)), &
-                                                corner_gradients(p, i))
+         do i = 1, m%particles%n
+            pull(:, :, i) = &
+                  -m%particles%volume(i)*matmul(m%materials(m%particles%material(i))%conjugate_stress(m%particles%gradient_of(i), &
+                  m%particles%history_of(i)), corner_gradients(m%particles, i))
          end do
       end if
       !$omp parallel do schedule(static) private(j, i, c, a, n, mass)
@@ -247,10 +247,10 @@ contains
             i = element_of_slot(map%slot(j))
             c = corner_of_slot(map%slot(j))
             n = shape_functions(map%local(:, c, i))
-            mass = p%mass(i)/corners
+            mass = m%particles%mass(i)/corners
             if (pass%map_mass) map%mass(:, k) = map%mass(:, k) + mass*n
             do a = 1, corners
-               if (pass%map_momentum) map%momentum(:, a, k) = map%momentum(:, a, k) + mass*n(a)*p%corner_velocity(i, :, c)
+               if (pass%map_momentum) map%momentum(:, a, k) = map%momentum(:, a, k) + mass*n(a)*m%particles%corner_velocity(i, :, c)
                if (pass%map_force) map%force(:, a, k) = map%force(:, a, k) + n(a)*pull(:, c, i)
                if (pass%map_matrix) f%mass_matrix%cell(:, a, map%cells(k)) = f%mass_matrix%cell(:, a, map%cells(k)) + mass*n(a)*n
             end do

@@ -38,7 +38,7 @@ module hampm_face_springs
    private
    public :: face_springs_t, spring_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, &
              spring_states, spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
-             have_friction, hold_friction, keep_springs, add_spring, is_half, have_mass, &
+             have_friction, hold_friction, keep_springs, add_spring, is_half, &
              mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
 
    integer, parameter :: bond = 1, contact = 2   !! what a spring is for
@@ -149,12 +149,6 @@ contains
          end associate
       end do
    end subroutine hold_friction
-
-   !> Let what friction holds follow the pressure.
-   pure subroutine free_friction(springs)
-      type(face_springs_t), intent(inout) :: springs
-      if (springs%n > 0) springs%list%most_held = -1
-   end subroutine free_friction
 
    !> Whether there is friction.
    pure logical function have_friction(springs)
@@ -299,30 +293,19 @@ contains
       type(face_springs_t), intent(inout) :: springs
       real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
       real(dp), intent(in) :: scale
-      integer :: k, j
+      integer :: k
       do k = 1, springs%n
-         do j = 1, 2*most_nodes_of_leaf
-            associate (node => springs%list(k)%node(j))
-               if (node > 0) springs%list(k)%opening = springs%list(k)%opening + scale*springs%list(k)%share(j)*field(:, node)
-            end associate
-         end do
+         springs%list(k)%opening = springs%list(k)%opening + scale*opening_by(springs%list(k), field)
       end do
    end subroutine stretch_springs
-
-   !> Whether springs have a mass.
-   pure logical function have_mass(springs)
-      type(face_springs_t), intent(in) :: springs
-      have_mass = springs%n > 0
-      if (have_mass) have_mass = any(springs%list(:springs%n)%mass > 0)
-   end function have_mass
 
    !> The masses of springs, as those that a mass matrix has beside the particles.
    pure function mass_ties_of(springs) result(ties)
       type(face_springs_t), intent(in) :: springs
       type(mass_ties_t) :: ties
       integer :: k
-      if (.not. have_mass(springs)) return
-      ties%n = count(springs%list(:springs%n)%mass > 0)
+      if (springs%n > 0) ties%n = count(springs%list(:springs%n)%mass > 0)
+      if (ties%n == 0) return
       allocate (ties%node(2*most_nodes_of_leaf, ties%n), ties%share(2*most_nodes_of_leaf, ties%n))
       ties%mass = pack(springs%list(:springs%n)%mass, springs%list(:springs%n)%mass > 0)
       ties%n = 0

@@ -9,11 +9,11 @@ module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_basis, only: shape_functions
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_domain_pass, only: find_corners
    use hampm_domains, only: edges_of_domain, weights_in_domain
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
+   use hampm_matter, only: matter_t
    use hampm_time_history, only: time_history_t
    use hampm_outline, only: edge_part_t
    use hampm_particles, only: particles_t
@@ -52,10 +52,8 @@ contains
 
    !> A load shared equally by the material places `points`, in axisymmetric material by their circumferences, each hosted by the nearest particles and the middle of a segment that
    !> reaches by `half` to both sides. On the line of a crack `toward` tells at which face.
-   subroutine load_on_points(p, grid, blocks, points, half, load, toward)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine load_on_points(m, points, half, load, toward)
+      type(matter_t), intent(in) :: m
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
       real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
       type(load_t), intent(inout) :: load
@@ -65,15 +63,15 @@ contains
       real(dp) :: part(size(points, 2))
       integer :: k, i, n
       n = size(points, 2)
-      part = p%thickness%parts(points)
+      part = m%particles%thickness%parts(points)
       aside = 0
-      if (present(toward)) aside = 0.5_dp*minval(p%spacing)*toward
+      if (present(toward)) aside = 0.5_dp*minval(m%particles%spacing)*toward
       allocate (load%fraction(0), load%host(0), load%offset(ndim, 0))
       do k = 1, n
-         hosts = nearest_particles(p, grid, blocks, points(:, k) + aside)
+         hosts = nearest_particles(m, points(:, k) + aside)
          load%host = [load%host, hosts]
          load%fraction = [load%fraction, spread(part(k)/size(hosts), 1, size(hosts))]
-         load%offset = reshape([load%offset, [(points(:, k) - p%reference(hosts(i), :), i=1, size(hosts))]], &
+         load%offset = reshape([load%offset, [(points(:, k) - m%particles%reference(hosts(i), :), i=1, size(hosts))]], &
                                [ndim, size(load%host)])
       end do
       allocate (load%half(ndim, size(load%host)), source=spread(half, 2, size(load%host)))
@@ -81,10 +79,8 @@ contains
 
    !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
    !> all of them: with these the forces on the nodes of a straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
-   subroutine load_on_parts(p, grid, blocks, parts, share, load)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   subroutine load_on_parts(m, parts, share, load)
+      type(matter_t), intent(in) :: m
       type(edge_part_t), intent(in) :: parts(:)
       real(dp), intent(in) :: share(:)           !! of each, times the force of the load
       type(load_t), intent(inout) :: load
@@ -92,7 +88,7 @@ contains
       real(dp), allocatable :: at(:), weight(:)
       real(dp) :: x(ndim)
       integer :: k, i, n
-      if (grid%is_quadratic()) then
+      if (m%grid%is_quadratic()) then
          at = [0.0_dp]
          weight = [1.0_dp]
       else
@@ -106,41 +102,40 @@ contains
             n = size(at)*k + 1 - i
             x = parts(k)%middle + at(i)*parts(k)%half
             load%fraction(n) = weight(i)*share(k)
-            if (p%thickness%is_ring .and. parts(k)%middle(1) > 0) load%fraction(n) = load%fraction(n)*x(1)/parts(k)%middle(1)
+            if (m%particles%thickness%is_ring .and. parts(k)%middle(1) > 0) &
+               load%fraction(n) = load%fraction(n)*x(1)/parts(k)%middle(1)
             load%half(:, n) = parts(k)%half/size(at)
-            load%host(n) = nearest_in_cell(p, grid, blocks, x, x - inward*grid%finest_cell*parts(k)%normal)
-            load%offset(:, n) = x - p%reference(load%host(n), :)
+            load%host(n) = nearest_in_cell(m, x, x - inward*m%grid%finest_cell*parts(k)%normal)
+            load%offset(:, n) = x - m%particles%reference(load%host(n), :)
          end do
       end do
    end subroutine load_on_parts
 
    !> The particle nearest to a place, of those in the leaf of a place next to it, if it has any.
-   integer function nearest_in_cell(p, grid, blocks, x, beside) result(nearest)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   integer function nearest_in_cell(m, x, beside) result(nearest)
+      type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
       integer, allocatable :: list(:)
       integer :: first, last, sheet, e, i
       nearest = 0
-      first = grid%element_at(beside)
+      first = m%grid%element_at(beside)
       if (first > 0) then
          last = first
-         if (grid%is_quadratic()) then           ! its quarters have the same functions
-            first = grid%first_of_piece(first)
-            last = grid%last_of_piece(first)
+         if (m%grid%is_quadratic()) then ! its quarters have the same functions
+            first = m%grid%first_of_piece(first)
+            last = m%grid%last_of_piece(first)
          end if
-         do sheet = 1, grid%n_sheets
-            do e = grid%copy_on(first, sheet), grid%copy_on(last, sheet)
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+         do sheet = 1, m%grid%n_sheets
+            do e = m%grid%copy_on(first, sheet), m%grid%copy_on(last, sheet)
+               do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
                   if (nearest == 0) nearest = i
-                  if (norm2(p%position(i) - x) < norm2(p%position(nearest) - x)) nearest = i
+                  if (norm2(m%particles%position(i) - x) < norm2(m%particles%position(nearest) - x)) nearest = i
                end do
             end do
          end do
       end if
       if (nearest > 0) return
-      list = nearest_particles(p, grid, blocks, x)
+      list = nearest_particles(m, x)
       nearest = list(1)                          ! of several that are as near the first one
    end function nearest_in_cell
 
@@ -432,15 +427,13 @@ contains
    end function weights
 
    !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help.
-   function nearest_particles(p, grid, blocks, x) result(nearest)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
+   function nearest_particles(m, x) result(nearest)
+      type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer, allocatable :: nearest(:)
       real(dp) :: distance, best
       integer :: ring, home(ndim), offset(ndim), k, i, e, first, last
-      associate (forest => grid%forest, tolerance => grid%forest%tolerance())
+      associate (forest => m%grid%forest, tolerance => m%grid%forest%tolerance())
          home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
          allocate (nearest(0))
          best = huge(best)
@@ -451,9 +444,9 @@ contains
                if (maxval(abs(offset)) /= ring) cycle
                if (any(home + offset < 0 .or. home + offset >= forest%cells)) cycle
                call forest%leaves_of_root(home + offset, first, last)
-               do e = grid%leaf_element(first), grid%leaf_element(last + 1) - 1
-                  do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                     distance = norm2(p%position(i) - x)
+               do e = m%grid%leaf_element(first), m%grid%leaf_element(last + 1) - 1
+                  do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+                     distance = norm2(m%particles%position(i) - x)
                      if (distance > best + tolerance) cycle
                      if (distance < best - tolerance) nearest = [integer ::]
                      nearest = [nearest, i]

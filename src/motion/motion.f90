@@ -222,7 +222,7 @@ contains
       m%weighed = .false.
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
-      if (m%has_domains()) call locate_corners(m%corners, m%particles, m%grid, m%fields, lost)
+      if (m%has_domains()) call locate_corners(m%corners, m%matter_t, m%fields, lost)
       if (lost%failed()) then
          if (present(failure)) call pass_on(m, m%steps, lost, failure)
          return
@@ -244,12 +244,12 @@ contains
          call pass_over_all(pass, dt, m%matter_t, m%fields, report)
          return
       end if
-      call move_corners(pass, dt, m%materials, m%particles, m%corners, m%grid, m%fields, report)
+      call move_corners(pass, dt, m%matter_t, m%corners, m%fields, report)
       if (report%jumped) return
-      if (pass%strain_fraction > 0) call locate_corners(m%corners, m%particles, m%grid, m%fields, lost)
+      if (pass%strain_fraction > 0) call locate_corners(m%corners, m%matter_t, m%fields, lost)
       call pass_on(m, m%steps + 1, lost, failure)
       if (lost%failed()) return
-      call map_corners(pass, m%materials, m%particles, m%corners, m%fields)
+      call map_corners(pass, m%matter_t, m%corners, m%fields)
    end subroutine do_pass
 
    !> Assemble the nodal sums from what the particles have mapped.

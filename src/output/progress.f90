@@ -32,7 +32,6 @@ module hampm_progress
    contains
       procedure :: start
       procedure :: show
-      procedure :: finish
    end type progress_t
 
    interface
@@ -68,34 +67,25 @@ contains
       self%clock_last = self%clock_start
    end subroutine start
 
-   !> Print how far the run is, if the last time was long enough ago. The first call is made before the first step.
-   subroutine show(self, now)
+   !> Print how far the run is, if the last time was long enough ago. The first call is made before the first step; the last one, before
+   !> anything else is printed and also when the run has failed, prints a line in any case, and what the run took.
+   subroutine show(self, now, last)
       class(progress_t), intent(inout) :: self
       type(standing_t), intent(in) :: now
+      logical, intent(in) :: last
       integer(long) :: clock
       if (self%quiet) return
       if (.not. self%begun) call begin_count(self, now%time, now%step)
       call system_clock(clock)
-      if (seconds_between(self, self%clock_last, clock) < interval(self)) return
+      if (.not. last .and. seconds_between(self, self%clock_last, clock) < interval(self)) return
       call count_work(self, now%step, now%particles)
       call print_line(self, line(self, clock, now))
       self%clock_last = clock
-   end subroutine show
-
-   !> Print the last line, and what the run took. To be called before anything else is printed, also when it failed.
-   subroutine finish(self, now)
-      class(progress_t), intent(inout) :: self
-      type(standing_t), intent(in) :: now
-      integer(long) :: clock
-      if (self%quiet) return
-      if (.not. self%begun) call begin_count(self, now%time, now%step)
-      call system_clock(clock)
-      call count_work(self, now%step, now%particles)
-      call print_line(self, line(self, clock, now))
+      if (.not. last) return
       if (self%terminal) write (output_unit, '(a)') ''
       write (output_unit, '(a)') 'ran '//clock_text(seconds_between(self, self%clock_start, clock))
       flush (output_unit)
-   end subroutine finish
+   end subroutine show
 
    !> Remember where this run began.
    subroutine begin_count(self, time, step)

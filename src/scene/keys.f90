@@ -3,17 +3,12 @@
 module hampm_keys
    use hampm_kinds, only: name_len
    use hampm_body_group, only: body_group, body_keys
-   use hampm_constraint_group, only: constraint_group, constraint_keys
-   use hampm_crack_group, only: crack_group, crack_keys
-   use hampm_energy_release_group, only: energy_release_group, energy_release_keys
+   use hampm_load_groups, only: constraint_group, constraint_keys, load_group, load_keys
+   use hampm_crack_groups, only: crack_group, crack_keys, energy_release_group, energy_release_keys, growth_group, growth_keys
    use hampm_plain_groups, only: grid_group, grid_keys, run_group, run_keys, damping_group, damping_keys, output_group, &
-                               output_keys, contact_group, contact_keys
-   use hampm_growth_group, only: growth_group, growth_keys
+                                 output_keys, contact_group, contact_keys, method_group, method_keys, refine_group, refine_keys
    use hampm_key_rows, only: group_t, key_t, list_len, type_name, type_text
-   use hampm_load_group, only: load_group, load_keys
    use hampm_material_group, only: material_group, material_keys
-   use hampm_method_group, only: method_group, method_keys
-   use hampm_refine_group, only: refine_group, refine_keys
    use hampm_settings, only: group_entry_t
    use hampm_text, only: did_you_mean, printable
    implicit none

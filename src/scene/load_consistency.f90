@@ -1,7 +1,7 @@
 !> Whether constraints and loads act on something: on nodes of the lattice, on material.
 module hampm_load_consistency
    use hampm_body_group, only: area_in_box
-   use hampm_history_values, only: check_history
+   use hampm_load_groups, only: check_history
    use hampm_joints, only: holds_material
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: is_on_crack

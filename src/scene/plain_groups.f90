@@ -1,15 +1,17 @@
-!> The groups &run, &grid, &damping, &output and &contact: their rows in the table of groups, their keys, and their values in a scene.
+!> The groups that stand once, &run, &grid, &damping, &output, &contact, &method and &refine: their rows in the table of groups, their
+!> keys, and their values in a scene.
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_integer, must, may, once, is_required, any_number, positive, &
-                             type_name, type_text, is_assumed, not_negative
+                             type_name, type_text, is_assumed, not_negative, is_optional
    use hampm_settings, only: settings_t
    use hampm_thickness, only: thickness_t
    implicit none
    private
    public :: grid_group, grid_keys, grid_spec_t, fill_grid, run_group, run_keys, run_t, fill_run, damping_group, damping_keys, &
              damping_t, fill_damping, output_group, output_keys, output_t, fill_output, contact_group, contact_keys, &
-             body_contact_spec_t, fill_contact
+             body_contact_spec_t, fill_contact, method_group, method_keys, method_t, fill_method, refine_group, refine_keys, &
+             refine_t, fill_refine
 
    type(group_t), parameter :: contact_group = group_t('contact', once, is_assumed, 'how bodies that meet act on each other')
 
@@ -35,8 +37,6 @@ module hampm_plain_groups
 
    type(group_t), parameter :: output_group = group_t('output', once, is_assumed, 'what is written, and how often')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: output_keys(*) = [ &
       key_t('output', 'file', type_text, 1, 1, may, '', 'dcb.h5', '', &
             '', 'result file in the output folder; by default named after the namelist file'), &
@@ -60,8 +60,6 @@ module hampm_plain_groups
 
    type(group_t), parameter :: damping_group = group_t('damping', once, is_assumed, 'a force -rate m v on all material')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: damping_keys(*) = [ &
       key_t('damping', 'rate', type_real, 1, 1, may, '0.0', '1.0e4', '1/s', &
             not_negative, 'damping force over mass times velocity')]
@@ -73,8 +71,6 @@ module hampm_plain_groups
 
    type(group_t), parameter :: run_group = group_t('run', once, is_required, 'what is computed, and for how long')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: run_keys(*) = [ &
       key_t('run', 'title', type_text, 1, 1, may, '', 'DCB, suddenly loaded', '', &
             '', 'what the run is about; the result keeps it'), &
@@ -96,8 +92,6 @@ module hampm_plain_groups
    type(group_t), parameter :: grid_group = group_t('grid', once, is_required, &
       'the lattice of square root cells that the material moves through')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: grid_keys(*) = [ &
       key_t('grid', 'lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
             any_number, 'lower corner of the lattice'), &
@@ -115,6 +109,123 @@ module hampm_plain_groups
       integer :: cells(ndim) = 0                 !! number of root cells
       integer :: order = 1                       !! of the shape functions
    end type grid_spec_t
+
+   type(group_t), parameter :: method_group = group_t('method', once, is_assumed, 'how the equations of motion are integrated')
+
+   type(key_t), parameter :: method_keys(*) = [ &
+      key_t('method', 'time', type_name, 1, 1, may, 'explicit', '', '', &
+            'explicit|implicit|static', &
+            'how motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium'), &
+      key_t('method', 'time_step', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'of time = ''implicit'': longest time step; 0: by courant, and 1/1000 of end_time where that is 0'), &
+      key_t('method', 'hht_alpha', type_real, 1, 1, may, '0.0', '', '', &
+            '[-0.33334, 0]', 'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not resolve'), &
+      key_t('method', 'load_steps', type_integer, 1, 1, may, '1', '', '', &
+            '[1, 100000]', 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time'), &
+      key_t('method', 'scheme', type_name, 1, 1, may, 'musl', '', '', &
+            'usf|usl|usavg|musl', &
+            'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
+      key_t('method', 'courant', type_real, 1, 1, may, '0.0', '', '', &
+            '[0, 1000]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
+      key_t('method', 'path', type_name, 1, 1, may, 'fastest', '', '', &
+            'fastest|reference', 'of explicit steps: the fastest one for the scene, or the step that is there to be read'), &
+      key_t('method', 'wave_speed', type_name, 1, 1, may, 'shear', '', '', &
+            'shear|dilatational', 'which wave speed courant refers to'), &
+      key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &
+            'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
+      key_t('method', 'frame', type_name, 1, 1, may, 'total', '', '', &
+            'updated|total', 'shape functions at the present positions, for bodies that meet, or always at the initial ones'), &
+      key_t('method', 'functions', type_name, 1, 1, may, 'linear', '', '', &
+            'linear|cpdi', 'of a particle in frame = ''updated'': of its place, or the mean over the corners of its domain'), &
+      key_t('method', 'mass', type_name, 1, 1, may, 'lumped', '', '', &
+            'lumped|full|partial|fmpm|blend', &
+            'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a mean of both'), &
+      key_t('method', 'order', type_integer, 1, 1, may, '2', '', '', &
+            '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
+      key_t('method', 'blend', type_real, 1, 1, may, '0.2778', '', '', &
+            '[0, 1]', 'of mass = ''blend'': part that is lumped; 5/18 has the least dispersion in short steps'), &
+      key_t('method', 'full_region', type_name, 1, 1, may, 'box', '', '', &
+            'box|refined', 'of mass = ''partial'': it is full in a box, or in the cells that are refined'), &
+      key_t('method', 'full_lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'of full_region = ''box'': lower corner of the box in which mass = ''partial'' is full'), &
+      key_t('method', 'full_upper', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'of full_region = ''box'': upper corner of this box; needed there'), &
+      key_t('method', 'solver', type_name, 1, 1, may, 'auto', '', '', &
+            'auto|cg|direct', &
+            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, direct')]
+
+   !> &method: how the equations of motion are integrated.
+   type :: method_t
+      character(name_len) :: time = 'explicit'   !! 'explicit', 'implicit' or 'static'
+      real(dp) :: time_step = 0                  !! of 'implicit': longest, 0 where courant gives it [s]
+      real(dp) :: hht_alpha = 0                  !! of 'implicit' [-]
+      integer :: load_steps = 1                  !! of 'static'
+      character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
+      character(name_len) :: path = 'fastest'    !! 'fastest' or 'reference'
+      real(dp) :: courant = 0                    !! [-]
+      character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
+      character(name_len) :: time_steps = 'global' !! 'global' or 'local'
+      character(name_len) :: frame = 'total'     !! 'updated' or 'total'
+      character(name_len) :: functions = 'linear' !! 'linear' or 'cpdi'
+      character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
+      integer :: order = 1                       !! of fmpm
+      real(dp) :: blend = 0                      !! lumped part [-]
+      character(name_len) :: full_region = 'box' !! of a partial mass matrix: 'box' or 'refined'
+      real(dp) :: full_lower(ndim) = 0           !! box in which it is full [m]
+      real(dp) :: full_upper(ndim) = 0           !! [m]
+      character(name_len) :: solver = 'auto'     !! 'auto', 'cg' or 'direct'
+   contains
+      procedure :: has_domains
+   end type method_t
+
+   type(group_t), parameter :: refine_group = group_t('refine', once, is_optional, &
+      'where cells refine; without this group they never do')
+
+   type(key_t), parameter :: refine_keys(*) = [ &
+      key_t('refine', 'indicator', type_name, 1, 1, may, 'none', 'tip', '', &
+            'none|gradient|zz|tip', 'what tells which cells refine: gradients, the estimated error, the distance to the tip'), &
+      key_t('refine', 'field', type_name, 1, 1, may, 'energy_density', '', '', &
+            'energy_density|stress_norm|speed', 'of indicator = ''gradient'': the field whose gradients count'), &
+      key_t('refine', 'r_crit', type_real, 1, 1, may, '0.03', '', '', &
+            positive, 'of ''gradient'': cells whose mean R is above it refine'), &
+      key_t('refine', 'r_coarsen', type_real, 1, 1, may, '0.0', '', '', &
+            not_negative, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit'), &
+      key_t('refine', 'tolerance', type_real, 1, 1, may, '0.02', '', '', &
+            '(0, 1)', 'of ''zz'': relative error in the energy norm that is aimed at'), &
+      key_t('refine', 'rings', type_integer, 1, 1, may, '4', '', '', &
+            '[1, 1000]', 'of ''tip'': cells within so many cells of a crack tip refine, level by level'), &
+      key_t('refine', 'max_level', type_integer, 1, 1, may, '4', '2', '', &
+            '[0, 20]', 'how often a root cell may be divided; its size is halved each time'), &
+      key_t('refine', 'energy_floor', type_real, 1, 1, may, '1e-3', '', '', &
+            '[0, 1)', 'of ''gradient'': cells whose field is below this part of its largest value do not refine'), &
+      key_t('refine', 'region_lower', type_real, 0, ndim, may, '', '0.04, 0.0', 'm', &
+            any_number, 'lower corner of the box in which cells may refine; without limit by default'), &
+      key_t('refine', 'region_upper', type_real, 0, ndim, may, '', '0.06, 0.01', 'm', &
+            any_number, 'upper corner of the box in which cells may refine; without limit by default'), &
+      key_t('refine', 'start', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'time of the first look at gradient or zz: loads that begin make steep fronts'), &
+      key_t('refine', 'interval', type_integer, 1, 1, may, '100', '', '', &
+            '[1, inf)', 'steps between looks at the indicator'), &
+      key_t('refine', 'max_particles', type_integer, 1, 1, may, '1000000', '', '', &
+            '[1, 2e9]', 'most material points; where there would be more, refinement ends with a warning')]
+
+   !> &refine: where cells refine.
+   type :: refine_t
+      logical :: present = .false.               !! whether the scene has the group
+      character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'; 'none' where the group is absent
+      character(name_len) :: field = ''          !! of gradient: 'energy_density', 'stress_norm' or 'speed'
+      real(dp) :: r_crit = 0                     !! of gradient: mean R of a cell above which it refines [-]
+      real(dp) :: r_coarsen = 0                  !! of gradient: R below which families recombine, 0: never [-]
+      real(dp) :: tolerance = 0                  !! of zz: relative error in the energy norm [-]
+      integer :: rings = 0                       !! of tip: distance from the tip, in cells of each level
+      integer :: max_level = 0                   !! level of the finest cells, 0: the root cells
+      real(dp) :: energy_floor = 0               !! of gradient: part of its largest value below which the field is not looked at
+      real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
+      real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
+      real(dp) :: start = 0                      !! time of the first look at gradient or zz [s]
+      integer :: interval = 1                    !! steps between looks at the indicator
+      integer :: max_particles = 0               !! refinement ends where there would be more particles
+   end type refine_t
 
 contains
 
@@ -180,4 +291,59 @@ contains
       contact%friction = settings%number(entry, 'friction')
       contact%distance = settings%number(entry, 'distance')
    end subroutine fill_contact
+
+   !> Whether particles have domains (`hampm_domains`).
+   elemental logical function has_domains(self)
+      class(method_t), intent(in) :: self
+      has_domains = self%functions == 'cpdi'
+   end function has_domains
+
+   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   pure subroutine fill_method(settings, method)
+      type(settings_t), intent(in) :: settings
+      type(method_t), intent(inout) :: method
+      integer :: entry
+      entry = settings%find('method', 1)
+      method%time = settings%text(entry, 'time')
+      method%time_step = settings%number(entry, 'time_step')
+      method%hht_alpha = settings%number(entry, 'hht_alpha')
+      method%load_steps = nint(settings%number(entry, 'load_steps'))
+      method%scheme = settings%text(entry, 'scheme')
+      method%path = settings%text(entry, 'path')
+      method%courant = settings%number(entry, 'courant')
+      method%wave_speed = settings%text(entry, 'wave_speed')
+      method%time_steps = settings%text(entry, 'time_steps')
+      method%frame = settings%text(entry, 'frame')
+      method%functions = settings%text(entry, 'functions')
+      method%mass = settings%text(entry, 'mass')
+      method%order = nint(settings%number(entry, 'order'))
+      method%blend = settings%number(entry, 'blend')
+      method%full_region = settings%text(entry, 'full_region')
+      method%full_lower = settings%vector(entry, 'full_lower')
+      method%full_upper = settings%vector(entry, 'full_upper')
+      method%solver = settings%text(entry, 'solver')
+   end subroutine fill_method
+
+   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   pure subroutine fill_refine(settings, refine)
+      type(settings_t), intent(in) :: settings
+      type(refine_t), intent(inout) :: refine
+      integer :: entry
+      entry = settings%find('refine', 1)
+      refine%present = entry > 0
+      if (.not. refine%present) return
+      refine%indicator = settings%text(entry, 'indicator')
+      refine%field = settings%text(entry, 'field')
+      refine%r_crit = settings%number(entry, 'r_crit')
+      refine%r_coarsen = settings%number(entry, 'r_coarsen')
+      refine%tolerance = settings%number(entry, 'tolerance')
+      refine%rings = nint(settings%number(entry, 'rings'))
+      refine%max_level = nint(settings%number(entry, 'max_level'))
+      refine%energy_floor = settings%number(entry, 'energy_floor')
+      if (size(settings%numbers(entry, 'region_lower')) == ndim) refine%region_lower = settings%numbers(entry, 'region_lower')
+      if (size(settings%numbers(entry, 'region_upper')) == ndim) refine%region_upper = settings%numbers(entry, 'region_upper')
+      refine%start = settings%number(entry, 'start')
+      refine%interval = nint(settings%number(entry, 'interval'))
+      refine%max_particles = nint(settings%number(entry, 'max_particles'))
+   end subroutine fill_refine
 end module hampm_plain_groups

@@ -2,16 +2,12 @@
 !> come from the text, is beside these types in the modules of the groups.
 module hampm_scene
    use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
-   use hampm_constraint_group, only: constraint_spec_t, fill_constraints
-   use hampm_crack_group, only: crack_spec_t, path_spec_t, fill_crack, fill_paths
-   use hampm_energy_release_group, only: energy_release_t, fill_energy_release
+   use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
+   use hampm_crack_groups, only: crack_spec_t, path_spec_t, fill_crack, fill_paths, energy_release_t, fill_energy_release, &
+                                 growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, fill_grid, run_t, fill_run, damping_t, fill_damping, output_t, fill_output, &
-                               body_contact_spec_t, fill_contact
-   use hampm_growth_group, only: growth_t, fill_growth
-   use hampm_load_group, only: load_spec_t, fill_loads
+                                 body_contact_spec_t, fill_contact, method_t, fill_method, refine_t, fill_refine
    use hampm_material_group, only: material_spec_t, fill_materials
-   use hampm_method_group, only: method_t, fill_method
-   use hampm_refine_group, only: refine_t, fill_refine
    use hampm_settings, only: settings_t
    implicit none
    private

@@ -54,7 +54,7 @@ contains
       allocate (loads(size(m%loads) + 1))
       loads(:size(m%loads)) = m%loads
       loads(size(loads))%force = force
-      call load_on_points(m%particles, m%grid, m%blocks, points, (to - from)/(2*parts), loads(size(loads)))
+      call load_on_points(m%matter_t, points, (to - from)/(2*parts), loads(size(loads)))
       call move_alloc(loads, m%loads)
    end subroutine add_pull
 

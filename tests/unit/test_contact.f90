@@ -196,8 +196,8 @@ contains
       m%damping_rate = 2
       allocate (m%loads(1))
       m%loads(1)%force = [0.0_dp, -1.0e-3_dp]
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([(0.3_dp + (i - 0.5_dp)/side, 1.2_dp, i=1, side)], [ndim, side]), &
-                          [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%matter_t, reshape([(0.3_dp + (i - 0.5_dp)/side, 1.2_dp, i=1, side)], [ndim, side]), [0.0_dp, 0.0_dp], &
+                          m%loads(1))
       call start(m, 'musl')
    end subroutine build_pressed
 

@@ -73,8 +73,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=100*dt)
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], &
-                          m%loads(1))
+      call load_on_points(m%matter_t, reshape([x(1), 0.2_dp, x(1), 0.6_dp], [ndim, 2]), [0.0_dp, 0.1_dp], m%loads(1))
       call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 0.9_dp], [.true., .false.])
       m%damping_rate = 0.3_dp
       call start(m, scheme, mass)

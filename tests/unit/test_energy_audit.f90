@@ -51,8 +51,8 @@ contains
       allocate (m%loads(2))
       m%loads(1)%force = [0.0_dp, 2.0e-4_dp]
       m%loads(1)%history = time_history_t(kind='sine', frequency=0.4_dp)
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([0.71_dp, 0.4_dp, 0.71_dp, 0.5_dp, 0.71_dp, 0.6_dp], [ndim, 3]), &
-                          [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%matter_t, reshape([0.71_dp, 0.4_dp, 0.71_dp, 0.5_dp, 0.71_dp, 0.6_dp], [ndim, 3]), [0.0_dp, 0.0_dp], &
+                          m%loads(1))
       m%loads(2)%force = [2.0e-3_dp, 0.0_dp]
       call load_on_particles(m%particles, [0.0_dp, 0.0_dp], [1.0_dp, 1.0_dp], m%loads(2))
       m%damping_rate = 0.3_dp

@@ -90,8 +90,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = [force*cell, 0.0_dp]
       m%loads(1)%history = time_history_t(kind='sine', frequency=1.0_dp)
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([0.0_dp, cell/4, 0.0_dp, 3*cell/4], [ndim, 2]), &
-                          [0.0_dp, cell/4], m%loads(1))
+      call load_on_points(m%matter_t, reshape([0.0_dp, cell/4, 0.0_dp, 3*cell/4], [ndim, 2]), [0.0_dp, cell/4], m%loads(1))
       m%particles%total_frame = total
       call start(m, scheme)
       steps = nint(end_time/(courant*cell))
@@ -111,7 +110,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = [0.3_dp*force, force]
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=rise)
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([4*cell, 4*cell], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%matter_t, reshape([4*cell, 4*cell], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(1))
       m%damping_rate = 2
       m%particles%total_frame = .true.
       m%audit = .true.

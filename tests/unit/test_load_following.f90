@@ -49,8 +49,8 @@ contains
       allocate (m%loads(3))
       edge(1, :) = upper(1)
       edge(2, :) = [(lower(2) + (i - 0.5_dp)/4*(upper(2) - lower(2)), i=1, 4)]
-      call load_on_points(m%particles, m%grid, m%blocks, edge, [0.0_dp, (upper(2) - lower(2))/8], m%loads(traction))
-      call load_on_points(m%particles, m%grid, m%blocks, reshape(place_of_force, [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(at_point))
+      call load_on_points(m%matter_t, edge, [0.0_dp, (upper(2) - lower(2))/8], m%loads(traction))
+      call load_on_points(m%matter_t, reshape(place_of_force, [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(at_point))
       call load_on_particles(m%particles, lower, upper, m%loads(body))
       call start_families(m%particles)
       call start(m, 'musl')

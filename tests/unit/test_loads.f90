@@ -106,7 +106,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = force
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=2.0_dp)
-      call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%matter_t, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       centre = [upper(1), (lower(2) + upper(2))/2]
       call check_resultant(m, 2.0_dp, centre, force, 'traction on the edge')
       call check_resultant(m, 0.5_dp, centre, 0.25_dp*force, 'traction while it rises')
@@ -140,7 +140,7 @@ contains
       m%loads(1)%force = force
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=2.0_dp)
       m%loads(2)%force = -3*force
-      call load_on_points(m%particles, m%grid, m%blocks, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
+      call load_on_points(m%matter_t, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
       call place_loads(m%loads, m%grid, m%particles)
       call book_work(m%loads, 1.0_dp, dt, spread(velocity, 2, m%grid%n_points), work)
@@ -158,7 +158,7 @@ contains
       call place([0.0_dp, 0.0_dp], m)
       call random_number(x)
       x = 1.6_dp*x - 0.2_dp
-      call load_on_points(m%particles, m%grid, m%blocks, x, [0.0_dp, 0.0_dp], load)
+      call load_on_points(m%matter_t, x, [0.0_dp, 0.0_dp], load)
       wrong = 0
       do i = 1, places
          distance = minval([(norm2(m%particles%position(n) - x(:, i)), n=1, m%particles%n)])

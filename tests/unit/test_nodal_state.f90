@@ -61,7 +61,7 @@ contains
       end do
       allocate (m%loads(1))
       m%loads(1)%force = force
-      call load_on_points(m%particles, m%grid, m%blocks, points, [0.0_dp, depth/(2*size(points, 2))], m%loads(1))
+      call load_on_points(m%matter_t, points, [0.0_dp, depth/(2*size(points, 2))], m%loads(1))
    end subroutine push_end
 
    subroutine look(m, state)

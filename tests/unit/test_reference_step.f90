@@ -130,11 +130,10 @@ contains
       allocate (m%loads(3))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=80*dt)
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([x(1), 0.25_dp, x(1), 0.45_dp], [ndim, 2]), [0.0_dp, 0.1_dp], &
-                          m%loads(1))
+      call load_on_points(m%matter_t, reshape([x(1), 0.25_dp, x(1), 0.45_dp], [ndim, 2]), [0.0_dp, 0.1_dp], m%loads(1))
       m%loads(2)%force = [-3.0e-4_dp, 1.0e-4_dp]
       m%loads(2)%history = time_history_t(kind='sine', frequency=0.02_dp/dt)
-      call load_on_points(m%particles, m%grid, m%blocks, reshape([0.55_dp, y(3)], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(2))
+      call load_on_points(m%matter_t, reshape([0.55_dp, y(3)], [ndim, 1]), [0.0_dp, 0.0_dp], m%loads(2))
       m%loads(3)%force = [0.0_dp, -1.0e-3_dp]
       call load_on_particles(m%particles, [0.3_dp, 0.5_dp], [0.6_dp, 0.8_dp], m%loads(3))
       call constrain_box(m%constraints, m%grid, [0.75_dp, 0.0_dp], [1.0_dp, 1.0_dp], [.true., .false.])

@@ -50,8 +50,7 @@ contains
       call start_families(m%particles)
       if (is_loaded) then
          allocate (m%loads(2))
-         call load_on_points(m%particles, m%grid, m%blocks, reshape([upper(1), middle(2)], [ndim, 1]), [0.0_dp, 0.02_dp], &
-                             m%loads(1))
+         call load_on_points(m%matter_t, reshape([upper(1), middle(2)], [ndim, 1]), [0.0_dp, 0.02_dp], m%loads(1))
          call load_on_particles(m%particles, lower, upper, m%loads(2))
          do i = 1, m%particles%n
             call random_number(h)

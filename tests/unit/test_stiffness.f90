@@ -238,7 +238,7 @@ contains
       deallocate (m%loads)
       allocate (m%loads(1))
       m%loads(1)%force = [along*thickness*depth, 0.0_dp]
-      call load_on_points(m%particles, m%grid, m%blocks, points, [0.0_dp, depth/(2*parts)], m%loads(1))
+      call load_on_points(m%matter_t, points, [0.0_dp, depth/(2*parts)], m%loads(1))
    end subroutine load_end
 
    !> Displacement of the bar by a stress along it: each half stretches by stress/E, and all contracts by nu stress/E.

@@ -1,0 +1,263 @@
+!> The groups &crack, &growth and &energy_release: their rows in the table of groups, their keys, and their values in a scene.
+module hampm_crack_groups
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, may, repeats, is_optional, any_number, not_negative, &
+                             max_values, must, positive, once, is_assumed
+   use hampm_settings, only: settings_t
+   implicit none
+   private
+   public :: crack_group, crack_keys, crack_spec_t, path_spec_t, fill_crack, fill_paths, growth_group, growth_keys, growth_t, &
+             fill_growth, energy_release_group, energy_release_keys, energy_release_t, fill_energy_release
+
+   type(group_t), parameter :: crack_group = group_t('crack', repeats, is_optional, &
+      'a crack; without this group the scene has none. Only those of kind path may be several')
+
+   ! group, name, type, fewest values, most values, required, default, example, unit,
+   !    allowed, meaning
+   type(key_t), parameter :: crack_keys(*) = [ &
+      key_t('crack', 'kind', type_name, 1, 1, may, 'symmetry', '', '', &
+            'symmetry|line|path', &
+            'along the constrained edge of a symmetric half, or in the material along a grid line, or anywhere'), &
+      key_t('crack', 'tip', type_real, 0, ndim, may, '', '0.05, 0.0', 'm', &
+            any_number, 'crack tip, on a node of the lattice; of two tips the one that direction points out of; none of a path'), &
+      key_t('crack', 'direction', type_real, ndim, ndim, may, '1.0, 0.0', '', '', &
+            any_number, 'direction of growth, along a grid line'), &
+      key_t('crack', 'length', type_real, 1, 1, may, '0.0', '', 'm', &
+            not_negative, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material'), &
+      key_t('crack', 'contact', type_name, 1, 1, may, 'none', '', '', &
+            'none|frictionless|friction', &
+            'of a line, without friction, or a path: whether faces press on each other or go through'), &
+      key_t('crack', 'friction', type_real, 1, 1, may, '0.0', '', '', &
+            not_negative, 'of a path with contact = ''friction'': coefficient'), &
+      key_t('crack', 'points', type_real, 0, max_values, may, '', '', 'm', &
+            any_number, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips'), &
+      key_t('crack', 'name', type_text, 1, 1, may, '', '', '', &
+            '', 'of a path: by which other groups mean it')]
+
+   !> &crack: where it is.
+   type :: crack_spec_t
+      logical :: present = .false.               !! whether the scene has a crack
+      character(name_len) :: kind = ''           !! 'symmetry' or 'line'
+      real(dp) :: tip(ndim) = 0                  !! [m]
+      real(dp) :: direction(ndim) = 0            !! unit vector along a grid line, from the crack into the body
+      real(dp) :: length = 0                     !! of a line: distance between its two tips, 0: it reaches the edge [m]
+      logical :: contact = .false.               !! whether the faces of a line press on each other, without friction
+   end type crack_spec_t
+
+   !> &crack of kind 'path'.
+   type :: path_spec_t
+      character(name_len) :: name = ''           !! '' for none
+      integer :: number = 0                      !! of the group, among all &crack
+      logical :: contact = .false.               !! whether its faces press on each other
+      real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp), allocatable :: points(:, :)      !! [m], (ndim, points)
+   end type path_spec_t
+
+   type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
+      'how a crack of kind path or symmetry grows; without this group cracks stay as they are', is_apart=.true.)
+
+   type(key_t), parameter :: growth_keys(*) = [ &
+      key_t('growth', 'crack', type_text, 1, 1, may, '', 'a', '', &
+            '', 'name of the crack; may be left out where there is one crack'), &
+      key_t('growth', 'law', type_name, 1, 1, may, 'quasi_static', '', '', &
+            'quasi_static|prescribed|toughness', &
+            'at rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it'), &
+      key_t('growth', 'direction', type_name, 1, 1, may, 'hoop_stress', '', '', &
+            'straight|hoop_stress|local_symmetry|max_energy|path', 'where tips go to; path: along points'), &
+      key_t('growth', 'points', type_real, 0, max_values, may, '', '', 'm', &
+            any_number, 'of direction = path: x, y of each point, in the order in which the tip comes to them'), &
+      key_t('growth', 'toughness', type_real, 1, 1, may, '0.0', '100.0', 'J/m2', &
+            not_negative, 'energy release rate at which the crack grows, of the laws quasi_static and toughness'), &
+      key_t('growth', 'limit_speed', type_real, 1, 1, may, '0.0', '', 'm/s', &
+            not_negative, 'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); '// &
+            '0: it is constant'), &
+      key_t('growth', 'exponent', type_real, 1, 1, may, '1.0', '', '', &
+            positive, 'of that'), &
+      key_t('growth', 'speed', type_real, 1, 1, may, '0.0', '', 'm/s', &
+            not_negative, 'of law = prescribed'), &
+      key_t('growth', 'start', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'from when on this &growth applies, in motion'), &
+      key_t('growth', 'end', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'until when; 0: to the end of the run'), &
+      key_t('growth', 'increment', type_real, 1, 1, may, '0.0', '1e-3', 'm', &
+            not_negative, 'of law = quasi_static: by which a tip advances in a load step'), &
+      key_t('growth', 'max_length', type_real, 1, 1, may, '0.0', '', 'm', &
+            not_negative, 'length of the whole crack at which it stops; 0: none'), &
+      key_t('growth', 'tips', type_name, 1, 1, may, 'all', '', '', &
+            'all|largest|last|first', &
+            'which tips go on: all, at rest that with the largest G, in motion that at the last or the first point')]
+
+   !> &growth: how a crack grows.
+   type :: growth_t
+      character(name_len) :: crack = ''          !! name of the crack; '' where there is one
+      integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
+      character(name_len) :: law = ''            !! 'quasi_static', 'prescribed' or 'toughness'
+      character(name_len) :: direction = ''      !! 'straight', 'hoop_stress', 'local_symmetry', 'max_energy' or 'path'
+      real(dp), allocatable :: points(:, :)      !! of 'path' [m], (ndim, any)
+      real(dp) :: limit_speed = 0                !! 0: the toughness is constant [m/s]
+      real(dp) :: exponent = 1
+      real(dp) :: speed = 0                      !! [m/s]
+      real(dp) :: start = 0                      !! from when on it applies [s]
+      real(dp) :: end = huge(1.0_dp)             !! until when [s]
+      real(dp) :: toughness = 0                  !! [J/m2]
+      real(dp) :: increment = 0                  !! [m]
+      real(dp) :: max_length = 0                 !! 0: none [m]
+      logical :: only_largest = .false.          !! whether only the tip with the largest G advances
+      logical :: of_end(2) = .true.              !! whether the tip at the first and that at the last point do
+   contains
+      procedure :: is_at_rest
+      procedure :: toughness_at
+      procedure :: turns
+   end type growth_t
+
+   type(group_t), parameter :: energy_release_group = group_t('energy_release', once, is_assumed, &
+      'which energy quantities are recorded')
+
+   integer, parameter :: most_radii = 10           !! most radii of the domain integral
+
+   type(key_t), parameter :: energy_release_keys(*) = [ &
+      key_t('energy_release', 'estimators', type_name, 0, 5, may, '', &
+            'nodal_force, stress_closure, domain_integral, energy_balance', '', &
+            'nodal_force|stress_closure|domain_integral|energy_balance|crack_closure', &
+            'what the history records of energy; none by default'), &
+      key_t('energy_release', 'radii', type_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
+            positive, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more'), &
+      key_t('energy_release', 'reference', type_name, 1, 1, may, 'none', 'dcb', '', &
+            'none|dcb|value', 'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key'), &
+      key_t('energy_release', 'reference_value', type_real, 1, 1, may, '0.0', '', 'J/m2', &
+            not_negative, 'G_ref where reference = ''value''; needed there')]
+
+   !> &energy_release: what is recorded of energy.
+   type :: energy_release_t
+      logical :: nodal_force = .false.           !! which estimators
+      logical :: stress_closure = .false.
+      logical :: domain_integral = .false.
+      logical :: energy_balance = .false.
+      logical :: crack_closure = .false.
+      real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
+      character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
+      real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
+   contains
+      procedure :: needs_crack
+      procedure :: needs_radii
+   end type energy_release_t
+
+contains
+
+   !> Take the values of the keys of the crack that is no path; 0, '' or empty where they are absent or mistaken.
+   pure subroutine fill_crack(settings, crack)
+      type(settings_t), intent(in) :: settings
+      type(crack_spec_t), intent(inout) :: crack
+      integer :: entry
+      entry = settings%find('crack', 1)
+      crack%present = entry > 0
+      if (entry > 0) crack%present = settings%text(entry, 'kind') /= 'path'
+      if (.not. crack%present) return
+      crack%kind = settings%text(entry, 'kind')
+      if (size(settings%numbers(entry, 'tip')) == ndim) crack%tip = settings%vector(entry, 'tip')
+      crack%direction = settings%vector(entry, 'direction')
+      crack%length = settings%number(entry, 'length')
+      crack%contact = settings%text(entry, 'contact') == 'frictionless'
+   end subroutine fill_crack
+
+   !> Take all groups of kind 'path'. An odd number of coordinates leaves the last one out.
+   pure subroutine fill_paths(settings, paths)
+      type(settings_t), intent(in) :: settings
+      type(path_spec_t), allocatable, intent(out) :: paths(:)
+      integer :: k, n, entry
+      n = 0
+      do k = 1, settings%count_of('crack')
+         if (settings%text(settings%find('crack', k), 'kind') == 'path') n = n + 1
+      end do
+      allocate (paths(n))
+      n = 0
+      do k = 1, settings%count_of('crack')
+         entry = settings%find('crack', k)
+         if (settings%text(entry, 'kind') /= 'path') cycle
+         n = n + 1
+         paths(n)%name = settings%text(entry, 'name')
+         paths(n)%number = k
+         paths(n)%contact = settings%text(entry, 'contact') /= 'none'
+         if (settings%text(entry, 'contact') == 'friction') paths(n)%friction = settings%number(entry, 'friction')
+         associate (numbers => settings%numbers(entry, 'points'))
+            paths(n)%points = reshape(numbers, [ndim, size(numbers)/ndim])
+         end associate
+      end do
+   end subroutine fill_paths
+
+   !> Whether the crack grows at rest, by increments.
+   pure elemental logical function is_at_rest(self)
+      class(growth_t), intent(in) :: self
+      is_at_rest = self%law == 'quasi_static'
+   end function is_at_rest
+
+   !> Whether the crack turns by itself, as its modes have it.
+   pure logical function turns(self)
+      class(growth_t), intent(in) :: self
+      turns = self%direction /= 'straight' .and. self%direction /= 'path'
+   end function turns
+
+   !> Toughness at a speed [J/m2]; huge from `limit_speed` on.
+   pure real(dp) function toughness_at(self, speed)
+      class(growth_t), intent(in) :: self
+      real(dp), intent(in) :: speed              !! [m/s]
+      real(dp), parameter :: least = 1e-12_dp    ! so that nothing overflows
+      toughness_at = self%toughness
+      if (self%limit_speed > 0) toughness_at = toughness_at/max(1 - min(speed/self%limit_speed, 1.0_dp)**self%exponent, least)
+   end function toughness_at
+
+   !> Take all groups of this name.
+   pure subroutine fill_growth(settings, growth)
+      type(settings_t), intent(in) :: settings
+      type(growth_t), allocatable, intent(out) :: growth(:)
+      real(dp), allocatable :: numbers(:)
+      integer :: k, entry
+      allocate (growth(settings%count_of('growth')))
+      do k = 1, size(growth)
+         entry = settings%find('growth', k)
+         growth(k)%crack = settings%text(entry, 'crack')
+         growth(k)%law = settings%text(entry, 'law')
+         growth(k)%direction = settings%text(entry, 'direction')
+         numbers = settings%numbers(entry, 'points')
+         growth(k)%points = reshape(numbers, [ndim, size(numbers)/ndim])
+         growth(k)%toughness = settings%number(entry, 'toughness')
+         growth(k)%limit_speed = settings%number(entry, 'limit_speed')
+         growth(k)%exponent = settings%number(entry, 'exponent')
+         growth(k)%speed = settings%number(entry, 'speed')
+         growth(k)%start = settings%number(entry, 'start')
+         if (settings%number(entry, 'end') > 0) growth(k)%end = settings%number(entry, 'end')
+         growth(k)%increment = settings%number(entry, 'increment')
+         growth(k)%max_length = settings%number(entry, 'max_length')
+         growth(k)%only_largest = settings%text(entry, 'tips') == 'largest'
+         growth(k)%of_end = [settings%text(entry, 'tips') /= 'last', settings%text(entry, 'tips') /= 'first']
+      end do
+   end subroutine fill_growth
+
+   !> Whether an estimator is chosen that finds G or K at the tip of a crack.
+   pure logical function needs_crack(self)
+      class(energy_release_t), intent(in) :: self
+      needs_crack = self%nodal_force .or. self%stress_closure .or. self%needs_radii()
+   end function needs_crack
+
+   !> Whether one is chosen that looks at the material within a radius of the tip.
+   pure logical function needs_radii(self)
+      class(energy_release_t), intent(in) :: self
+      needs_radii = self%domain_integral .or. self%crack_closure
+   end function needs_radii
+
+   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   pure subroutine fill_energy_release(settings, energy_release)
+      type(settings_t), intent(in) :: settings
+      type(energy_release_t), intent(inout) :: energy_release
+      integer :: entry
+      entry = settings%find('energy_release', 1)
+      energy_release%nodal_force = settings%texts(entry, 'estimators', 'nodal_force')
+      energy_release%stress_closure = settings%texts(entry, 'estimators', 'stress_closure')
+      energy_release%domain_integral = settings%texts(entry, 'estimators', 'domain_integral')
+      energy_release%radii = settings%numbers(entry, 'radii')
+      energy_release%energy_balance = settings%texts(entry, 'estimators', 'energy_balance')
+      energy_release%crack_closure = settings%texts(entry, 'estimators', 'crack_closure')
+      energy_release%reference = settings%text(entry, 'reference')
+      energy_release%reference_value = settings%number(entry, 'reference_value')
+   end subroutine fill_energy_release
+end module hampm_crack_groups

@@ -1,0 +1,189 @@
+!> The groups &constraint and &load, and the keys by which both tell how something varies with time: their rows in the table of groups,
+!> their keys, and their values in a scene.
+module hampm_load_groups
+   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_constraints, only: given_motion_t
+   use hampm_key_rows, only: key_t, type_real, type_name, may, any_number, not_negative, max_values, group_t, type_text, &
+                             type_logical, must, repeats, is_optional
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text
+   use hampm_time_history, only: time_history_t
+   implicit none
+   private
+   public :: history_keys, fill_history, check_history, constraint_group, constraint_keys, constraint_spec_t, fill_constraints, &
+             load_group, load_keys, load_spec_t, fill_loads
+
+   ! group, which each group puts in, name, type, fewest values, most values, required, default, example, unit,
+   !    allowed, meaning
+   type(key_t), parameter :: history_keys(*) = [ &
+      key_t('', 'history', type_name, 1, 1, may, 'step', '', '', &
+            'step|ramp|sine|table', &
+            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
+      key_t('', 'start', type_real, 1, 1, may, '0.0', '', 's', &
+            any_number, 'time at which the history begins; before it the factor is 0'), &
+      key_t('', 'rise_time', type_real, 1, 1, may, '0.0', '', 's', &
+            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
+      key_t('', 'frequency', type_real, 1, 1, may, '0.0', '', 'Hz', &
+            not_negative, 'of a sine: its frequency; needed there'), &
+      key_t('', 'times', type_real, 0, max_values, may, '', '', 's', &
+            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
+      key_t('', 'factors', type_real, 0, max_values, may, '', '', '', &
+            any_number, 'of a table: factors at its times, as many as these')]
+
+   type(group_t), parameter :: constraint_group = group_t('constraint', repeats, is_optional, &
+      'displacement components of all grid nodes in a box that are held, or moved in a given way')
+
+   integer :: i                                  !! counts in the following tables only
+
+   ! group, name, type, fewest values, most values, required, default, example, unit,
+   !    allowed, meaning
+   type(key_t), parameter :: constraint_keys(*) = [ &
+      key_t('constraint', 'lower', type_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
+            any_number, 'lower corner of the box whose nodes are held'), &
+      key_t('constraint', 'upper', type_real, ndim, ndim, must, '', '0.1, 0.0', 'm', &
+            any_number, 'upper corner of the box, may equal the lower one'), &
+      key_t('constraint', 'fix', type_name, 1, 1, must, '', 'y', '', &
+            'x|y|xy', 'components that are held there, or moved'), &
+      key_t('constraint', 'displacement', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'by which they are moved where its factor is 1'), &
+      key_t('constraint', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
+            any_number, 'with which they are moved where its factor is 1'), &
+      (key_t('constraint', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
+             history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
+             history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys)), &
+      key_t('constraint', 'name', type_text, 1, 1, may, '', 'grip', '', &
+            '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y'), &
+      key_t('constraint', 'push_only', type_logical, 1, 1, may, '.false.', '', '', &
+            '', 'whether it holds what presses on it only: a support from which material may lift off')]
+
+   !> &constraint: nodes that are held.
+   type :: constraint_spec_t
+      real(dp) :: lower(ndim) = 0                !! [m]
+      real(dp) :: upper(ndim) = 0                !! [m]
+      logical :: fixed(ndim) = .false.           !! which components are held
+      type(given_motion_t) :: motion             !! how they are moved
+      character(name_len) :: name = ''           !! of the columns of its reaction; '' for none
+   end type constraint_spec_t
+
+   type(group_t), parameter :: load_group = group_t('load', repeats, is_optional, &
+      'a force on the material, with its history in time')
+
+   type(key_t), parameter :: load_keys(*) = [ &
+      key_t('load', 'kind', type_name, 1, 1, must, '', 'traction', '', &
+            'point|traction|body|pressure|gravity', &
+            'acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material'), &
+      key_t('load', 'lower', type_real, 0, ndim, may, '', '0.0, 0.0', 'm', &
+            any_number, 'lower corner of where it acts; none of gravity and of pressure on a crack'), &
+      key_t('load', 'upper', type_real, 0, ndim, may, '', '0.0, 0.01', 'm', &
+            any_number, 'upper corner of where it acts, for a point equal to the lower one; none where lower is none'), &
+      key_t('load', 'force', type_real, 0, ndim, may, '', '0.0, 1.0', 'N', &
+            any_number, 'of a point, traction or body: resultant of the whole load where its factor is 1'), &
+      key_t('load', 'pressure', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            any_number, 'of a pressure: force on each area where its factor is 1, positive into the material'), &
+      key_t('load', 'on', type_name, 1, 1, may, 'edge', '', '', &
+            'edge|crack', 'of a pressure: whether on a part of a body''s edge or on all faces of a crack'), &
+      key_t('load', 'crack', type_text, 1, 1, may, '', '', '', &
+            '', 'of a pressure on a crack: its name, not needed where there is only one'), &
+      key_t('load', 'acceleration', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s2', &
+            any_number, 'of gravity: force on each mass where its factor is 1'), &
+      key_t('load', 'face', type_name, 1, 1, may, 'none', '', '', &
+            'none|left|right', 'of a point or traction on a crack of kind line: its face, as one looks towards the tip'), &
+      (key_t('load', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
+             history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
+             history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys))]
+
+   !> &load: a force and its history.
+   type :: load_spec_t
+      character(name_len) :: kind = ''           !! 'point', 'traction', 'body', 'pressure' or 'gravity'
+      logical :: has_place = .true.              !! whether it acts in a box, else on all material or on a crack
+      real(dp) :: lower(ndim) = 0                !! [m]
+      real(dp) :: upper(ndim) = 0                !! [m]
+      real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
+      character(name_len) :: face = ''           !! of a crack: 'none', 'left' or 'right'
+      real(dp) :: pressure = 0                   !! positive into the material [Pa]
+      character(name_len) :: crack = ''          !! name of the crack that the pressure is on
+      real(dp) :: acceleration(ndim) = 0         !! [m/s2]
+      type(time_history_t) :: history            !! of its factor
+   end type load_spec_t
+
+contains
+
+   !> Take the values of these keys of one group; 0, '' or empty where they are mistaken.
+   pure subroutine fill_history(settings, entry, history)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry                 !! position of the group
+      type(time_history_t), intent(inout) :: history
+      history%kind = settings%text(entry, 'history')
+      history%start = settings%number(entry, 'start')
+      history%rise_time = settings%number(entry, 'rise_time')
+      history%frequency = settings%number(entry, 'frequency')
+      history%times = settings%numbers(entry, 'times')
+      history%factors = settings%numbers(entry, 'factors')
+   end subroutine fill_history
+
+   !> The times of a table increase, and have as many factors.
+   pure subroutine check_history(history, entry, settings)
+      type(time_history_t), intent(in) :: history
+      integer, intent(in) :: entry                 !! position of the group
+      type(settings_t), intent(inout) :: settings
+      integer :: n
+      if (.not. (settings%good(entry, 'history') .and. settings%good(entry, 'times')) .or. history%kind /= 'table') return
+      n = size(history%times)
+      if (n < 2) then
+         call settings%complain(entry, 'times', 'must have at least 2 values for history = ''table''')
+      else if (any(history%times(2:) <= history%times(:n - 1))) then
+         call settings%complain(entry, 'times', 'must increase from value to value')
+      end if
+      if (settings%good(entry, 'factors') .and. size(history%factors) /= n) &
+         call settings%complain(entry, 'factors', 'must have as many values as times, '//to_text(n)//', not '// &
+                                to_text(size(history%factors)))
+   end subroutine check_history
+
+   !> Take all groups of this name; values are 0, '' or empty where they are mistaken.
+   pure subroutine fill_constraints(settings, constraints)
+      type(settings_t), intent(in) :: settings
+      type(constraint_spec_t), allocatable, intent(out) :: constraints(:)
+      character(*), parameter :: axis = 'xyz'
+      character(:), allocatable :: fix
+      integer :: i, entry, d
+      allocate (constraints(settings%count_of('constraint')))
+      do i = 1, size(constraints)
+         entry = settings%find('constraint', i)
+         associate (constraint => constraints(i))
+            constraint%lower = settings%vector(entry, 'lower')
+            constraint%upper = settings%vector(entry, 'upper')
+            fix = settings%text(entry, 'fix')
+            constraint%motion%displacement = settings%vector(entry, 'displacement')
+            constraint%motion%velocity = settings%vector(entry, 'velocity')
+            call fill_history(settings, entry, constraint%motion%history)
+            constraint%name = settings%text(entry, 'name')
+            constraint%motion%push_only = settings%flag(entry, 'push_only')
+            constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
+         end associate
+      end do
+   end subroutine fill_constraints
+
+   !> Take all groups of this name; values are 0, '' or empty where they are mistaken.
+   pure subroutine fill_loads(settings, loads)
+      type(settings_t), intent(in) :: settings
+      type(load_spec_t), allocatable, intent(out) :: loads(:)
+      integer :: i, entry
+      allocate (loads(settings%count_of('load')))
+      do i = 1, size(loads)
+         entry = settings%find('load', i)
+         associate (load => loads(i))
+            load%kind = settings%text(entry, 'kind')
+            load%has_place = load%kind /= 'gravity' .and. &
+                             .not. (load%kind == 'pressure' .and. settings%text(entry, 'on') == 'crack')
+            if (size(settings%numbers(entry, 'lower')) == ndim) load%lower = settings%vector(entry, 'lower')
+            if (size(settings%numbers(entry, 'upper')) == ndim) load%upper = settings%vector(entry, 'upper')
+            if (size(settings%numbers(entry, 'force')) == ndim) load%force = settings%vector(entry, 'force')
+            load%pressure = settings%number(entry, 'pressure')
+            load%crack = settings%text(entry, 'crack')
+            load%acceleration = settings%vector(entry, 'acceleration')
+            load%face = settings%text(entry, 'face')
+            call fill_history(settings, entry, load%history)
+         end associate
+      end do
+   end subroutine fill_loads
+end module hampm_load_groups
