@@ -137,7 +137,7 @@ contains
       type(checkpoint_t) :: checkpoint
       character(:), allocatable :: text
       call checkpoint%open(options%resume)
-      call checkpoint%keep('scene', text)
+      call checkpoint%keep_text('scene', text)
       if (checkpoint%failure%failed()) then
          call checkpoint%finish(failure)
          return

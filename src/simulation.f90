@@ -155,7 +155,7 @@ contains
       call checkpoint%keep_longs('lengths', n, s%lengths)
       warning = ''
       if (allocated(s%warning)) warning = s%warning
-      call checkpoint%keep('warning', warning)
+      call checkpoint%keep_text('warning', warning)
       if (len(warning) > 0) s%warning = warning
    end subroutine keep_rest
 
@@ -173,7 +173,7 @@ contains
       if (failure%failed()) return
       s%lengths = s%results%lengths()
       call checkpoint%create(checkpoint_name(s%results%path))
-      call checkpoint%keep('scene', s%scene%as_used)
+      call checkpoint%keep_text('scene', s%scene%as_used)
       call keep_cracks(s%cracks, checkpoint)
       call keep_growing(s%growing, checkpoint)
       call keep_motion(checkpoint, s%cracks, s%motion)

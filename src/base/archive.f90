@@ -14,8 +14,7 @@ module hampm_archive
       logical :: is_read = .false.               !! whether it is read, else it is written
       type(failure_t) :: failure                 !! the first thing that went wrong; nothing is done after it
    contains
-      generic :: keep => keep_real, keep_integer, keep_long, keep_logical, keep_text
-      procedure, private :: keep_real, keep_integer, keep_long, keep_logical
+      procedure :: keep
       procedure :: keep_logicals
       procedure :: reals
       procedure :: integers
@@ -96,49 +95,32 @@ contains
       call self%keep_longs(trim(self%name), n, values)
    end subroutine longs
 
-   !> Keep a real number.
-   subroutine keep_real(self, name, value)
+   !> Keep a real number, an integer of any kind, or a logical value.
+   subroutine keep(self, name, value)
       class(archive_t), intent(inout) :: self
       character(*), intent(in) :: name
-      real(dp), intent(inout) :: value
-      real(dp) :: values(1)
-      values = value
-      call self%keep_reals(name, 1, values)
-      value = values(1)
-   end subroutine keep_real
-
-   !> Keep an integer.
-   subroutine keep_integer(self, name, value)
-      class(archive_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer, intent(inout) :: value
-      integer :: values(1)
-      values = value
-      call self%keep_integers(name, 1, values)
-      value = values(1)
-   end subroutine keep_integer
-
-   !> Keep a long integer.
-   subroutine keep_long(self, name, value)
-      class(archive_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer(long), intent(inout) :: value
-      integer(long) :: values(1)
-      values = value
-      call self%keep_longs(name, 1, values)
-      value = values(1)
-   end subroutine keep_long
-
-   !> Keep a logical value.
-   subroutine keep_logical(self, name, value)
-      class(archive_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      logical, intent(inout) :: value
-      logical :: values(1)
-      values = value
-      call self%keep_logicals(name, 1, values)
-      value = values(1)
-   end subroutine keep_logical
+      class(*), intent(inout) :: value
+      real(dp) :: reals(1)
+      integer(long) :: longs(1)
+      select type (value)
+       type is (real(dp))
+         reals = value
+         call self%keep_reals(name, 1, reals)
+         value = reals(1)
+       type is (integer(long))
+         longs = value
+         call self%keep_longs(name, 1, longs)
+         value = longs(1)
+       type is (integer)
+         longs = value
+         call self%keep_longs(name, 1, longs)
+         value = int(longs(1))
+       type is (logical)
+         longs = merge(1, 0, value)
+         call self%keep_longs(name, 1, longs)
+         value = longs(1) == 1
+      end select
+   end subroutine keep
 
    !> Keep the first `n` elements of an array of integers of any shape.
    subroutine keep_integers(self, name, n, values)

@@ -4,7 +4,6 @@ module hampm_quadratic_setback
    use hampm_kinds, only: dp
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_quadratic_points, only: fewest_points
    implicit none

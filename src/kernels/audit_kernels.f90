@@ -3,7 +3,7 @@ module hampm_audit_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes
    use hampm_material, only: material_t
-   use hampm_particles, only: particles_t, remembered
+   use hampm_particles, only: particles_t
    use hampm_tensors, only: product_of
    implicit none
    private
@@ -66,7 +66,7 @@ contains
       integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
       if (material%has_history()) then
-         work = remembered_work(material, before, change, dt, remembered(p, number), hoop)
+         work = remembered_work(material, before, change, dt, p%history_of(number), hoop)
       else if (material%linear) then
          work = sum(change*material%conjugate_stress(before + change/2, hoop=hoop))
       else

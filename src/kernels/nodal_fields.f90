@@ -3,7 +3,7 @@
 module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, of_mass, of_momentum, of_force, n_sums
+   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, of_mass, n_sums
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_large_pages, only: prefer_large_pages

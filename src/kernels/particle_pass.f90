@@ -31,7 +31,7 @@ module hampm_particle_pass
    use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
                                      add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
                                      add_stress, divergence
-   use hampm_particles, only: particles_t, remembered
+   use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    use hampm_support_pass, only: pass_by_supports
    implicit none
@@ -407,7 +407,7 @@ contains
          do l = 1, lanes
             k = lanes*(s - 1) + l
             h_of = h(k, :, :)
-            past = remembered(p, number(k))
+            past = p%history_of(number(k))
             t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h_of, p%total_frame, past), [ndim*ndim])
          end do
       end do

@@ -18,7 +18,7 @@ module hampm_particles
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: particles_t, new_particles, add_history, take_particles, keep_particles, remembered, spacing_of
+   public :: particles_t, new_particles, add_history, take_particles, keep_particles, spacing_of
 
    !> All material points: the first `n` entries of each array are used.
    type :: particles_t
@@ -180,8 +180,7 @@ contains
       logical :: has_families
       n = p%n
       has_families = allocated(p%level)
-      columns = 0
-      if (allocated(p%history)) columns = size(p%history, 2)
+      columns = p%columns()
       call archive%section('particles')
       call archive%keep('number', n)
       call archive%keep('have_families', has_families)
@@ -224,10 +223,8 @@ contains
       type(failure_t), intent(inout) :: failure
       type(particles_t) :: fresh
       type(transfer_t) :: transfer
-      integer :: columns, k
-      columns = 0
-      if (allocated(p%history)) columns = size(p%history, 2)
-      call make_room(size(origin), allocated(p%level), columns, p, fresh, failure)
+      integer :: k
+      call make_room(size(origin), allocated(p%level), p%columns(), p, fresh, failure)
       if (failure%failed()) return
       allocate (transfer%origin, source=origin)
       call p%visit_columns(transfer)                    ! wants none, but counts
@@ -369,23 +366,15 @@ contains
       weight = weight/sum(weight)
    end function weights_of
 
-   !> What particle `i` remembers; nothing where no law has a history.
+   !> What particle `i` remembers, zeros of none, whose number is 0; nothing where no law has a history.
    pure function history_of(self, i) result(past)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
       real(dp) :: past(self%columns())
-      if (allocated(self%history)) past = self%history(i, :)
-   end function history_of
-
-   !> The same; zeros of none, whose number is 0.
-   pure function remembered(p, i) result(past)
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
-      real(dp) :: past(p%columns())
-      if (.not. allocated(p%history)) return
+      if (.not. allocated(self%history)) return
       past = 0
-      if (i > 0) past = p%history(i, :)
-   end function remembered
+      if (i > 0) past = self%history(i, :)
+   end function history_of
 
    !> Edges of the reference rectangle of a particle [m].
    pure function spacing_of(p, i) result(spacing)

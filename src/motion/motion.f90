@@ -16,7 +16,6 @@
 module hampm_motion
    use hampm_kinds, only: dp, ndim, long
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_touch
    use hampm_cuts, only: crosses

@@ -1,6 +1,6 @@
 !> Forces on the nodes beside the internal ones: those of loads and, in motion, of inertia.
 module hampm_outer_forces
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp
    use hampm_mass_product, only: multiply_by_mass
    use hampm_motion, only: motion_t
    use hampm_nodal_state, only: external_force

@@ -70,11 +70,11 @@ contains
       self%is_read = .false.
       call self%file%create(partial_name(path), self%failure)
       text = format_name
-      call self%keep('kind', text)
+      call self%keep_text('kind', text)
       number = format
       call self%keep('format', number)
       text = version
-      call self%keep('version', text)
+      call self%keep_text('version', text)
    end subroutine create
 
    !> Begin to read a checkpoint. `exit_file` where it is none, or not one that this program has written.
@@ -99,13 +99,13 @@ contains
       if (self%failure%failed()) return
       found = ''
       number = 0
-      if (self%file%holds('/kind')) call self%keep('kind', found)
+      if (self%file%holds('/kind')) call self%keep_text('kind', found)
       if (found /= format_name) then
          call self%refuse('it is no checkpoint of hampm')
          return
       end if
       call self%keep('format', number)
-      call self%keep('version', by)
+      call self%keep_text('version', by)
       if (self%failure%failed()) return
       if (by /= version .or. number /= format) then
          call self%refuse('it was written by hampm '//by//' (format '//to_text(number)//'), this is hampm '//version// &

@@ -148,14 +148,8 @@ contains
       type(c_ptr), value :: address
       type(failure_t), intent(inout) :: failure
       integer(hid_t) :: space, memory
-      integer(hsize_t) :: first_entry(2), counts(2)
-      integer :: e(6), first
-      first = first_dimension(self)
-      first_entry = [0_hsize_t, start]
-      counts = [self%rows, n]
-      call h5dget_space_f(self%id, space, e(1))
-      call h5sselect_hyperslab_f(space, h5s_select_set_f, first_entry(first:), counts(first:), e(2))
-      call h5screate_simple_f(3 - first, counts(first:), memory, e(3))
+      integer :: e(6)
+      call select_entries(self, start, n, space, memory, e(:3))
       call h5dread_f(self%id, memory_type, address, e(4), memory, space)
       call h5sclose_f(memory, e(5))
       call h5sclose_f(space, e(6))
@@ -207,17 +201,12 @@ contains
       type(c_ptr), intent(in) :: address
       type(failure_t), intent(inout) :: failure
       integer(hid_t) :: space, memory
-      integer(hsize_t) :: extent(2), start(2), counts(2)
-      integer :: e(7), first
+      integer(hsize_t) :: extent(2)
+      integer :: e(7)
       if (entries == 0) return
-      first = first_dimension(self)
-      start = [0_hsize_t, self%length]
-      counts = [self%rows, int(entries, hsize_t)]
       extent = [self%rows, self%length + entries]
-      call h5dset_extent_f(self%id, extent(first:), e(1))
-      call h5dget_space_f(self%id, space, e(2))
-      call h5sselect_hyperslab_f(space, h5s_select_set_f, start(first:), counts(first:), e(3))
-      call h5screate_simple_f(3 - first, counts(first:), memory, e(4))
+      call h5dset_extent_f(self%id, extent(first_dimension(self):), e(1))
+      call select_entries(self, self%length, int(entries, hsize_t), space, memory, e(2:4))
       call h5dwrite_f(self%id, memory_type, address, e(5), memory, space)
       call h5sclose_f(memory, e(6))
       call h5sclose_f(space, e(7))
@@ -227,6 +216,22 @@ contains
          self%length = extent(2)
       end if
    end subroutine append_raw
+
+   !> The spaces, in the file and in memory, of `n` entries behind the first `start` ones; `e` tells what failed.
+   subroutine select_entries(self, start, n, space, memory, e)
+      class(hdf5_series_t), intent(in) :: self
+      integer(hsize_t), intent(in) :: start, n
+      integer(hid_t), intent(out) :: space, memory
+      integer, intent(out) :: e(3)
+      integer(hsize_t) :: first_entry(2), counts(2)
+      integer :: first
+      first = first_dimension(self)
+      first_entry = [0_hsize_t, start]
+      counts = [self%rows, n]
+      call h5dget_space_f(self%id, space, e(1))
+      call h5sselect_hyperslab_f(space, h5s_select_set_f, first_entry(first:), counts(first:), e(2))
+      call h5screate_simple_f(3 - first, counts(first:), memory, e(3))
+   end subroutine select_entries
 
    !> The first of the dimensions (rows, n) that the dataset has: a series of single values has no rows.
    pure integer function first_dimension(self)

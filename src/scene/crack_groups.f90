@@ -2,7 +2,7 @@
 module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, may, repeats, is_optional, any_number, not_negative, &
-                             max_values, must, positive, once, is_assumed
+                             max_values, positive, once, is_assumed
    use hampm_settings, only: settings_t
    implicit none
    private

@@ -10,7 +10,6 @@ module hampm_load_consistency
    use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: has_shapes, comes_near_edges
-   use hampm_text, only: to_text
    implicit none
    private
    public :: check_constraints, check_loads, bodies_good

@@ -140,6 +140,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &energy_release
+      character(:), allocatable :: why
       real(dp) :: most
       logical :: is_tip(2)
       integer :: k, end, i
@@ -149,35 +150,32 @@ contains
             if (.not. is_tip(end)) cycle
             most = path_radius(scene, k, end)
             associate (tip => path_tip(scene%paths(k), end), radii => domain_radii(scene, most), least => least_radius(scene))
+               why = ''
                if (most < least - tolerance(scene%grid)) then
-                  call settings%complain(entry, 'radii', 'there is no place for a radius around the tip '// &
-                     point_text(tip)//': only material and the straight end of this crack are within '//length_text(most)// &
-                     ' m of it, and two of the finest cells, '//to_text(least)//' m, are the least; use smaller cells')
-                  return
+                  why = 'there is no place for a radius around the tip '// &
+                        point_text(tip)//': only material and the straight end of this crack are within '//length_text(most)// &
+                        ' m of it, and two of the finest cells, '//to_text(least)//' m, are the least; use smaller cells'
                else if (any(radii(2:) <= radii(:size(radii) - 1))) then
-                  call settings%complain(entry, 'radii', 'must increase from one to the next')
-                  return
+                  why = 'must increase from one to the next'
                else if (scene%energy_release%crack_closure .and. .not. maxval(radii) >= 2*least - tolerance(scene%grid)) then
-                  call settings%complain(entry, 'radii', 'the largest must be at least '//to_text(2*least)// &
-                     ' m, four of the finest cells, with ''crack_closure'', and is '//length_text(maxval(radii))// &
-                     ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m')
-                  return
+                  why = 'the largest must be at least '//to_text(2*least)// &
+                        ' m, four of the finest cells, with ''crack_closure'', and is '//length_text(maxval(radii))// &
+                        ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m'
                else if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) then
-                  call settings%complain(entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)// &
-                     '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
-                     'but material and the straight end of this crack')
-                  return
+                  why = 'must be in ['//to_text(least)//', '//length_text(most)// &
+                        '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
+                        'but material and the straight end of this crack'
                end if
                do i = 1, size(scene%bodies)
                   associate (body => scene%bodies(i), reach => maxval(radii))
-                     if (.not. overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) cycle
-                     if (are_alike(scene, i, body_at(scene, tip))) cycle
-                     call settings%complain(entry, 'radii', 'there must be one material within them around the tip '// &
-                                            point_text(tip)//'; body '//to_text(i)//' is of another one, or has '// &
-                                            'another eigenstrain')
-                     return
+                     if (why /= '' .or. are_alike(scene, i, body_at(scene, tip))) cycle
+                     if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) &
+                        why = 'there must be one material within them around the tip '//point_text(tip)//'; body '// &
+                              to_text(i)//' is of another one, or has another eigenstrain'
                   end associate
                end do
+               if (why /= '') call settings%complain(entry, 'radii', why)
+               if (why /= '') return
             end associate
          end do
       end do

@@ -1,7 +1,7 @@
 !> What the table of rules (`hampm_rules`) says of a scene: mistakes, warnings and notes.
 module hampm_rule_check
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
-   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with
+   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, noted_with
    use hampm_scene, only: scene_t, fill_scene
    use hampm_settings, only: settings_t, setting_t
    use hampm_keys, only: is_text, keys, find_group, find_key, first_key

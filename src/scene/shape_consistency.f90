@@ -2,7 +2,6 @@
 !> crossings, holes inside bodies.
 module hampm_shape_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_body_group, only: hole_t
    use hampm_outline, only: outline_t, ring_t
    use hampm_placement, only: point_text
    use hampm_scene, only: scene_t
