@@ -11,7 +11,7 @@ program minimal_step
    use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
    use hampm_step, only: advance
    use hampm_threads, only: use_threads
-   use hampm_time_step, only: stable_time_step
+   use hampm_critical_step, only: stable_time_step
    use hampm_timing, only: seconds => processor_seconds, time_to_move, median
    implicit none
    type(motion_t) :: motion

@@ -8,7 +8,7 @@ module hampm_plain_scene
    use hampm_motion, only: motion_t
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
-   use hampm_time_step, only: stable_time_step
+   use hampm_critical_step, only: stable_time_step
    use hampm_thickness, only: thickness_t
    implicit none
    private
