@@ -18,10 +18,11 @@ module hampm_growth_at_rest
    implicit none
    private
    public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, factor_to_toughness, &
-             note_drive, correct_work, scale_loads
+             note_drive, freed, correct_work, scale_loads
 
 
    real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
+   real(dp), parameter :: nothing = 1e-20_dp     !! G over the toughness that is none but by rounding, as of a crack that is closed
    real(dp), parameter :: small = 0.01_dp        !! atan(K_II/K_I) with which a tip may go on where less is not to be had [rad]
 
 contains
@@ -250,7 +251,7 @@ contains
                                                         /scene%growth(law_of(scene, cracks%tips(k)))%toughness)
       end do
       factor = 1
-      if (largest > 0) factor = 1/sqrt(largest)
+      if (largest > nothing) factor = 1/sqrt(largest)
    end function factor_to_toughness
 
    !> Note by what the loads have changed since tips have advanced by their own history: where all change alike, by the root of what is stored.
@@ -261,16 +262,25 @@ contains
       if (growing%stored_grown > 0) growing%drive = sqrt(stored_energy(m)/growing%stored_grown)
    end subroutine note_drive
 
+   !> The energy that tips which have advanced at constant drive have freed in a load step so far [J].
+   real(dp) function freed(growing, m)
+      type(growing_t), intent(in) :: growing
+      type(motion_t), intent(in) :: m
+      freed = (m%external_work - growing%work) - (stored_energy(m) - growing%stored)
+   end function freed
+
    !> Before all that drives the material is multiplied by a factor: correct the work that it does in a load step. Tips have advanced at
    !> constant drive, and the loads follow, by their history and by the factor; what they do on the way is that of the mean of the
    !> forces at both ends of the step, as if all had gone on together. In a linear body the difference is the energy that the advance has
    !> freed, times by what the drive changes less 1.
-   subroutine correct_work(growing, factor, m)
+   subroutine correct_work(growing, factor, by_advance, change, m)
       type(growing_t), intent(in) :: growing
-      real(dp), intent(in) :: factor
+      real(dp), intent(in) :: factor             !! since the tips have advanced, of all times that loads are scaled together
+      real(dp), intent(in) :: by_advance         !! `freed` before the first of these [J]
+      real(dp), intent(inout) :: change          !! of the drive, for which the work is corrected; 1 at first
       type(motion_t), intent(inout) :: m
-      m%external_work = m%external_work &
-                        + (growing%drive*factor - 1)*((m%external_work - growing%work) - (stored_energy(m) - growing%stored))
+      m%external_work = m%external_work + (growing%drive*factor - change)*by_advance
+      change = growing%drive*factor
    end subroutine correct_work
 
    !> Scale all loads and prescribed motions.

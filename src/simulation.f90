@@ -18,7 +18,7 @@ module hampm_simulation
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: growing_t, new_growing, keep_growing
    use hampm_growth_at_rest, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
-                                    factor_to_toughness, note_drive, correct_work, scale_loads
+                                    factor_to_toughness, note_drive, freed, correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
@@ -454,20 +454,36 @@ contains
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine change_cut
 
-   !> After a load step, or at the start, when all is measured: scale the loads until the largest G is the toughness.
+   !> After a load step, or at the start, when all is measured: scale the loads until the largest G is the toughness; where the answer is not linear
+   !> in them again and again.
    subroutine load_to_toughness(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      real(dp) :: factor
+      real(dp), parameter :: near = 1e-6_dp      ! of the factor
+      integer, parameter :: most = 30
+      real(dp) :: factor, before, by_advance, change
+      integer :: attempt
       if (failure%failed()) return
-      factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
-      call correct_work(s%growing, factor, s%motion)
-      call s%integrator%rescale(s%motion, factor, failure)
-      if (failure%failed()) return
-      s%growing%load_factor = factor*s%growing%load_factor
-      call scale_loads(s%growing, s%motion)
-      call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
-      if (.not. failure%failed()) call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%motion)
+      before = s%growing%load_factor
+      by_advance = freed(s%growing, s%motion)
+      change = 1
+      do attempt = 1, most
+         factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
+         if (attempt > 1 .and. abs(factor - 1) < near) exit
+         call correct_work(s%growing, factor*s%growing%load_factor/before, by_advance, change, s%motion)
+         call s%integrator%rescale(s%motion, factor, failure)
+         if (failure%failed()) return
+         s%growing%load_factor = factor*s%growing%load_factor
+         call scale_loads(s%growing, s%motion)
+         call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+         if (failure%failed()) return
+      end do
+      if (attempt > most) then
+         call failure%report(exit_computation, when(s%motion%steps, s%motion%time)//'no factor of the loads was found that '// &
+                             'brings G to the toughness: it hardly hangs on them, as where an eigenstrain drives the crack')
+         return
+      end if
+      call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%motion)
    end subroutine load_to_toughness
 
    !> After a checkpoint was read: the scene has its cracks where they are, and loads their scale.

@@ -106,8 +106,6 @@ module hampm_rules
       rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate, ""), &
       rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
              "there are no stress intensity factors to turn by", "&growth direction = 'straight'"), &
-      rule_t(for_any_strain, not_with, "&growth law = 'quasi_static'", not_built, &
-             "loads are scaled to the toughness, which needs a linear answer", "&material law = 'linear_elastic'"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
              "K and the limits of the speed of a moving tip are known of isotropic material only", ""), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", &
@@ -144,8 +142,6 @@ module hampm_rules
       rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value", ""), &
-      rule_t("&body eigenstrain", not_with, "&growth law = 'quasi_static'", not_built, &
-             "loads are scaled as if they alone had strained the body", ""), &
       rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "that is the closed form for forces", &
              ""), &
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
