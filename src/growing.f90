@@ -29,7 +29,10 @@ module hampm_growing
       real(dp) :: drive = 1                      !! by which the loads change then, without the scaling that follows
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
+      real(dp), allocatable :: way(:)            !! of the same: in a step, which is tried [m]
       real(dp), allocatable :: excess(:)         !! of the same: G over the toughness, less 1, after the last step [-]
+      real(dp), allocatable :: fall(:)           !! of the same: by how much that falls with the way; 0: not known [1/m]
+      logical, allocatable :: is_held(:)         !! of the same: whether it can go no further in the step
       integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
       real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of bonds go on fading [m]
       logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
@@ -37,8 +40,7 @@ module hampm_growing
       logical, allocatable :: has_parted(:)      !! of the same: whether the zone of bonds that let go is complete, from when on it moves
       real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
       real(dp), allocatable :: memory(:)         !! of how late [s]
-      real(dp), allocatable :: owed(:)           !! of the same: way for which bonds have parted and which it has not moved yet; where it
-                                                 !! keeps pace, the way of a step that it has got used to [m]
+      real(dp), allocatable :: owed(:)           !! of the same: way for which bonds have parted and which it has not moved yet [m]
       real(dp), allocatable :: reserve(:)        !! part of its way that is planned at which the next is planned [m]
       integer, allocatable :: next_of_path(:)    !! of direction = path: the point that it goes to
       integer, allocatable :: looks(:)           !! how often K was taken since the last turn
@@ -128,10 +130,10 @@ contains
       growing%is_paced = scene%method%time == 'implicit'
       associate (n => size(cracks%tips))
          allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), &
-                   growing%has_no_room(n), source=.false.)
+                   growing%has_no_room(n), growing%is_held(n), source=.false.)
          allocate (growing%advance(n), growing%kink(n), growing%slope(n), growing%rate(n), growing%speed(n), growing%memory(n), &
                    growing%owed(n), growing%reserve(n), growing%room(n), growing%booked(n), growing%faded(n), &
-                   growing%excess(n), source=0.0_dp)
+                   growing%way(n), growing%excess(n), growing%fall(n), source=0.0_dp)
          allocate (growing%last_turn(n), source=-huge(1.0_dp))
          allocate (growing%next_of_path(n), source=1)
          allocate (growing%looks(n), growing%law(n), source=0)
@@ -276,6 +278,7 @@ contains
       call archive%keep_reals('speed', n, growing%speed)
       call archive%keep_reals('memory', n, growing%memory)
       call archive%keep_reals('owed', n, growing%owed)
+      call archive%keep_reals('fall', n, growing%fall)
       call archive%keep_reals('reserve', n, growing%reserve)
       call archive%keep_reals('last_turn', n, growing%last_turn)
       call archive%keep_reals('room', n, growing%room)

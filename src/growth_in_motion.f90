@@ -45,9 +45,6 @@ module hampm_growth_in_motion
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
    integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
 
-   !> Way of a tip that keeps pace in a step, in cells: for each part by which G is above the toughness, and by how much it then gets used to more.
-   real(dp), parameter :: eager = 2, steady = 0.06_dp
-
 contains
 
    !> Before a step: plan the ways of tips that have come to the end of what is planned. `have_planned` tells whether cells have to be cut.
@@ -71,7 +68,7 @@ contains
             if (of%law == 'toughness') then
                if (.not. growing%is_running(k)) cycle
                if (growing%is_paced) then
-                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%reserve(k) + growing%speed(k)*dt) cycle
+                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%reserve(k) + growing%way(k)) cycle
                else if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
                   if (foremost_released(m%springs, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%reserve(k)) cycle
@@ -238,7 +235,7 @@ contains
                growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
                call let_go_behind(m%springs, k, tip%grown, growing%faded(k), taken)
             else if (growing%is_running(k) .and. growing%is_paced) then
-               call keep_pace(growing, m, cracks, k, dt, most, taken)
+               call try_way(growing, m, cracks, k, dt, most, taken)
             else if (growing%is_running(k)) then
                call move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
             end if
@@ -322,10 +319,8 @@ contains
       end function new_speed
    end subroutine move_by_toughness
 
-   !> Let a tip move as its toughness lets it in a long step, in which bonds would let go all at once: its way keeps G at the toughness. It is
-   !> the way that it has got used to and, in proportion, what G is above (a controller with a proportional and an integral part); bonds let go
-   !> behind it as by a given speed.
-   subroutine keep_pace(growing, m, cracks, k, dt, most, taken)
+   !> Let a tip move by the way that is tried (`hampm_growth_pace`); bonds let go behind it as by a given speed.
+   subroutine try_way(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
       type(motion_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
@@ -333,17 +328,16 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! energy that bonds which let go had stored [J]
-      real(dp) :: way, fastest
+      real(dp) :: way
       associate (tip => cracks%tips(k))
-         fastest = rayleigh_speed(m%materials(tip%material))*dt
-         growing%owed(k) = min(max(0.0_dp, growing%owed(k) + steady*growing%excess(k)*tip%nodes%spacing), fastest)
-         way = max(0.0_dp, min(growing%owed(k) + eager*growing%excess(k)*tip%nodes%spacing, fastest, most))
+         way = min(growing%way(k), rayleigh_speed(m%materials(tip%material))*dt, most)
+         growing%is_held(k) = way < growing%way(k) .and. (growing%has_no_room(k) .or. way < cracks%crack(tip%crack)%bonded(tip%end))
          call cracks%move_tip(k, way)
          growing%speed(k) = way/dt
          tip%speed = growing%speed(k)
          call let_go_behind(m%springs, k, tip%grown, 0.0_dp, taken)
       end associate
-   end subroutine keep_pace
+   end subroutine try_way
 
    !> Why a tip stops at the end of its way. Where a surface is ahead of it the body is all but in two.
    function why_it_stops(scene, cracks, k) result(why)

@@ -20,6 +20,7 @@ module hampm_simulation
    use hampm_growth_at_rest, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
                                     factor_to_toughness, note_drive, freed, correct_work, scale_loads
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
+   use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_growth_room, only: follow_in_scene
    use hampm_guards, only: check_state, check_step, check_tip, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
    use hampm_interruption, only: interruption_t
@@ -303,7 +304,11 @@ contains
          before = s%motion%steps
          if (s%growing%are_there()) call prepare_growth(s, failure)
          if (failure%failed()) return
-         call s%integrator%advance(s%motion, s%dt, failure)
+         if (s%growing%is_paced) then
+            call advance_in_pace(s, failure)
+         else
+            call s%integrator%advance(s%motion, s%dt, failure)
+         end if
          if (s%growing%at_rest) call note_drive(s%growing, s%motion)
          if (s%integrator%is_static .and. s%refinement%is_active() .and. .not. failure%failed()) call adapt_at_rest(s, failure)
          if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)
@@ -334,7 +339,6 @@ contains
    subroutine prepare_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      logical :: have_planned
       if (s%growing%at_rest) then
          call grow(s, failure)
          s%growing%stored_grown = stored_energy(s%motion)
@@ -344,15 +348,60 @@ contains
          call look_at_tips(s, failure)
          if (failure%failed()) return
       end if
+      if (.not. s%growing%is_paced) call plan_growth(s, failure)
+   end subroutine prepare_growth
+
+   !> Plan the ways of tips, and cut cells along them.
+   subroutine plan_growth(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: have_planned
       call plan_ways(s%growing, s%scene, s%motion, s%cracks, s%dt, have_planned, s%warning)
       if (have_planned) then
          call update_particles(s%motion)
          call change_cut(s, failure)
          if (.not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
       end if
-      if (s%growing%is_paced .and. .not. failure%failed()) &
+   end subroutine plan_growth
+
+   !> Advance by an implicit step with tips that grow: tried with other ways until G keeps to the toughness (`hampm_growth_pace`).
+   subroutine advance_in_pace(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(growing_t) :: growing
+      type(cracks_t) :: cracks
+      type(measurements_t) :: measurements
+      type(pace_t) :: pace
+      character(:), allocatable :: warning
+      logical :: is_over
+      call begin_pace(s%growing, s%dt, pace)
+      call update_particles(s%motion)
+      do
+         call plan_growth(s, failure)
+         if (failure%failed()) return
+         call s%integrator%note_start(s%motion)
+         if (allocated(s%warning)) warning = s%warning
+         measurements = s%measurements
+         cracks = s%cracks
+         growing = s%growing
          call move_tips(s%growing, s%scene, s%motion, s%cracks, s%motion%time, s%dt, s%warning)
-   end subroutine prepare_growth
+         call s%integrator%advance(s%motion, s%dt, failure)
+         if (.not. failure%failed()) call look_at_tips(s, failure)
+         if (failure%failed()) return
+         call follow_pace(pace, s%growing, s%cracks, s%dt, is_over)
+         if (is_over) exit
+         growing%way = s%growing%way
+         growing%fall = s%growing%fall
+         growing%is_running = s%growing%is_running
+         growing%memory = s%growing%memory
+         s%growing = growing
+         s%cracks = cracks
+         s%measurements = measurements
+         if (allocated(s%warning)) deallocate (s%warning)
+         if (allocated(warning)) s%warning = warning
+         call s%integrator%go_to_start(s%motion)
+      end do
+   end subroutine advance_in_pace
 
    !> In motion: measure G and K, and let tips start whose loading has reached the toughness.
    subroutine look_at_tips(s, failure)
@@ -374,9 +423,7 @@ contains
          call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
          call turn_to_symmetry(s, turns, failure) ! loads that do not all change alike, and finer cells, have changed K_II
          call load_to_toughness(s, failure)
-      else if (s%growing%is_paced) then
-         call look_at_tips(s, failure)
-      else
+      else if (.not. s%growing%is_paced) then
          call move_tips(s%growing, s%scene, s%motion, s%cracks, s%motion%time - s%dt, s%dt, s%warning)
       end if
    end subroutine follow_growth

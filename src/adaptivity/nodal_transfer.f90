@@ -33,6 +33,7 @@ contains
       old%cell(m%sorting%new_place(:size(old%cell))) = old%cell
       if (allocated(m%nodal_displacement)) call carry_field(old, m, m%nodal_displacement)
       if (allocated(m%nodal_velocity)) call carry_field(old, m, m%nodal_velocity)
+      if (allocated(m%nodal_acceleration)) call carry_field(old, m, m%nodal_acceleration)
    end subroutine carry_nodes
 
    !> Carry a nodal field. A node has, of each element around it, the value of the old element in which its particle next to the node was, so

@@ -16,6 +16,8 @@ module hampm_implicit
    contains
       procedure :: advance
       procedure :: settle
+      procedure :: note_start
+      procedure :: go_to_start
       procedure :: finish
       procedure :: keep
    end type implicit_t
@@ -41,6 +43,20 @@ contains
       type(failure_t), intent(inout) :: failure
       call self%newmark%start(m, dt, failure)
    end subroutine settle
+
+   !> Note what a step begins with.
+   subroutine note_start(self, m)
+      class(implicit_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      call self%newmark%note_start(m)
+   end subroutine note_start
+
+   !> Go back to what was noted.
+   subroutine go_to_start(self, m)
+      class(implicit_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      call self%newmark%go_to_start(m)
+   end subroutine go_to_start
 
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)

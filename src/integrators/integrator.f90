@@ -18,6 +18,8 @@ module hampm_integrator
       procedure :: choose_steps
       procedure(advance), deferred :: advance
       procedure :: settle
+      procedure :: note_start
+      procedure :: go_to_start
       procedure :: rescale
       procedure :: finish
       procedure :: keep
@@ -57,6 +59,18 @@ contains
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
    end subroutine settle
+
+   !> Note what a step begins with that may be tried again, no particle being behind. Here nothing.
+   subroutine note_start(self, m)
+      class(integrator_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+   end subroutine note_start
+
+   !> Go back to what was noted. Here nothing.
+   subroutine go_to_start(self, m)
+      class(integrator_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+   end subroutine go_to_start
 
    !> At rest: multiply all that drives the material, and go to the equilibrium with it. Here nothing.
    subroutine rescale(self, m, factor, failure)

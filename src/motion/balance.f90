@@ -11,8 +11,9 @@
 !> 587-596 (block principal pivoting, with Murty's method where it cycles).
 module hampm_balance
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, settle_slip
+   use hampm_face_springs, only: settle_slip
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_instant, only: instant_t, remember, go_back_to
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
@@ -52,12 +53,8 @@ module hampm_balance
 
    !> What a part of a step begins with, to go back to.
    type :: start_t
+      type(instant_t) :: instant
       real(dp) :: stored = 0                     !! strain energy, with what has been dissipated [J]
-      real(dp) :: external_work = 0              !! [J]
-      real(dp), allocatable :: displacement(:, :), gradient(:, :, :), widening(:), gap(:)
-      real(dp), allocatable :: lift(:, :)
-      type(face_springs_t), allocatable :: springs
-      logical, allocatable :: touches(:), fixed(:, :)
    end type start_t
 
    abstract interface
@@ -105,7 +102,7 @@ contains
       divisions = 0
       do while (done < 1)
          none = failure_t()
-         if (.not. is_linear(m)) call remember(m, start)
+         if (.not. is_linear(m)) call begin_at(m, start)
          associate (part => part_t(done, done + length, m%time + (done + length)*(time - m%time), length*(time - m%time)))
             call self%try(m, part, start, is_rough, none)
             if (none%failed() .or. is_rough .and. divisions < most_for_path) then
@@ -243,36 +240,19 @@ contains
    end subroutine change_touch
 
    !> Keep what a part of a step begins with.
-   subroutine remember(m, start)
+   subroutine begin_at(m, start)
       type(motion_t), intent(in) :: m
-      type(start_t), intent(out) :: start
-      start%external_work = m%external_work
+      type(start_t), intent(inout) :: start
       start%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
-      if (m%springs%n > 0) start%springs = m%springs
-      start%displacement = m%particles%displacement
-      start%gradient = m%particles%gradient
-      if (allocated(m%particles%widening)) start%widening = m%particles%widening
-      start%lift = m%constraints%lift
-      start%fixed = m%constraints%fixed
-      if (m%contact%n == 0) return
-      start%gap = m%contact%gap
-      start%touches = m%contact%touches
-   end subroutine remember
+      call remember(m, start%instant)
+   end subroutine begin_at
 
-   !> Go back to where it began.
+   !> Go back to where it began, with the forces there.
    subroutine go_back(m, start)
       type(motion_t), intent(inout) :: m
       type(start_t), intent(in) :: start
       real(dp) :: stay(ndim, m%grid%n_points)
-      m%external_work = start%external_work
-      m%particles%displacement = start%displacement
-      m%particles%gradient = start%gradient
-      if (allocated(start%widening)) m%particles%widening = start%widening
-      if (allocated(start%gap)) m%contact%gap = start%gap
-      if (allocated(start%springs)) m%springs = start%springs
-      if (allocated(start%touches)) m%contact%touches = start%touches
-      m%constraints%lift = start%lift
-      call m%constraints%fix(start%fixed)
+      call go_back_to(start%instant, m)
       stay = 0
       m%materials%elapsed = 0
       call displace(m, stay)

@@ -135,24 +135,28 @@ contains
       end do
    end subroutine soften_released
 
-   !> What the forces of bonds that have let go take in a step [J].
-   pure real(dp) function work_of_release(springs, before, after, dt) result(work)
+   !> What the forces of bonds that have let go take in a step [J]; where what they were at its start is given, with the forces that they had then.
+   pure real(dp) function work_of_release(springs, before, after, dt, start) result(work)
       type(face_springs_t), intent(in) :: springs
       real(dp), intent(in) :: before(:, :), after(:, :) !! velocities of the nodes that the forces of the step have changed [m/s],
                                                  !! (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp) :: way(ndim)
+      type(face_springs_t), intent(in), optional :: start
+      real(dp) :: way(ndim), force(ndim)
       integer :: k, j
       work = 0
       do k = 1, springs%n
-         if (.not. springs%list(k)%lets_go .or. .not. springs%list(k)%kept > 0) cycle
+         if (.not. springs%list(k)%lets_go) cycle
+         force = force_of(springs%list(k))
+         if (present(start)) force = force_of(start%list(k))
+         if (.not. any(abs(force) > 0)) cycle
          way = 0
          do j = 1, count(springs%list(k)%node > 0)
             associate (node => springs%list(k)%node(j))
                way = way + dt*springs%list(k)%share(j)*(before(:, node) + after(:, node))/2
             end associate
          end do
-         work = work + dot_product(force_of(springs%list(k)), way)
+         work = work + dot_product(force, way)
       end do
    end function work_of_release
 

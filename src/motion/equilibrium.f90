@@ -86,7 +86,7 @@ contains
          call look_at_path(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
       if (.not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
-      is_rough = abs(m%external_work - start%external_work - stored + start%stored) > off_energy*max(stored, start%stored)
+      is_rough = abs(m%external_work - start%instant%external_work - stored + start%stored) > off_energy*max(stored, start%stored)
    end subroutine try
 
    !> The equilibrium that was tried is taken.
@@ -260,7 +260,7 @@ contains
       logical, intent(in) :: relaxes             !! whether material has taken its eigenstrain besides, which no load has worked for
       type(failure_t), intent(inout) :: failure
       real(dp) :: work, stored
-      work = m%external_work - start%external_work
+      work = m%external_work - start%instant%external_work
       stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss - start%stored
       if (.not. self%newton%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')

@@ -69,6 +69,7 @@ module hampm_motion
                                                  !! from material without loads [m], (ndim, n_points)
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
                                                  !! allocated where velocities are kept by the particles only
+      real(dp), allocatable :: nodal_acceleration(:, :) !! the same [m/s2]
       ! How the machine does it
       type(sorting_t) :: sorting                 !! how they got there
       type(tiling_t) :: plan                     !! of steps in tiles

@@ -35,9 +35,10 @@ module hampm_newmark
    use hampm_constraints, only: hold
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t
+   use hampm_instant, only: instant_t, remember, go_back_to
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
-   use hampm_motion, only: motion_t, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
+   use hampm_motion, only: motion_t, map_to_grid, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_outer_forces, only: drive_t, find_drive
@@ -60,22 +61,34 @@ module hampm_newmark
       real(dp), allocatable :: a(:, :)           !! acceleration at its end [m/s2], (ndim, n_points)
    end type driven_t
 
+   !> What a step began with, to try it again.
+   type :: past_t
+      type(instant_t) :: instant
+      type(drive_t) :: now
+      real(dp), allocatable :: r(:, :)           !! internal forces, with those of all bonds, condensed [N], (ndim, n_points)
+      real(dp) :: kinetic = 0
+      logical :: is_now = .false.                !! whether that is the start of the step which is tried, since when bonds may have let go
+   end type past_t
+
    !> The method, and what the nodes keep beside their velocity, which is the motion's.
    type, extends(balance_t) :: newmark_t
       real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
       real(dp) :: dt = 0                         !! of the last step [s]
       type(drive_t) :: now                       !! what drives the nodes at the present time
-      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, without those of bonds that let
+                                                 !! go in it, condensed [N], (ndim, n_points)
       real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
       real(dp), private :: kinetic = 0           !! kinetic energy after the last step, where it is audited [J]
       integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
-      real(dp), allocatable, private :: a(:, :)  !! acceleration at the present time [m/s2], (ndim, n_points)
       ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in it
       real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
       real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
       type(driven_t), private :: driven
       logical, allocatable, private :: fixed(:, :) !! components at its start, (ndim, n_nodes)
+      type(past_t), private :: past
    contains
+      procedure :: note_start
+      procedure :: go_to_start
       procedure :: start
       procedure :: begin
       procedure :: finish
@@ -87,40 +100,39 @@ module hampm_newmark
 
 contains
 
-   !> Find velocity and acceleration of the nodes at the present time, M v = p of the particles at the start, M a = f - C v. On another mesh
-   !> nodes have the velocity that they had there, and particles follow them; what kinetic energy that takes is booked. The step that comes is
+   !> Find velocity and acceleration of the nodes at the present time, at the start M v = p of the particles, M a = f - C v. On another mesh
+   !> nodes have those that they had there, and particles follow them; what kinetic energy that takes is booked. (With alpha below 0 forces at the end
+   !> of a step are not balanced by M a alone: to find a from them anew lets motions ring that the method is to damp.) The step that comes is
    !> `dt` long. Fails where the equations cannot be solved.
    subroutine start(self, m, dt, failure)
       class(newmark_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: b(:, :), r(:, :), product(:, :), v(:, :), a(:, :)
+      real(dp), allocatable :: b(:, :), r(:, :), product(:, :)
       type(driven_t) :: first
       call find_mass(self, m)
       call find_drive(m, m%time, self%now)
-      associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
-         allocate (product, mold=self%now%force)
-         if (allocated(m%nodal_velocity)) then
-            if (m%constraints%only_push()) call lift_by(m, m%nodal_displacement)
-            call find_driven(m, m%constraints%way(m%time - dt), m%time, dt, first)
-            call give(m, first%v, m%nodal_velocity)
-            call move_alloc(m%nodal_velocity, v)
-            call follow_nodes(m, v)
-         else
+      if (allocated(m%nodal_velocity)) then
+         if (m%constraints%only_push()) call lift_by(m, m%nodal_displacement)
+         call find_driven(m, m%constraints%way(m%time - dt), m%time, dt, first)
+         call give(m, first%v, m%nodal_velocity)
+         call give(m, first%a, m%nodal_acceleration)
+         call follow_nodes(m, m%nodal_velocity)
+      else
+         associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
+            allocate (product, mold=self%now%force)
             call begin_driven(m, m%time, dt, first)
             call multiply_by_mass(m%grid, matrix, mass, first%v, product)
             allocate (b, source=m%fields%momentum - product)
-            call solve_mass_equation(m, b, first%v, v, failure)
-            allocate (m%nodal_displacement, source=0*v)
-         end if
-         call internal_force(m, r)
-         call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*v + first%a, product)
-         b = r + self%now%force - product
-         call solve_mass_equation(m, b, first%a, a, failure)
-      end associate
-      call move_alloc(v, m%nodal_velocity)
-      call move_alloc(a, self%a)
+            call solve_mass_equation(m, b, first%v, m%nodal_velocity, failure)
+            allocate (m%nodal_displacement, source=0*m%nodal_velocity)
+            call internal_force(m, r)
+            call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*m%nodal_velocity + first%a, product)
+            b = r + self%now%force - product
+            call solve_mass_equation(m, b, first%a, m%nodal_acceleration, failure)
+         end associate
+      end if
       if (m%audit .and. m%steps > 0) m%numerical_loss = m%numerical_loss + self%kinetic - kinetic_energy(m)
    end subroutine start
 
@@ -214,10 +226,11 @@ contains
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
       call internal_force(m, self%r)
+      if (.not. self%past%is_now) self%past%r = self%r
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
       call find_drive(m, time, drive)
       call find_driven(m, self%now%way, time, dt, self%driven)
-      associate (v => m%nodal_velocity, a => self%a, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
+      associate (v => m%nodal_velocity, a => m%nodal_acceleration, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
          self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*a
          self%by_a = -v/(beta*dt) - (1/(2*beta) - 1)*a
          call give(m, self%driven%v, self%by_v, .false.)
@@ -226,7 +239,7 @@ contains
          outer%given = 0*v
          call give(m, self%driven%du, outer%given, .false.)
          outer%rest = (self%by_a + rate*((1 + alpha)*self%by_v - alpha*v))/(1 + alpha)
-         outer%applied = drive%force - alpha/(1 + alpha)*(self%r + self%now%force)
+         outer%applied = drive%force - alpha/(1 + alpha)*(self%past%r + self%now%force)
          self%fixed = m%constraints%fixed
          if (.not. is_linear(m)) outer%inertia = maxval(abs(outer%at(m, outer%given) - outer%applied))
       end associate
@@ -253,10 +266,11 @@ contains
       call move_particles(m, self%dt, du, v - m%nodal_velocity, have_moved)
       call book(self, m, drive, du, v)
       call move_alloc(v, m%nodal_velocity)
-      call move_alloc(a, self%a)
+      call move_alloc(a, m%nodal_acceleration)
       call move_alloc(drive%force, self%now%force)
       call move_alloc(drive%way, self%now%way)
       m%nodal_displacement = m%nodal_displacement + du
+      self%past%is_now = .false.
       if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine finish
 
@@ -370,11 +384,12 @@ contains
             m%damping_loss = m%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
          taken = work_of_release(m%springs, du, du, 1.0_dp)
+         if (self%past%is_now) taken = (taken + work_of_release(m%springs, du, du, 1.0_dp, self%past%instant%springs))/2
          m%fracture_energy = m%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
          allocate (gain, mold=du)
          call internal_force(m, r)
-         r = (self%r + r)/2
+         r = (self%past%r + r)/2
          call multiply_by_mass(m%grid, matrix, self%outer%mass, v - v_0, gain)
          work = gain(:, :n)/self%dt + drag(:, :n) - r(:, :n) - mean(:, :n)
          gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
@@ -385,23 +400,45 @@ contains
       end associate
    end subroutine book
 
+   !> Note what a step begins with.
+   subroutine note_start(self, m)
+      class(newmark_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      call remember(m, self%past%instant)
+      if (.not. m%mapped) call map_to_grid(m)
+      call internal_force(m, self%past%r)
+      self%past%now = self%now
+      self%past%kinetic = self%kinetic
+      self%past%is_now = .true.
+   end subroutine note_start
+
+   !> Go back to what was noted.
+   subroutine go_to_start(self, m)
+      class(newmark_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      call go_back_to(self%past%instant, m)
+      self%now = self%past%now
+      self%kinetic = self%past%kinetic
+      self%past%is_now = .true.
+   end subroutine go_to_start
+
    !> Keep in an archive what the next step needs.
    subroutine keep(self, m, archive)
       class(newmark_t), intent(inout) :: self
       type(motion_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       logical :: has_begun
-      has_begun = allocated(self%a)
+      has_begun = allocated(m%nodal_acceleration)
       call archive%keep('have_begun', has_begun)
       if (.not. has_begun) return
-      if (archive%is_read) allocate (self%a(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
+      if (archive%is_read) allocate (m%nodal_acceleration(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
                                      self%now%way(ndim, m%grid%n_nodes), m%nodal_velocity(ndim, m%grid%n_points), &
                                      m%nodal_displacement(ndim, m%grid%n_points))
       call archive%keep('last_dt', self%dt)
       call archive%keep('kinetic', self%kinetic)
       call archive%keep_reals('nodal_displacement', size(m%nodal_displacement), m%nodal_displacement)
       call archive%keep_reals('nodal_velocity', size(m%nodal_velocity), m%nodal_velocity)
-      call archive%keep_reals('nodal_acceleration', size(self%a), self%a)
+      call archive%keep_reals('nodal_acceleration', size(m%nodal_acceleration), m%nodal_acceleration)
       call archive%keep_reals('nodal_load', size(self%now%force), self%now%force)
       call archive%keep_reals('nodal_way', size(self%now%way), self%now%way)
    end subroutine keep

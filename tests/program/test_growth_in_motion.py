@@ -27,9 +27,10 @@ def run(hampm, tmp_path, text, code=0, words=(), name="growth"):
 
 
 def residual(history):
-    """What is missing in the energy balance, over the work."""
+    """What is missing in the energy balance since the start, where ends that are driven may move already, over the work."""
     inside = sum(history[name] for name in ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy"))
-    return np.max(np.abs(history["external_work"] - inside)) / np.max(history["external_work"])
+    missing = history["external_work"] - inside
+    return np.max(np.abs(missing - missing[0])) / np.max(history["external_work"])
 
 
 @pytest.mark.parametrize(("part", "levels"), [(0.33, 0), *(pytest.param(*case, marks=pytest.mark.verify)
@@ -80,22 +81,31 @@ def test_a_beam_that_splits_slowly_comes_near_to_one_at_rest(hampm, tmp_path):
     assert 0 < off[1] < 0.6 * off[0] < 0.15
 
 
-IMPLICIT = ("--set", "method.time=implicit", "--set", "method.time_step=1e-5", "--set", "method.hht_alpha=-0.1")
-
-
 def test_a_crack_keeps_pace_with_its_load_in_implicit_steps(hampm, tmp_path):
-    """The beam that splits slowly, in a fortieth of the steps: G is the toughness, and the load in the mean within 2 % of that at rest,
-    without the jumps of bonds that let go one by one. The audit closes."""
+    """The beam that splits slowly, in steps in which the crack passes a cell or two: G is the toughness at the end of each, and the load comes to that at
+    rest as the ends move more slowly; the damping alone has 0.7 % of it at 15 mm/s. Bonds take what G says, and the audit closes. The arms are at rest also with
+    more damping by the method: what nodes keep goes over to the cells that are cut anew (they swung with a hundred times the strain energy)."""
     compliance = bench.dcb_compliance(lambda text: run(hampm, tmp_path, text)[0])
-    text = bench.example("dcb_growth_dynamic").replace("'domain_integral'", "'domain_integral', 'energy_balance'")
-    row, _ = run(hampm, tmp_path, text, words=IMPLICIT)
-    load, scatter, length, _, _ = bench.dcb_errors(row, compliance, 0.015)
-    print(load, scatter, length)
-    assert abs(load) < 0.02 and scatter < 0.025 and abs(length) < 1e-3
-    late = row["tip_x"] > 55e-3
-    assert np.mean(row["G"][late]) == pytest.approx(1.0, abs=0.01)
-    assert row["G"][late] == pytest.approx(1.0, abs=0.06)
-    assert residual(row) < 1e-7
+    off = {}
+    for rate, dt, alpha in ((0.06, 5e-5, -0.1), (0.015, 2e-4, -0.1), (0.004, 1e-3, -0.1), (0.004, 5e-4, -0.3)):
+        text = bench.example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3).replace("-7.5e-3", f"-{rate / 2}")
+        text = text.replace("'domain_integral'", "'domain_integral', 'energy_balance'")
+        row, _ = run(hampm, tmp_path, text, words=("--set", "method.time=implicit", "--set", f"method.time_step={dt}", "--set", f"method.hht_alpha={alpha}",
+                                                   "--set", f"output.history_interval={dt}"))
+        load, scatter, length, _, kinetic = bench.dcb_errors(row, compliance, rate)
+        late = row["tip_x"] > 55e-3
+        taken = row["fracture_energy"][-1] / row["integral_of_G"][-1]
+        print(rate, alpha, row["step"][-1], load, scatter, length, kinetic, taken, np.max(np.abs(row["G"][late] - 1)))
+        assert row["step"][-1] < 32
+        assert taken == pytest.approx(1, abs=0.1)
+        assert kinetic < 0.002 + (rate / 0.3)**2
+        assert residual(row) < 1e-10
+        if alpha < -0.1:
+            continue
+        assert row["G"][late] == pytest.approx(1.0, abs=0.05)
+        assert np.mean(row["G"][late]) == pytest.approx(1.0, abs=0.01)
+        off[rate] = abs(load)
+    assert off[0.004] < 0.005 < off[0.015] < 0.015 < off[0.06] < 0.08
 
 
 @pytest.mark.verify
