@@ -316,13 +316,17 @@ def long_strip(program, arguments):
 
 
 def dcb(program, arguments):
-    out = [("opening rate [mm/s]", "mean load %", "scatter %", "mean length [mm]", "last length [mm]", "kinetic/stored energy %")]
+    out = [("opening rate [mm/s]", "steps", "mean load %", "scatter %", "mean length [mm]", "last length [mm]", "kinetic/stored energy %", "CPU [s]")]
     compliance = dcb_compliance(program)
-    for rate in (0.12, 0.06, 0.015):
-        text = example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3)
-        history = program(text.replace("-7.5e-3", f"-{rate / 2}"))
-        load, scatter, mean, last, kinetic = dcb_errors(history, compliance, rate)
-        out.append((f"{1e3 * rate:g}", percent(load), percent(scatter), f"{1e3 * mean:.2f}", f"{1e3 * last:.2f}", percent(kinetic)))
+    for rate, dt in ((0.12, 2.5e-5), (0.06, 5e-5), (0.015, 2e-4), (0.004, 1e-3)):
+        text = example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3).replace("-7.5e-3", f"-{rate / 2}")
+        for method in ("", f"&method time = 'implicit'  time_step = {dt}  hht_alpha = -0.1 /\n"):
+            before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+            history = program((text.replace("history_interval = 1.0e-5", f"history_interval = {dt}") if method else text) + method)
+            seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+            load, scatter, mean, last, kinetic = dcb_errors(history, compliance, rate)
+            out.append((f"{1e3 * rate:g}", history["step"][-1], percent(load), percent(scatter), f"{1e3 * mean:.2f}", f"{1e3 * last:.2f}", percent(kinetic),
+                        f"{seconds:.2f}"))
     write(out, "dcb", arguments.output)
 
 

@@ -67,6 +67,7 @@ module hampm_newmark
       type(drive_t) :: now
       real(dp), allocatable :: r(:, :)           !! internal forces, with those of all bonds, condensed [N], (ndim, n_points)
       real(dp) :: kinetic = 0
+      logical :: is_carried = .false.
       logical :: is_now = .false.                !! whether that is the start of the step which is tried, since when bonds may have let go
    end type past_t
 
@@ -80,6 +81,7 @@ module hampm_newmark
       real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
       real(dp), private :: kinetic = 0           !! kinetic energy after the last step, where it is audited [J]
       integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
+      logical, private :: is_carried = .false.   !! whether nodes keep what they had on another mesh
       ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in it
       real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
       real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
@@ -119,6 +121,7 @@ contains
          call give(m, first%v, m%nodal_velocity)
          call give(m, first%a, m%nodal_acceleration)
          call follow_nodes(m, m%nodal_velocity)
+         self%is_carried = .true.
       else
          associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
             allocate (product, mold=self%now%force)
@@ -135,6 +138,23 @@ contains
       end if
       if (m%audit .and. m%steps > 0) m%numerical_loss = m%numerical_loss + self%kinetic - kinetic_energy(m)
    end subroutine start
+
+   !> Internal forces at the start of a step; where nodes are free and keep what they had on another mesh those with which they are as much in
+   !> balance as they were there: what is not balanced on this one comes with this step.
+   subroutine forces_at_start(self, m, r)
+      class(newmark_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: m
+      real(dp), allocatable, intent(out) :: r(:, :) !! condensed [N], (ndim, n_points)
+      real(dp), allocatable :: inertia(:, :)
+      call internal_force(m, r)
+      if (.not. self%is_carried) return
+      allocate (inertia, mold=r)
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%outer%mass, &
+                            m%nodal_acceleration + m%damping_rate*m%nodal_velocity, inertia)
+      associate (n => m%grid%n_nodes)
+         where (.not. m%constraints%fixed) r(:, :n) = inertia(:, :n) - self%now%force(:, :n)
+      end associate
+   end subroutine forces_at_start
 
    !> Give the particles the velocity that nodes have where they are.
    subroutine follow_nodes(m, v)
@@ -226,7 +246,7 @@ contains
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
       call internal_force(m, self%r)
-      if (.not. self%past%is_now) self%past%r = self%r
+      if (.not. self%past%is_now) call forces_at_start(self, m, self%past%r)
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
       call find_drive(m, time, drive)
       call find_driven(m, self%now%way, time, dt, self%driven)
@@ -271,6 +291,7 @@ contains
       call move_alloc(drive%way, self%now%way)
       m%nodal_displacement = m%nodal_displacement + du
       self%past%is_now = .false.
+      self%is_carried = .false.
       if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine finish
 
@@ -406,9 +427,10 @@ contains
       type(motion_t), intent(inout) :: m
       call remember(m, self%past%instant)
       if (.not. m%mapped) call map_to_grid(m)
-      call internal_force(m, self%past%r)
+      call forces_at_start(self, m, self%past%r)
       self%past%now = self%now
       self%past%kinetic = self%kinetic
+      self%past%is_carried = self%is_carried
       self%past%is_now = .true.
    end subroutine note_start
 
@@ -419,6 +441,7 @@ contains
       call go_back_to(self%past%instant, m)
       self%now = self%past%now
       self%kinetic = self%past%kinetic
+      self%is_carried = self%past%is_carried
       self%past%is_now = .true.
    end subroutine go_to_start
 
@@ -436,6 +459,7 @@ contains
                                      m%nodal_displacement(ndim, m%grid%n_points))
       call archive%keep('last_dt', self%dt)
       call archive%keep('kinetic', self%kinetic)
+      call archive%keep('is_carried', self%is_carried)
       call archive%keep_reals('nodal_displacement', size(m%nodal_displacement), m%nodal_displacement)
       call archive%keep_reals('nodal_velocity', size(m%nodal_velocity), m%nodal_velocity)
       call archive%keep_reals('nodal_acceleration', size(m%nodal_acceleration), m%nodal_acceleration)

@@ -83,11 +83,11 @@ def test_a_beam_that_splits_slowly_comes_near_to_one_at_rest(hampm, tmp_path):
 
 def test_a_crack_keeps_pace_with_its_load_in_implicit_steps(hampm, tmp_path):
     """The beam that splits slowly, in steps in which the crack passes a cell or two: G is the toughness at the end of each, and the load comes to that at
-    rest as the ends move more slowly; the damping alone has 0.7 % of it at 15 mm/s. Bonds take what G says, and the audit closes. The arms are at rest also with
-    more damping by the method: what nodes keep goes over to the cells that are cut anew (they swung with a hundred times the strain energy)."""
+    rest as the ends move more slowly; it is above that by a part that is about proportional to their speed. Bonds take what G says, and the audit closes. The arms are at rest also with
+    more damping by the method: what nodes keep goes over to the cells that are cut anew (they swung with a hundred times the strain energy, and later the load by 6 %)."""
     compliance = bench.dcb_compliance(lambda text: run(hampm, tmp_path, text)[0])
     off = {}
-    for rate, dt, alpha in ((0.06, 5e-5, -0.1), (0.015, 2e-4, -0.1), (0.004, 1e-3, -0.1), (0.004, 5e-4, -0.3)):
+    for rate, dt, alpha in ((0.06, 5e-5, -0.1), (0.015, 2e-4, -0.1), (0.004, 1e-3, -0.1), (0.004, 1e-3, -0.3)):
         text = bench.example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3).replace("-7.5e-3", f"-{rate / 2}")
         text = text.replace("'domain_integral'", "'domain_integral', 'energy_balance'")
         row, _ = run(hampm, tmp_path, text, words=("--set", "method.time=implicit", "--set", f"method.time_step={dt}", "--set", f"method.hht_alpha={alpha}",
@@ -100,12 +100,12 @@ def test_a_crack_keeps_pace_with_its_load_in_implicit_steps(hampm, tmp_path):
         assert taken == pytest.approx(1, abs=0.1)
         assert kinetic < 0.002 + (rate / 0.3)**2
         assert residual(row) < 1e-10
-        if alpha < -0.1:
-            continue
         assert row["G"][late] == pytest.approx(1.0, abs=0.05)
         assert np.mean(row["G"][late]) == pytest.approx(1.0, abs=0.01)
-        off[rate] = abs(load)
-    assert off[0.004] < 0.005 < off[0.015] < 0.015 < off[0.06] < 0.08
+        assert scatter < (0.01 if rate < 0.02 else 0.06)
+        off.setdefault(rate, []).append(load)
+    assert all(0 < value < 0.01 for value in off[0.004])
+    assert off[0.004][0] < off[0.015][0] / 2 and off[0.015][0] < off[0.06][0] / 3 < 0.03
 
 
 @pytest.mark.verify
@@ -313,13 +313,15 @@ def test_a_crack_stops_before_the_surface(hampm, tmp_path):
     assert residual(row) < 1e-12
 
 
-@pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'hoop_stress'",
-                                 "law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'"])
-def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law):
+@pytest.mark.parametrize(("law", "method", "steps"), [
+    ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'hoop_stress'", "", 95), ("law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'", "", 95),
+    ("law = 'toughness'  toughness = 0.01", "time = 'implicit'  time_step = 2e-7  hht_alpha = -0.1", 14)])
+def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law, method, steps):
     """In the midst of a release: the same bytes."""
-    text = plate(f"&growth {law} /", refine=LEVEL)
+    text = plate(f"&growth {law} /", method=method, refine=LEVEL)
     row, _ = run(hampm, tmp_path, text)
-    run(hampm, tmp_path, text, code=5, words=("--steps", "95"), name="part")
+    assert np.count_nonzero(row["tip_speed"]) > 2
+    run(hampm, tmp_path, text, code=5, words=("--steps", f"{steps}"), name="part")
     assert hampm("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
     with h5py.File(tmp_path / "part.h5") as file:
         for name, values in row.items():
