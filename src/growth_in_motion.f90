@@ -6,7 +6,7 @@ module hampm_growth_in_motion
    use hampm_bond_release, only: let_go_behind, let_go_beyond, way_at, soften_released, foremost_released
    use hampm_crack_measurements, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
-   use hampm_crack_tip_field, only: modes, effective_modulus
+   use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t, last_point
    use hampm_face_springs, only: spring_energy
    use hampm_forest, only: forest_t, outside
@@ -408,6 +408,7 @@ contains
       integer :: k, law
       do k = 1, size(cracks%tips)
          law = growing%law_at(scene, cracks, k, m%time)
+         growing%excess(k) = -1                  ! a tip that may not grow rests
          if (law == 0) cycle
          associate (of => scene%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))
             if (of%law /= 'toughness' .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
