@@ -198,7 +198,6 @@ def test_only_the_tip_with_the_largest_rate_may_advance(hampm, tmp_path):
     (("&growth ", "&growth crack = 'b' "), "there is no &crack of this name"),
     (("toughness = 100.0", "toughness = 0.0"), "requires increment > 0 and toughness > 0"),
     (("'domain_integral'", "'energy_balance'"), "&growth requires &energy_release estimators = 'domain_integral'"),
-    (("&material name = 'a'", "&material name = 'a' law = 'neo_hookean'"), "law = 'neo_hookean' is not allowed with &growth law = 'quasi_static'"),
     (("toughness = 100.0", ""), "requires increment > 0 and toughness > 0"),
 ])
 def test_what_growth_does_not_go_with(hampm, tmp_path, change, message):
