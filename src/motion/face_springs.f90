@@ -36,7 +36,8 @@ module hampm_face_springs
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: face_springs_t, spring_t, bond, contact, along, add_spring_forces, stretch_springs, settle_slip, spring_energy, &
+   public :: face_springs_t, spring_t, bond, contact, along, add_spring_forces, stretch_springs, open_springs, settle_slip, &
+             spring_energy, &
              spring_states, spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
              have_friction, hold_friction, keep_springs, add_spring, is_half, &
              mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
@@ -298,6 +299,19 @@ contains
          springs%list(k)%opening = springs%list(k)%opening + scale*opening_by(springs%list(k), field)
       end do
    end subroutine stretch_springs
+
+   !> Open the bonds that no tip lets go as far as a displacement of the nodes since the start does. Those that are new on a mesh do not begin with what
+   !> the field bears there, and of two at one place, on pieces of either side of a crack, each has its own.
+   pure subroutine open_springs(springs, displacement)
+      type(face_springs_t), intent(inout) :: springs
+      real(dp), intent(in) :: displacement(:, :) !! [m], (ndim, n_points)
+      integer :: k
+      do k = 1, springs%n
+         associate (spring => springs%list(k))
+            if (spring%kind == bond .and. spring%tip == 0) spring%opening = opening_by(spring, displacement)
+         end associate
+      end do
+   end subroutine open_springs
 
    !> The masses of springs, as those that a mass matrix has beside the particles.
    pure function mass_ties_of(springs) result(ties)

@@ -44,7 +44,7 @@ module hampm_newmark
    use hampm_outer_forces, only: drive_t, find_drive
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_face_springs, only: stretch_springs, kick_springs
+   use hampm_face_springs, only: stretch_springs, open_springs, kick_springs, spring_energy
    use hampm_stiffness, only: local_of
    use hampm_supports, only: lift_by
    use hampm_whereabouts, only: when
@@ -113,6 +113,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: b(:, :), r(:, :), product(:, :)
       type(driven_t) :: first
+      real(dp) :: opened
       call find_mass(self, m)
       call find_drive(m, m%time, self%now)
       if (allocated(m%nodal_velocity)) then
@@ -121,6 +122,9 @@ contains
          call give(m, first%v, m%nodal_velocity)
          call give(m, first%a, m%nodal_acceleration)
          call follow_nodes(m, m%nodal_velocity)
+         opened = spring_energy(m%springs)
+         call open_springs(m%springs, m%nodal_displacement)
+         if (m%audit) m%numerical_loss = m%numerical_loss + opened - spring_energy(m%springs)
          self%is_carried = .true.
       else
          associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
