@@ -51,7 +51,7 @@ contains
             call note(pace, k, way, off, cell, growing%fall(k))
             if (abs(off) <= close_enough .or. off > 0 .and. growing%is_held(k) .or. off < 0 .and. .not. way > 0) cycle
             if (pace%long(k) - pace%short(k) < same_way*cell) cycle
-            growing%way(k) = next_way(pace, k, way, off, growing%fall(k), cell)
+            growing%way(k) = next_way(pace, k, way, off, growing%fall(k))
             is_over = .false.
          end associate
       end do
@@ -62,7 +62,9 @@ contains
    subroutine note(pace, k, way, off, cell, fall)
       type(pace_t), intent(inout) :: pace
       integer, intent(in) :: k                   !! tip
-      real(dp), intent(in) :: way, off, cell     !! [m], part of the toughness, [m]
+      real(dp), intent(in) :: way                !! [m]
+      real(dp), intent(in) :: off                !! by how much G is above the toughness, as a part of it
+      real(dp), intent(in) :: cell               !! [m]
       real(dp), intent(inout) :: fall            !! of G with the way, as parts of the toughness [1/m]
       if (.not. fall > 0) fall = usual_fall/cell
       if (pace%last(k) >= 0 .and. abs(way - pace%last(k)) > same_way*cell) then
@@ -84,10 +86,10 @@ contains
    end subroutine note
 
    !> The way to be tried next [m].
-   pure real(dp) function next_way(pace, k, way, off, fall, cell) result(next)
+   pure real(dp) function next_way(pace, k, way, off, fall) result(next)
       type(pace_t), intent(in) :: pace
       integer, intent(in) :: k                   !! tip
-      real(dp), intent(in) :: way, off, fall, cell
+      real(dp), intent(in) :: way, off, fall     !! [m], part of the toughness, part of it for a way [1/m]
       if (pace%short(k) >= 0 .and. pace%long(k) < huge(1.0_dp)) then
          next = pace%short(k) + (pace%long(k) - pace%short(k))*pace%above(k)/(pace%above(k) + pace%below(k))
       else
