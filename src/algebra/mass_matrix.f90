@@ -10,7 +10,8 @@
 !>
 !> A quadratic cell is stored as four elements, its quarters, one after the other, and has one matrix of its nine nodes. Nine particles
 !> with their weights have the eigenvalue 1/36 and are used as they are, too. Where such cells are cut the functions of some nodes have integrals
-!> below 0, and nothing is lumped: there are ties (`hampm_mass_ties`) instead, and residuals are weighed by the diagonal of M.
+!> below 0, and nothing is lumped: there are ties (`hampm_mass_ties`) instead, and residuals are weighed by the diagonal of M, as they are around
+!> an axis, where the integrals of functions of nodes on it are 0.
 module hampm_mass_matrix
    use hampm_kinds, only: dp
    use hampm_grid, only: grid_t

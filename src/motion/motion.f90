@@ -159,11 +159,12 @@ contains
       end associate
    end subroutine report_thin_piece
 
-   !> Give the mass matrix the masses of springs, and room for its diagonal where quadratic cells are cut.
+   !> Give the mass matrix the masses of springs, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
    subroutine give_ties(m)
       type(motion_t), intent(inout) :: m
       m%fields%mass_matrix%ties = mass_ties_of(m%springs)
-      if (allocated(m%grid%correction)) allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
+      if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
+         allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
    end subroutine give_ties
 
    !> Kinetic energy [J]: of the particles, sum of m v**2/2; where nodes keep their velocities between implicit steps v.M v/2 of
