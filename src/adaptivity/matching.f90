@@ -25,7 +25,7 @@ module hampm_matching
    use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
-   use hampm_quadratic_children, only: values_of_children, give_to_children
+   use hampm_quadratic_children, only: values_of_children, values_of_parents, give_to_children, give_to_parents
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent, times_split
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_lapack, only: dposv
@@ -191,6 +191,12 @@ contains
       end if
    end function has_fuller_cells
 
+   !> Whether the cells are quadratic and nothing cuts them, so that their particles have all children.
+   pure logical function has_whole_cells(m)
+      type(motion_t), intent(in) :: m
+      has_whole_cells = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
+   end function has_whole_cells
+
    !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these.
    pure logical function is_odd(m, body)
       type(motion_t), intent(in) :: m
@@ -250,19 +256,17 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
       real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :), normal(:, :)
-      logical :: are_whole                       ! quadratic cells that nothing cuts, whose particles have all children
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
          gradients = velocity_gradients(m, marked)
          twist = twists(m, marked)
       end if
-      are_whole = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
-      if (are_whole) values = values_of_children(m, marked)
+      if (has_whole_cells(m)) values = values_of_children(m, marked)
       normal = normals_of_cracks(m, marked)
       call split(m%particles, marked, gradients, twist, normal, first_child, failure)
       if (failure%failed()) return
-      if (are_whole) call give_to_children(values, marked, first_child, m)
+      if (allocated(values)) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
@@ -293,13 +297,18 @@ contains
       logical, intent(in) :: marked(:)
       integer, intent(out) :: families
       type(failure_t), intent(inout) :: failure
-      integer, allocatable :: new_number(:)
-      real(dp), allocatable :: reference(:, :)
+      logical :: ready(size(marked))
+      integer, allocatable :: new_number(:), level(:)
+      real(dp), allocatable :: reference(:, :), values(:, :, :)
       families = 0
       if (.not. any(marked)) return
       reference = m%particles%reference
-      call recombine(m%particles, marked, m%grid%forest, families, new_number, failure)
+      level = m%particles%level
+      ready = marked
+      if (has_whole_cells(m)) call values_of_parents(m, ready, values)
+      call recombine(m%particles, ready, m%grid%forest, families, new_number, failure)
       if (families == 0 .or. failure%failed()) return
+      if (allocated(values)) call give_to_parents(values, ready, level, new_number, m)
       call follow_recombination(m%loads, m%particles, reference, new_number)
       call sort_anew(m, failure)
    end subroutine recombine_marked

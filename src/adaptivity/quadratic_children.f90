@@ -1,9 +1,11 @@
-!> What particles carry into the finer cells of a quadratic cell that is divided.
+!> What particles carry into the finer cells of a quadratic cell that is divided, or into the cell that four become.
 !>
 !> Displacement, its gradient and velocity of the n x n particles of a quadratic cell are biquadratic there, each component: in the total
 !> frame they follow the nodes of their cell from the start. So the biquadratic function that fits them best, which is the one through
 !> them where n = 3, is that field, and its values at the children's places are again those of one field, which the finer cells
-!> represent. Momentum stays, as the weights of the particles integrate it exactly in the coarse cell and in the finer ones. What particles
+!> represent. Of 2n x 2n particles in four cells that become one it is the field that is nearest to theirs, and the very one that they have
+!> had since the cell was divided. With the weights of the particles in the fit momentum stays: they integrate the function exactly in the coarse
+!> cell and in the finer ones. What particles
 !> remember goes the same way, so that stress does not jump where strain does not; of it what has one sign in the cell keeps it, as the
 !> equivalent plastic strain does.
 module hampm_quadratic_children
@@ -12,10 +14,10 @@ module hampm_quadratic_children
    use hampm_lapack, only: dposv
    use hampm_motion, only: motion_t
    use hampm_place_table, only: place_table_t
-   use hampm_quadratic_points, only: fewest_points
+   use hampm_quadratic_points, only: fewest_points, weights_along
    implicit none
    private
-   public :: values_of_children, give_to_children
+   public :: values_of_children, values_of_parents, give_to_children, give_to_parents
 
    integer, parameter :: n_fields = 2*ndim + ndim**2  !! u, v and H; behind them is what particles remember
    integer, parameter :: terms = 3                    !! of a quadratic function of one coordinate
@@ -28,14 +30,39 @@ contains
       type(motion_t), intent(in) :: m
       logical, intent(in) :: marked(:)                   !! (particles)
       real(dp), allocatable :: values(:, :, :)
+      logical :: fill(count(marked))
+      values = values_by_cells(m, marked, 0, fill)
+   end function values_of_children
+
+   !> The values of the parents of the marked particles, (values, 1, marked). Those that do not fill the parents' cell yet, as others have to
+   !> recombine before, are marked no longer.
+   subroutine values_of_parents(m, marked, values)
+      type(motion_t), intent(in) :: m
+      logical, intent(inout) :: marked(:)                !! (particles)
+      real(dp), allocatable, intent(out) :: values(:, :, :)
+      logical :: fill(count(marked))
+      integer :: k
+      values = values_by_cells(m, marked, 1, fill)
+      values = values(:, :, pack([(k, k=1, size(fill))], fill))
+      marked = unpack(fill, marked, .false.)
+   end subroutine values_of_parents
+
+   !> The values of the children of the marked particles, or of their parents, by the function that fits them best in each cell.
+   function values_by_cells(m, marked, levels, fill) result(values)
+      type(motion_t), intent(in) :: m
+      logical, intent(in) :: marked(:)                   !! (particles)
+      integer, intent(in) :: levels                      !! by which the cells are coarser than those that fit the particles: 0 or 1
+      logical, intent(out) :: fill(:)                    !! whether each is one of as many as fill its cell, (marked)
+      real(dp), allocatable :: values(:, :, :)           !! (values, corners or 1, marked)
       type(place_table_t) :: cells
       integer, allocatable :: cell_of(:), particle(:), last(:), place(:)
       integer :: i, k, cell, status
       particle = pack([(i, i=1, m%particles%n)], marked)
-      allocate (values(n_fields + m%particles%columns(), corners, size(particle)), cell_of(size(particle)), place(size(particle)))
+      allocate (values(n_fields + m%particles%columns(), merge(corners, 1, levels == 0), size(particle)), cell_of(size(particle)), &
+                place(size(particle)))
       call cells%reserve(size(particle), status)
       do k = 1, size(particle)
-         call cells%enter(place_of_cell(m, particle(k)), cell_of(k))
+         call cells%enter(place_of_cell(m, particle(k), levels), cell_of(k))
       end do
       allocate (last(0:cells%n), source=0)               ! places of the particles of each cell, one cell after the other
       do k = 1, size(particle)
@@ -50,39 +77,49 @@ contains
       end do
       do cell = 1, cells%n
          associate (first => last(cell) + 1, end => merge(last(min(cell + 1, cells%n)), size(particle), cell < cells%n))
-            values(:, :, place(first:end)) = children_in_cell(m, particle(place(first:end)))
+            values(:, :, place(first:end)) = values_in_cell(m, particle(place(first:end)), levels)
+            fill(place(first:end)) = end - first + 1 == ((1 + levels)*points_along(m, particle(place(first))))**2
          end associate
       end do
-   end function values_of_children
+   end function values_by_cells
 
-   !> The cell of the size that fits a particle, by its level and its place in a lattice of such cells, as numbers.
-   pure function place_of_cell(m, i) result(place)
+   !> The cell of the size that fits a particle, or of one coarser by some levels, by its level and its place in a lattice of such cells, as
+   !> numbers.
+   pure function place_of_cell(m, i, levels) result(place)
       type(motion_t), intent(in) :: m
-      integer, intent(in) :: i
+      integer, intent(in) :: i, levels
       integer(long) :: place(ndim)
       associate (p => m%particles)
-         place = floor((p%reference(i, :) - m%grid%forest%lower)/size_of_cell(m, i), long)
+         place = floor((p%reference(i, :) - m%grid%forest%lower)/size_of_cell(m, i, levels), long)
          place(1) = 32*place(1) + p%level(i)
       end associate
    end function place_of_cell
 
    !> Size of that cell [m].
-   pure real(dp) function size_of_cell(m, i)
+   pure real(dp) function size_of_cell(m, i, levels)
       type(motion_t), intent(in) :: m
-      integer, intent(in) :: i
-      size_of_cell = scale(m%grid%forest%cell, -m%particles%level(i))
+      integer, intent(in) :: i, levels
+      size_of_cell = scale(m%grid%forest%cell, levels - m%particles%level(i))
    end function size_of_cell
 
-   !> The values of the children of the particles of a cell, (values, corners, members).
-   function children_in_cell(m, members) result(values)
+   !> How many particles as one stand along a cell that fits them.
+   pure integer function points_along(m, i)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: i
+      points_along = nint(m%grid%forest%cell/m%particles%spacing(1, m%particles%body(i)))
+   end function points_along
+
+   !> The values of the children of the particles of a cell, (values, corners, members), or of their parents, (values, 1, members).
+   function values_in_cell(m, members, levels) result(values)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: members(:)
-      real(dp) :: values(n_fields + m%particles%columns(), corners, size(members))
-      real(dp) :: rows(2*nint(sqrt(real(size(members), dp))), nint(sqrt(real(size(members), dp))))
+      integer, intent(in) :: levels                      !! by which the cell is coarser than those that fit its particles: 0 or 1
+      real(dp) :: values(n_fields + m%particles%columns(), merge(corners, 1, levels == 0), size(members))
+      real(dp), allocatable :: rows(:, :)
       real(dp) :: own(size(values, 1), size(members)), xi(ndim), size_of
-      integer :: at(ndim, size(members)), child(ndim), n, k, j, c
-      n = size(rows, 2)
-      size_of = size_of_cell(m, members(1))
+      integer :: at(ndim, size(members)), to(ndim), n, k, j, c
+      n = (1 + levels)*points_along(m, members(1))
+      size_of = size_of_cell(m, members(1), levels)
       do k = 1, size(members)
          associate (p => m%particles, i => members(k))
             own(:, k) = [p%displacement(i, :), p%velocity(i, :), reshape(p%gradient_of(i), [ndim**2]), p%history_of(i)]
@@ -90,23 +127,23 @@ contains
             at(:, k) = min(int((xi - floor(xi))*n), n - 1)
          end associate
       end do
-      if (n < fewest_points .or. n**2 /= size(members)) then
+      if (n**2 /= size(members)) then
          do k = 1, size(members)
-            do c = 1, corners
+            do c = 1, size(values, 2)
                values(:, c, k) = own(:, k)
-               values(:ndim, c, k) = own(:ndim, k) + matmul(m%particles%gradient_of(members(k)), &
-                                                            (corner_offset(c) - 0.5_dp)*size_of/(2*n))
+               if (levels == 0) values(:ndim, c, k) = own(:ndim, k) + matmul(m%particles%gradient_of(members(k)), &
+                                                                             (corner_offset(c) - 0.5_dp)*size_of/(2*n))
             end do
          end do
          return
       end if
-      rows = rows_of_children(n)
+      rows = rows_of_fit(n, levels)
       values = 0
       do k = 1, size(members)
-         do c = 1, corners
-            child = 2*at(:, k) + corner_offset(c) + 1
+         do c = 1, size(values, 2)
+            to = merge(2*at(:, k) + corner_offset(c), at(:, k)/2, levels == 0) + 1
             do j = 1, size(members)
-               values(:, c, k) = values(:, c, k) + rows(child(1), at(1, j) + 1)*rows(child(2), at(2, j) + 1)*own(:, j)
+               values(:, c, k) = values(:, c, k) + rows(to(1), at(1, j) + 1)*rows(to(2), at(2, j) + 1)*own(:, j)
             end do
          end do
       end do
@@ -114,24 +151,28 @@ contains
          if (all(own(j, :) >= 0)) values(j, :, :) = max(values(j, :, :), 0.0_dp)
          if (all(own(j, :) <= 0)) values(j, :, :) = min(values(j, :, :), 0.0_dp)
       end do
-   end function children_in_cell
+   end function values_in_cell
 
-   !> Values at 2n even places along a line, as sums of those at n even places: by the quadratic function that fits these best.
-   function rows_of_children(n) result(rows)
+   !> Values at 2n even places along a line, as sums of those at n even places, or at n/2: by the quadratic function that fits these best with
+   !> the weights of the points of one cell or of two.
+   function rows_of_fit(n, levels) result(rows)
       integer, intent(in) :: n
-      real(dp) :: rows(2*n, n)
-      real(dp) :: at_parents(n, terms), normal(terms, terms), fitted(terms, n)
+      integer, intent(in) :: levels                      !! 0: at 2n places, 1: at n/2
+      real(dp), allocatable :: rows(:, :)
+      real(dp) :: at(n, terms), normal(terms, terms), fitted(terms, n), w(n)
       integer :: k, info
+      w = [(weights_along(n/(1 + levels)), k=0, levels)]
       do k = 1, n
-         at_parents(k, :) = powers((k - 0.5_dp)/n)
+         at(k, :) = powers((k - 0.5_dp)/n)
       end do
-      normal = matmul(transpose(at_parents), at_parents)
-      fitted = transpose(at_parents)
+      fitted = transpose(at)*spread(w, 1, terms)
+      normal = matmul(fitted, at)
       call dposv('L', terms, n, normal, terms, fitted, terms, info)
-      do k = 1, 2*n
-         rows(k, :) = matmul(powers((k - 0.5_dp)/(2*n)), fitted)
+      allocate (rows(merge(2*n, n/2, levels == 0), n))
+      do k = 1, size(rows, 1)
+         rows(k, :) = matmul(powers((k - 0.5_dp)/size(rows, 1)), fitted)
       end do
-   end function rows_of_children
+   end function rows_of_fit
 
    !> The terms of a quadratic function.
    pure function powers(x)
@@ -139,6 +180,22 @@ contains
       real(dp) :: powers(terms)
       powers = [1.0_dp, x - 0.5_dp, (x - 0.5_dp)**2]
    end function powers
+
+   !> Give particles that four have become the values of the parents.
+   subroutine give_to_parents(values, marked, level, new_number, m)
+      real(dp), intent(in) :: values(:, :, :)            !! (values, 1, marked)
+      logical, intent(in) :: marked(:)                   !! the particles that might recombine
+      integer, intent(in) :: level(:)                    !! of each then
+      integer, intent(in) :: new_number(:)               !! see `recombine`
+      type(motion_t), intent(inout) :: m
+      integer :: i, k
+      k = 0
+      do i = 1, size(marked)
+         if (.not. marked(i)) cycle
+         k = k + 1
+         if (m%particles%level(new_number(i)) < level(i)) call take_values(m, new_number(i), values(:, 1, k))
+      end do
+   end subroutine give_to_parents
 
    !> Give these values to the children.
    subroutine give_to_children(values, marked, first_child, m)
@@ -152,14 +209,22 @@ contains
          if (.not. marked(i)) cycle
          k = k + 1
          do c = 1, corners
-            associate (p => m%particles, child => first_child(i) + c - 1)
-               if (allocated(p%widening)) p%widening(child) = p%widening(child) + values(1, c, k) - p%displacement(child, 1)
-               p%displacement(child, :) = values(:ndim, c, k)
-               p%velocity(child, :) = values(ndim + 1:2*ndim, c, k)
-               p%gradient(child, :, :) = reshape(values(2*ndim + 1:n_fields, c, k), [ndim, ndim])
-               if (allocated(p%history)) p%history(child, :) = values(n_fields + 1:, c, k)
-            end associate
+            call take_values(m, first_child(i) + c - 1, values(:, c, k))
          end do
       end do
    end subroutine give_to_children
+
+   !> Give a particle values.
+   subroutine take_values(m, i, values)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: i                           !! particle
+      real(dp), intent(in) :: values(:)                  !! as `values_in_cell`
+      associate (p => m%particles)
+         if (allocated(p%widening)) p%widening(i) = p%widening(i) + values(1) - p%displacement(i, 1)
+         p%displacement(i, :) = values(:ndim)
+         p%velocity(i, :) = values(ndim + 1:2*ndim)
+         p%gradient(i, :, :) = reshape(values(2*ndim + 1:n_fields), [ndim, ndim])
+         if (allocated(p%history)) p%history(i, :) = values(n_fields + 1:)
+      end associate
+   end subroutine take_values
 end module hampm_quadratic_children

@@ -6,7 +6,7 @@
 !> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
 !> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
 !> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the
-!> mean position, H and history of the laws, over the mass.
+!> place of the parent, and the mean H and history of the laws, over the mass.
 !>
 !> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
 !> find each other wherever they have moved.
@@ -224,6 +224,18 @@ contains
       end if
    end function middle_of_parent
 
+   !> Reference position of what a particle and its siblings are together: the middle of their box, or the centroid of what the body has of that [m].
+   pure function place_of_parent(p, i) result(x)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i                   !! a child
+      real(dp) :: x(ndim), m(0:ndim), edges(ndim)
+      x = middle_of_parent(p, i)
+      if (.not. p%has_outline(p%body(i))) return
+      edges = spacing_of(p, i)
+      m = p%outlines(p%body(i))%moments(x - edges, x + edges)
+      x = x - edges + m(1:)/m(0)
+   end function place_of_parent
+
    !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
    !> afterwards. Fails where the memory does not suffice.
    subroutine split(p, marked, velocity_gradient, twist, normal, first_child, failure)
@@ -386,14 +398,14 @@ contains
       end do
    end function number_of_siblings
 
-   !> Whether siblings are near each other.
+   !> Whether siblings are near each other in the grid.
    pure logical function is_together(p, siblings)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: siblings(:)
       real(dp) :: x(ndim, size(siblings)), middle(ndim)
       integer :: c
       do c = 1, size(siblings)
-         x(:, c) = p%position(siblings(c))
+         x(:, c) = p%place_in_grid(siblings(c))
       end do
       middle = sum(x, dim=2)/size(siblings)
       is_together = maxval(abs(x - spread(middle, 2, size(siblings)))) <= reach*2*maxval(spacing_of(p, siblings(1)))
@@ -407,7 +419,7 @@ contains
       type(forest_t), intent(in) :: forest
       real(dp) :: x(ndim)
       integer :: leaf
-      x = mean_of(p, p%reference, siblings)
+      x = place_of_parent(p, siblings(1))
       if (.not. p%total_frame) x = x + mean_of(p, p%displacement, siblings)
       leaf = forest%leaf_at(x)
       fits = leaf /= outside
@@ -428,7 +440,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: siblings(:)
       type(domain_t) :: domain
-      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim), widening
+      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim), widening, place(ndim), aside(ndim)
       integer :: c
       mass = sum(p%mass(siblings))
       volume = sum(p%volume(siblings))
@@ -438,11 +450,13 @@ contains
          momentum = momentum + p%mass(siblings(c))*p%velocity(siblings(c), :)
          gradient = gradient + p%mass(siblings(c))*p%gradient(siblings(c), :, :)
       end do
-      if (allocated(p%corner_velocity)) domain = joined_domain(p, siblings, mean_of(p, p%reference, siblings))
+      place = place_of_parent(p, siblings(1))
+      if (allocated(p%corner_velocity)) domain = joined_domain(p, siblings, place)
       associate (k => siblings(1))
-         displacement = mean_of(p, p%displacement, siblings)
-         if (allocated(p%widening)) widening = dot_product(p%weights_of(siblings), p%widening(siblings))
-         p%reference(k, :) = mean_of(p, p%reference, siblings)
+         aside = matmul(gradient/mass, place - mean_of(p, p%reference, siblings)) ! weights of a quadrature have another mean
+         displacement = mean_of(p, p%displacement, siblings) + aside
+         if (allocated(p%widening)) widening = dot_product(p%weights_of(siblings), p%widening(siblings)) + aside(1)
+         p%reference(k, :) = place
          p%displacement(k, :) = displacement
          if (allocated(p%widening)) p%widening(k) = widening
          p%velocity(k, :) = momentum/mass

@@ -49,7 +49,8 @@ module hampm_contact
 
 contains
 
-   !> Find the pairs of a new grid. Their gaps are those of the last grid, linear between its pairs and zero at tips.
+   !> Find the pairs of a new grid. Their gaps are those of the last grid, linear between its pairs and zero at tips,
+   !> or quadratic over the three of a quadratic cell.
    subroutine rebuild_contact(c, grid)
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -60,7 +61,7 @@ contains
       call find_pairs(c, grid)
       if (old%n == 0) return
       do k = 1, c%n
-         call take_over(old, grid%cuts(c%cut(k)), c%cut(k), c%along(k), c%gap(k), c%touches(k))
+         call take_over(old, grid%cuts(c%cut(k)), c%cut(k), c%along(k), grid%is_quadratic(), c%gap(k), c%touches(k))
       end do
    end subroutine rebuild_contact
 
@@ -107,15 +108,16 @@ contains
    end subroutine find_pairs
 
    !> Gap at a place along a cut from the pairs at and around it. It touches where these do.
-   pure subroutine take_over(old, cut, number, along, gap, touches)
+   pure subroutine take_over(old, cut, number, along, is_quadratic, gap, touches)
       type(contact_t), intent(in) :: old
       type(cut_t), intent(in) :: cut
       integer, intent(in) :: number              !! of the cut
       integer(long), intent(in) :: along
+      logical, intent(in) :: is_quadratic        !! whether the cells are
       real(dp), intent(out) :: gap               !! [m]
       logical, intent(out) :: touches
-      integer(long) :: place(2)
-      real(dp) :: gaps(2)
+      integer(long) :: place(2), apart
+      real(dp) :: gaps(2), third, t
       integer :: k, neighbour(2)
       neighbour = [maxloc(old%along, dim=1, mask=old%cut == number .and. old%along <= along), &
                    minloc(old%along, dim=1, mask=old%cut == number .and. old%along >= along)]
@@ -129,7 +131,14 @@ contains
          touches = touches .and. old%touches(neighbour(k))
       end do
       gap = gaps(1)
-      if (place(2) > place(1)) gap = gaps(1) + real(along - place(1), dp)/(place(2) - place(1))*(gaps(2) - gaps(1))
+      apart = place(2) - place(1)
+      if (apart <= 0) return
+      t = real(along - place(1), dp)/apart
+      gap = gaps(1) + t*(gaps(2) - gaps(1))
+      if (.not. is_quadratic) return
+      k = merge(2, 1, mod(place(1), 2*apart) == 0) ! next to the middle of the cell, which is between two of its nodes
+      third = sum(old%gap, mask=old%cut == number .and. old%along == 2*place(k) - place(3 - k))
+      gap = max(gap - t*(1 - t)/2*(gaps(3 - k) - 2*gaps(k) + third), 0.0_dp)
    end subroutine take_over
 
    !> Lump the cells at pairs, and at other nodes that may touch something.

@@ -342,8 +342,6 @@ module hampm_rules
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "particles would have to be given to finer cells", "&refine indicator = 'tip'"), &
-      rule_t("&refine r_coarsen > 0", not_with, "&refine indicator = 'gradient' and &grid order = 2", not_built, &
-             "particles of quadratic cells do not recombine", ""), &
       rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, &
              "cells refine by an indicator", ""), &
       rule_t("&refine region_lower", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
@@ -396,10 +394,7 @@ module hampm_rules
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, &
              "&grid order = 2 and &method time = 'explicit'", not_built, "pairs of cut cells have lumped masses", &
-             "&method time = 'static'"), &
-      rule_t("&crack contact = 'frictionless' and &crack kind = 'line'", not_with, &
-             "&grid order = 2 and &refine indicator = 'zz' | 'gradient'", not_built, &
-             "nodes of both faces are to be at the same places", "&refine indicator = 'tip'")]
+             "&method time = 'static'")]
 
    type(rule_t), parameter :: of_growth(*) = [ &
       rule_t("&growth", requires, "&crack", by_meaning, "", ""), &

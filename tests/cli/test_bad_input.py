@@ -334,7 +334,6 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
      "&crack contact = 'frictionless' requires kind = 'line' or 'path'"),
-    ("&damping", "&refine indicator = 'gradient' r_coarsen = 0.01 /\n&damping", "&refine r_coarsen = 0.01 is not allowed with indicator = 'gradient' and &grid order = 2"),
 ])
 def test_what_quadratic_cells_do_not_go_with(hampm, tmp_path, old, new, phrase):
     text = changed((old, new), scene=changed(*QUADRATIC))

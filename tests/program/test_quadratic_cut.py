@@ -190,6 +190,18 @@ def test_a_crack_that_bending_closes_in_part(hampm, tmp_path, kind):
     assert abs(row["K_II"][-1]) < 1e-6 * row["K_I"][-1]
 
 
+@pytest.mark.parametrize("refine", ["'zz'  tolerance = 0.005", "'gradient'  field = 'stress_norm'  r_crit = 0.03  r_coarsen = 0.005"])
+def test_faces_that_touch_on_cells_that_follow_the_solution(hampm, tmp_path, refine):
+    """The same where an indicator refines the cells beside the faces: those across from each other are of one size."""
+    loads = [traction((x, y), (x + 0.02, y), (0, s * math.copysign(SIGMA, y))) for y in (0.02, -0.02) for x, s in ((0, 1), (-0.02, -1.5))]
+    text = re.sub(r"&refine .*\n", "", quadratic(scene([], 2e-3, (0.02, 0.02), 1, loads=loads)))
+    row = run(hampm, tmp_path, text + "&crack kind = 'line'  tip = 8e-3, 0.0  length = 16e-3  contact = 'frictionless' /\n"
+              + f"&refine max_level = 4  indicator = {refine} /\n")
+    assert row["finest_cell"][-1] <= 0.5e-3
+    assert row["K_I"][-1] == pytest.approx(46.3e3, rel=0.01)
+    assert abs(row["K_II"][-1]) < 1e-6 * row["K_I"][-1]
+
+
 @pytest.mark.parametrize("mu, asked", [(0, -85356.448), (0.3, -60216.312)])
 def test_closed_slanted_cracks(hampm, tmp_path, mu, asked):
     """a8_friction_plate.csv: 45 degrees, under pressure, with friction; K_I is 0."""

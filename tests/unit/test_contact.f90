@@ -39,6 +39,7 @@ program test_contact
    call pressed_unlike_cells(matched=.false.)
    call pressed_unlike_cells(matched=.true.)
    call new_grids()
+   call new_quadratic_grids()
    call finish()
 
 contains
@@ -331,6 +332,37 @@ contains
       call check(c%n == 5 .and. all(abs(c%gap - max(0.0_dp, place_along(c, coarse) - 0.4_dp)) < 1.0e-12_dp), &
                  'and the same where pairs were')
    end subroutine new_grids
+
+   !> The gaps of quadratic cells are quadratic in each, on cells of any size.
+   subroutine new_quadratic_grids()
+      type(grid_t) :: grid
+      type(forest_t) :: forest
+      type(failure_t) :: failure
+      type(contact_t) :: c
+      type(cut_t) :: cuts(1)
+      real(dp), allocatable :: solids(:, :, :)
+      real(dp) :: x
+      integer :: level, k
+      logical :: is_right
+      forest = forest_t([0.0_dp, 0.0_dp], cell, [16, 14])
+      allocate (solids(ndim, 2, 1))
+      solids(:, :, 1) = reshape([0.0_dp, 0.0_dp, 1.6_dp, 1.4_dp], [ndim, 2])
+      cuts = cut_of(forest, 2, [0.3_dp, line], [0.9_dp, line], matched=.true.)
+      c%wanted = .true.
+      is_right = .true.
+      do level = 0, 3
+         if (level > 0) call refine_box(forest, [0.0_dp, 0.0_dp], [0.5_dp, 1.4_dp], level)
+         call build_grid(forest, grid, failure, cuts, solids=solids)
+         call rebuild_contact(c, grid)
+         do k = 1, c%n
+            x = grid%node_position(1, c%node(1, k))
+            if (level == 0) c%gap(k) = (x - 0.3_dp)*(0.9_dp - x)
+            is_right = is_right .and. abs(c%gap(k) - (x - 0.3_dp)*(0.9_dp - x)) < 1.0e-12_dp
+         end do
+      end do
+      call check(c%n > 11 + 2*14, 'quadratic cells have pairs at their corners and between')
+      call check(is_right, 'and gaps that are quadratic')
+   end subroutine new_quadratic_grids
 
    !> Places of the pairs along a cut in x [m].
    function place_along(c, grid) result(x)

@@ -1,4 +1,5 @@
-!> Meshes of quadratic cells that change: what the particles carry into finer cells is the field that they had, and momentum and mass stay.
+!> Meshes of quadratic cells that change: what the particles carry into finer cells and back is the field that they had, and momentum and mass stay,
+!> whatever field they carry into coarser cells.
 program test_quadratic_children
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
@@ -63,6 +64,17 @@ contains
       do i = 1, m%particles%n
          call compare(before, u, m, i)
       end do
+      momentum = max(momentum, maxval(abs(momentum_of(m) - total)))
+      call adopt_forest(m, before%grid%forest, failure)
+      call check(.not. failure%failed() .and. m%particles%n == before%particles%n, 'cells recombine')
+      do i = 1, m%particles%n
+         call compare(before, u, m, i)
+      end do
+      momentum = max(momentum, maxval(abs(momentum_of(m) - total)))
+      call adopt_forest(m, forest, failure)
+      call random_number(m%particles%velocity)
+      total = momentum_of(m)
+      call adopt_forest(m, before%grid%forest, failure)
       momentum = max(momentum, maxval(abs(momentum_of(m) - total)))
       mass = max(mass, abs(sum(m%particles%mass(:m%particles%n)) - density*thickness*(roots*cell)**2))
    end subroutine look_at_change
