@@ -10,7 +10,8 @@
 !> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by bonds, which are
 !> pressed as much from both sides.
 !>
-!> The edges are those between particles in the reference configuration: this is for the total frame.
+!> The edges are those between particles in the reference configuration, and go with these: a pressure acts on the area and in the direction of the
+!> faces as they were, in both frames.
 module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: cut_cells_t, divides

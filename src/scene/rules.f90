@@ -198,8 +198,6 @@ module hampm_rules
       rule_t("&load on = 'crack'", requires, "&crack", by_meaning, "", ""), &
       rule_t("&load crack", requires, "&crack kind = 'path'", by_meaning, "other cracks are the only one", ""), &
       rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "it tells which is meant", ""), &
-      rule_t("&load on = 'crack' and &crack kind = 'path'", not_with, "&method frame = 'updated'", not_built, &
-             "faces and their cells are found anew as the material moves", "&method frame = 'total'"), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
              "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
       rule_t("&load start < 0", no_effect_with, "&load history = 'step'", by_meaning, &

@@ -575,16 +575,25 @@ contains
       end do
    end function divide
 
-   !> A line with its ends where the cut of the cells ends [m].
+   !> A line in the reference configuration, with its ends where the cut of the cells ends [m].
    pure function cut_part(self, line) result(points)
       class(cut_cells_t), intent(in) :: self
       integer, intent(in) :: line
       real(dp), allocatable :: points(:, :)
-      integer :: k
+      integer :: k, last
       points = self%lines(line)%points
+      if (allocated(self%lines(line)%origin)) points = self%lines(line)%origin
       do k = 1, size(self%ends)
          associate (end => self%ends(k))
-            if (end%line == line .and. end%leaf > 0) points(:, merge(1, size(points, 2), end%end == 1)) = end%front
+            if (end%line /= line .or. end%leaf == 0) cycle
+            last = merge(1, size(points, 2), end%end == 1)
+            if (allocated(self%lines(line)%origin)) then ! as far ahead of the tip as it is now
+               associate (out => points(:, last) - points(:, merge(2, last - 1, end%end == 1)))
+                  points(:, last) = points(:, last) + dot_product(end%front - end%tip, end%direction)*out/norm2(out)
+               end associate
+            else
+               points(:, last) = end%front
+            end if
          end associate
       end do
    end function cut_part
