@@ -52,6 +52,7 @@ contains
       do k = 1, m%blocks%n_occupied
          associate (e => m%blocks%occupied(k), at => m%grid%support_of(m%blocks%occupied(k)))
             associate (list => [(i, i=m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e))])
+               if (size(list) == 0) cycle        ! a quarter of a quadratic cell without particles, whose nodes those of the others have
                do c = 1, size(at)
                   associate (place => m%grid%node_position(:, at(c)))
                      distance = [(norm2(m%particles%place_in_grid(list(i)) - place), i=1, size(list))]
