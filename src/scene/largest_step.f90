@@ -46,6 +46,8 @@ module hampm_largest_step
    !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and bonds at tips: of 800 at random
    !> 3 % was missing at most (docs/quadratic.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
+   !> What faces that may touch leave of that: they press on slivers, of which the nodes have little mass of their own (docs/quadratic.md)
+   real(dp), parameter :: of_faces = 0.75_dp
    !> What rings around an axis leave of the limit of a plane, where the axis is next to the edges
    real(dp), parameter :: of_rings = 0.9_dp
    !> What edges in any direction leave of the limit of those along the grid lines
@@ -84,6 +86,7 @@ contains
          if (method%time_steps == 'local') limit = limit*of_local_steps
          if (scene%grid%order > 1) then
             if (cuts_cells(scene)) limit = limit*of_cut_quadratic
+            if (any(scene%paths%contact)) limit = limit*of_faces
          else if (size(scene%paths) > 0 .or. size(scene%growth) > 0) then
             limit = limit*shorter_step
          end if

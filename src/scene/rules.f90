@@ -389,10 +389,7 @@ module hampm_rules
       rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
              "what has slid is not carried over when cells are cut anew", "&crack contact = 'frictionless'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
-             not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'"), &
-      rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, &
-             "&grid order = 2 and &method time = 'explicit'", not_built, "pairs of cut cells have lumped masses", &
-             "&method time = 'static'")]
+             not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
 
    type(rule_t), parameter :: of_growth(*) = [ &
       rule_t("&growth", requires, "&crack", by_meaning, "", ""), &
