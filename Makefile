@@ -213,7 +213,7 @@ contact: setup  ## hold bodies that meet to what they should do
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
 
-program: $(O)/hampm $(O)/forced_step $(O)/eigenvalue_limit
+program: $(O)/hampm $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit
 
 unit: $(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(patsubst bench/%.f90,$(O)/%.o,$(wildcard bench/*.f90))
 
@@ -222,11 +222,11 @@ clean:  ## remove what was built; results stay
 
 $(O)/hampm: $(O)/main.o
 $(O)/bench_step $(O)/minimal_step: $(O)/%: $(O)/%.o $(addprefix $(O)/,timing.o plain_scene.o minimal_kernel.o)
-$(O)/results_driver $(O)/fuzz_driver $(O)/forced_step $(O)/eigenvalue_limit: $(O)/%: $(O)/%.o
+$(O)/results_driver $(O)/fuzz_driver $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit: $(O)/%: $(O)/%.o
 $(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
-$(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(O)/forced_step $(O)/eigenvalue_limit: LINK := -fno-lto   # many programs, each of which runs for a moment
+$(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit: LINK := -fno-lto   # many programs, each of which runs for a moment
 
-$(O)/hampm $(O)/forced_step $(O)/eigenvalue_limit $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(O)/fuzz_driver $(UNIT_PROGRAMS): $(LIBRARY)
+$(O)/hampm $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(O)/fuzz_driver $(UNIT_PROGRAMS): $(LIBRARY)
 	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
 # All integrators are given what one of them needs

@@ -45,6 +45,7 @@ module hampm_newton
    type :: newton_t
       character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       integer :: solutions = 0                   !! so far
+      real(dp), allocatable :: residuals(:)      !! what was out of balance in each iteration of the last balance, over the largest force
       real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
       real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
                                                  !! allocated where other faces touch at its end
@@ -84,6 +85,7 @@ contains
       most = merge(most_with_contact, most_iterations, m%springs%n_contact > 0)
       rubs = have_friction(m%springs)
       at_first = 0
+      self%residuals = [real(dp) ::]
       when_held = huge(when_held)
       done = .false.
       last = huge(last)
@@ -107,6 +109,7 @@ contains
          end if
          scale = max(scale, outer%inertia)
          if (iteration == 1) at_first = scale
+         self%residuals = [self%residuals, largest/scale]
          done = .not. has_offset .and. largest <= balanced*scale
          if (done .and. any(m%materials%is_finite())) then
             call turn_until_balanced(self, m, outer, pins, r, balanced*scale, last, moved, turned, failure)

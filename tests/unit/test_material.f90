@@ -10,6 +10,7 @@ program test_material
 
    real(dp), parameter :: young = 70.0e9_dp, poisson = 0.3_dp, density = 2700.0_dp
    logical, parameter :: plane_stress(2) = [.true., .false.]
+   character(*), parameter :: planes(3) = [character(12) :: 'strain', 'stress', 'axisymmetric']
    integer :: k, law
 
    call names()
@@ -17,6 +18,9 @@ program test_material
    call repeat_random_numbers()
    do law = 1, size(laws)
       call hoops(trim(laws(law)))
+      do k = 1, size(planes)
+         call tangent(trim(laws(law)), trim(planes(k)))
+      end do
    end do
    do k = 1, 2
       do law = 1, size(laws)
@@ -112,12 +116,12 @@ contains
    end subroutine eigenstrain
 
    !> In axisymmetric material, at the end of a step in which plastic material yields: what stretches along the axis and around it exchanges the stresses along
-   !> it and around it, stress and hoop stress are the derivatives of the energy where nothing is dissipated, and the tangent is that of the stresses. With H_33 = 0
-   !> stress is that of plane strain; where none is given it is no number.
+   !> it and around it, and stress and hoop stress are the derivatives of the energy where nothing is dissipated. With H_33 = 0 stress is that of plane strain; where
+   !> none is given it is no number.
    subroutine hoops(law)
       character(*), intent(in) :: law
       real(dp), parameter :: step = 1.0e-5_dp
-      real(dp) :: h(ndim, ndim), dh(ndim, ndim), exchanged(ndim, ndim), stress(ndim, ndim), change(ndim, ndim), hoop, dhoop, work
+      real(dp) :: h(ndim, ndim), dh(ndim, ndim), exchanged(ndim, ndim), stress(ndim, ndim), hoop, dhoop, work
       real(dp), allocatable :: nothing(:)
       type(material_t) :: m, plane
       plane = new_material('', law, .false., young, poisson, density, yield_stress=1.0e-3_dp*young, hardening=0.1_dp*young, &
@@ -156,14 +160,55 @@ contains
          call check(abs(work - sum(stress*dh) - m%hoop_stress(h, nothing, hoop)*dhoop) < 1.0e-9_dp*young, &
                     law//': stresses are the derivatives of the energy')
       end if
-      change = (m%conjugate_stress(h + step*dh, nothing, hoop + step*dhoop) &
-                - m%conjugate_stress(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
-      call check(maxval(abs(change - m%conjugate_change(h, dh, nothing, hoop, dhoop))) < 1.0e-6_dp*young, &
-                 law//': tangent of the stress')
-      work = (m%hoop_stress(h + step*dh, nothing, hoop + step*dhoop) &
-              - m%hoop_stress(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
-      call check(abs(work - m%hoop_change(h, dh, nothing, hoop, dhoop)) < 1.0e-6_dp*young, law//': and of the hoop stress')
    end subroutine hoops
+
+   !> The tangent at the end of a step is the derivative of the stresses, of the hoop stress too, by central differences, of material that has come to where the
+   !> step begins by others, in which it has yielded and relaxed.
+   subroutine tangent(law, plane)
+      character(*), intent(in) :: law, plane
+      integer, parameter :: cases = 50, steps = 3
+      real(dp), parameter :: part = 1.0e-6_dp, dt = 0.7_dp
+      real(dp) :: h(ndim, ndim), dh(ndim, ndim), forth(ndim, ndim), back(ndim, ndim), hoop, dhoop, error
+      real(dp), allocatable :: past(:)
+      type(material_t) :: m
+      integer :: i, k
+      m = new_material('', law, plane == 'stress', young, poisson, density, yield_stress=3.0e-3_dp*young, hardening=0.05_dp*young, &
+                       saturation=1.0e-3_dp*young, saturation_strain=0.01_dp, kinematic=0.05_dp*young, &
+                       moduli=[0.1_dp, 0.05_dp]*young, relaxation_times=[1.0_dp, 5.0_dp], c01=0.1_dp*young)
+      m%is_ring = plane == 'axisymmetric'
+      m%on_trial = .true.
+      m%elapsed = dt
+      allocate (past(m%columns))
+      error = 0
+      do i = 1, cases
+         past = 0
+         do k = 1, steps
+            call draw(h, hoop)
+            if (k < steps) call m%follow(h, dt, past, hoop)
+         end do
+         call draw(dh, dhoop)
+         dh = part*dh
+         dhoop = part*dhoop
+         forth = m%conjugate_stress(h + dh, past, hoop + dhoop)
+         back = m%conjugate_stress(h - dh, past, hoop - dhoop)
+         error = max(error, maxval(abs((forth - back)/2 - m%conjugate_change(h, dh, past, hoop, dhoop))) &
+                            /maxval(abs(forth - back)/2))
+         if (.not. m%is_ring) cycle
+         error = max(error, abs((m%hoop_stress(h + dh, past, hoop + dhoop) - m%hoop_stress(h - dh, past, hoop - dhoop))/2 &
+                                - m%hoop_change(h, dh, past, hoop, dhoop))/maxval(abs(forth - back)/2))
+      end do
+      write (*, '(4a,es9.1)') law, ', ', plane, ', tangent from differences:', error
+      call check(error < 1.0e-6_dp, law//', '//plane//': the tangent is the derivative of the stress')
+   end subroutine tangent
+
+   !> A displacement gradient and a hoop at random, of some percent.
+   subroutine draw(h, hoop)
+      real(dp), intent(out) :: h(ndim, ndim), hoop
+      call random_number(h)
+      call random_number(hoop)
+      h = 0.04_dp*(h - 0.5_dp)
+      hoop = 0.04_dp*(hoop - 0.5_dp)
+   end subroutine draw
 
    !> Largest difference between the stress of a law and the linear stress [Pa].
    real(dp) function difference_to_linear(law, stress_free_across, h) result(difference)
