@@ -328,10 +328,13 @@ def test_a_penny_crack_grows_at_a_given_speed(hampm):
     assert np.max(np.abs(missing)) < 1e-9 * h["external_work"][-1]
 
 
-@pytest.mark.parametrize(("method", "cell", "levels", "near", "mean"), [("time = 'explicit'", 0.1, 2, 0.07, 0.03), ("time = 'implicit'  time_step = 2e-5  hht_alpha = -0.1", 0.05, 1, 0.03, 0.015)])
+@pytest.mark.parametrize(("method", "cell", "levels", "near", "mean"), [
+    ("time = 'explicit'  mass = 'blend'", 0.1, 2, 0.035, 0.015), ("time = 'explicit'  mass = 'blend'", 0.05, 1, 0.03, 0.012),
+    ("time = 'implicit'  time_step = 2e-5  hht_alpha = -0.1", 0.05, 1, 0.03, 0.012)])
 def test_a_penny_crack_under_a_step_of_pressure(hampm, method, cell, levels, near, mean):
     """K(t) until waves come back from the edges, in parts of the peak, against the inversion of a Fredholm equation; where the Rayleigh wave of the other side arrives, at
-    c_s t/a = 2.15, K falls so steeply that the reference itself is as good as a shift by 0.03 only."""
+    c_s t/a = 2.15, K falls so steeply that the reference itself is as good as a shift by 0.03 only. With lumped masses explicit steps, which damp nothing, ring behind each front: 4 %
+    with the finer cells, where the matrix of least dispersion has 2.7 %."""
     shear = np.sqrt(YOUNG / 2.6 / DENSITY)
     end, size = 3.6 / shear, 3.7
     n = round(size / cell)
