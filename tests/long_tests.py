@@ -2,7 +2,7 @@
 are marked so. What is measured at random, by finer cells or again in another way is here, where a shorter test stands for the same mechanism."""
 
 CASES = {
-    "test_axisymmetric": {"test_a_penny_crack_grows_at_a_given_speed": 0, "test_a_penny_crack_under_a_step_of_pressure": 1, "test_a_rod_is_pulled": 4,
+    "test_axisymmetric": {"test_a_penny_crack_grows_at_a_given_speed": 0, "test_a_penny_crack_under_a_step_of_pressure": 1, "test_a_rod_is_pulled": 4, "test_steps_at_their_limit_are_stable_at_the_axis": 5,
                           "test_every_law_in_uniform_strain": 8},
     "test_body_contact": {"test_a_block_slides_down_a_slope": 1, "test_a_crack_in_any_direction_is_that_along_the_grid": 0,
                           "test_a_run_that_is_stopped_or_has_other_threads_has_the_same_bytes": 1, "test_momentum_is_kept_and_energy_is_booked": 8,
@@ -20,7 +20,7 @@ CASES = {
     "test_domains": {"test_a_cantilever_that_is_bent_far": 0, "test_a_crack_along_the_edges_of_domains": 0,
                      "test_every_law_under_small_loads_is_that_of_the_total_frame": 4, "test_every_scheme_and_mass_matrix": 6},
     "test_estimated_errors": {"test_the_estimate_covers_the_error": 6, "test_the_estimate_covers_the_error_of_quadratic_cells": 4},
-    "test_every_law": {"test_a_block_is_pulled_and_let_back": 18, "test_newton_converges_quadratically": 18},
+    "test_every_law": {"test_a_block_is_pulled_and_let_back": 6, "test_newton_converges_quadratically": 18},
     "test_extremes": {"test_units": 1},
     "test_failures": {"test_little_room_in_memory": 10},
     "test_fuzz": {"test_bodies_at_random": 1, "test_cracks_that_grow_at_random": 0, "test_large_files_do_not_take_long": 3,

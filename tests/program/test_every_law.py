@@ -121,7 +121,7 @@ METHODS = {"static": "time = 'static'  load_steps = {steps}", "implicit": "time 
 ORDERS = {1: 2, 2: 4}                                                     # points in a cell and direction
 COMBINATIONS = [("static", 1), ("implicit", 1), ("static", 2), ("explicit", 1), ("implicit", 2)]
 # Each law in each plane once, then with the next of these, and last with what takes longest
-CASES = [(law, plane, *COMBINATIONS[(k + shift) % len(COMBINATIONS)]) for shift in range(len(COMBINATIONS)) for k, (law, plane) in enumerate(product(LAWS, FREE))]
+CASES = [(law, plane, *COMBINATIONS[(k + shift) % len(COMBINATIONS)]) for shift in range(len(COMBINATIONS)) for k, (plane, law) in enumerate(product(FREE, LAWS))]
 CASES += [(law, plane, "explicit", 2) for law, plane in product(LAWS, FREE)]
 EXPECTED, TABLE = {}, {}
 
