@@ -212,6 +212,7 @@ contains
          associate (best => crack%best(), doubt => crack%doubt(), own => motion%grid%is_quadratic())
             errors%nodal_force%relative = relative_errors(found%nodal_force, best, doubt, own, hardly**2)
             errors%stress_closure%relative = relative_errors(found%stress_closure, best, doubt, own, hardly**2)
+            errors%crack_closure%relative = relative_errors(found%crack_closure, best, doubt, own, hardly**2)
             errors%domain%relative = relative_errors(found%domain, best, doubt, own, hardly**2)
             ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
             errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own, &

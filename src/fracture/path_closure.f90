@@ -11,6 +11,8 @@
 !> the uniform stress, the rotation and the translation too, and r**(-1/2 - 1), by which a tip differs that acts a part of a cell from
 !> where it is. Without that K_u is 5 to 50 % off (docs/cracks.md).
 !>
+!> On a symmetry plane each particle stands for its mirror image, too.
+!>
 !> Both are taken in the reference configuration. Where a law is for large rotations all is turned back by the rotation in the mean of F.
 !>
 !> Source: Irwin (1957); Rybicki & Kanninen (1977); Williams (1957).
@@ -58,7 +60,7 @@ contains
       type(fit_t) :: ahead, behind
       real(dp) :: turn(ndim, ndim), x(ndim), u(ndim), stress(ndim, ndim), k_t(modes), k_u(modes)
       real(dp) :: inner, outer
-      integer :: i
+      integer :: i, side
       outer = min(farthest*tip%nodes%spacing, maxval(tip%radii))
       inner = min(nearest*tip%nodes%spacing, outer/4)
       turn = rotation(tip, p, materials, outer)
@@ -72,13 +74,18 @@ contains
             if (slope*x(1) > abs(x(2))) then
                stress = matmul(transpose(turn), materials(p%material(i))%conjugate_stress(p%gradient_of(i), hoop=p%hoop_of(i)))
                stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
-               call add_tractions(ahead, x/h, stress(:, 2), p%volume(i))
+               do side = 1, merge(-1, 1, tip%is_half()), -2
+                  call add_tractions(ahead, [x(1), side*x(2)]/h, [side*stress(1, 2), stress(2, 2)], p%volume(i))
+               end do
             else if (-slope*x(1) > abs(x(2)) .and. abs(x(2)) > on_crack*h) then
                associate (from_tip => p%reference(i, :) - tip%place)  ! a strain without stress is none of the fields
                   u = matmul(from_tip + p%displacement(i, :) - matmul(materials(p%material(i))%free, from_tip), turn)
                end associate
                u = matmul(u, tip%axis) - x
-               call add_displacement(behind, x/h, 2*material%mu/h*u, kolosov(material), p%volume(i))
+               do side = 1, merge(-1, 1, tip%is_half()), -2
+                  call add_displacement(behind, [x(1), side*x(2)]/h, 2*material%mu/h*[u(1), side*u(2)], kolosov(material), &
+                                        p%volume(i))
+               end do
             end if
          end do
          call solve(ahead, k_t, failure)

@@ -140,7 +140,7 @@ contains
          if (size(scene%paths) > 0) then
             if (scene%energy_release%needs_radii() .and. has_geometry .and. settings%good(entry, 'radii')) &
                call check_path_radii(scene, settings, entry)
-         else if (scene%crack%present .and. scene%energy_release%domain_integral .and. has_geometry .and. &
+         else if (scene%crack%present .and. scene%energy_release%needs_radii() .and. has_geometry .and. &
                   settings%good(entry, 'radii')) then
             call check_radii(scene, settings, entry)
          end if
@@ -188,6 +188,10 @@ contains
       end if
       if (any(radii(2:) <= radii(:size(radii) - 1))) &
          call settings%complain(entry, 'radii', 'must increase from one to the next')
+      if (scene%energy_release%crack_closure .and. .not. maxval(radii) >= 2*least - tolerance(scene%grid)) &
+         call settings%complain(entry, 'radii', 'the largest must be at least '//to_text(2*least)// &
+                                ' m, four of the finest cells, with ''crack_closure'', and is '//length_text(maxval(radii))// &
+                                ' m; there is room for '//length_text(most)//' m')
       if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) &
          call settings%complain(entry, 'radii', 'must be in ['//to_text(least)//', '//length_text(most)//'] [m]: two '// &
                                 'of the finest cells at least, and around the tip nothing within them but material and this '// &

@@ -428,8 +428,7 @@ module hampm_rules
    type(rule_t), parameter :: of_energies(*) = [ &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'domain_integral'", requires, "&crack", by_meaning, &
              "", ""), &
-      rule_t("&energy_release estimators = 'crack_closure'", requires, "&crack kind = 'path'", not_built, &
-             "'nodal_force' closes a crack along a grid line at a node", ""), &
+      rule_t("&energy_release estimators = 'crack_closure'", requires, "&crack", by_meaning, "", ""), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&crack kind = 'path'", mechanics, &
              "its tips are not at nodes, by which these close a crack", "'domain_integral' or 'crack_closure'"), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&growth and &crack kind = 'symmetry'", &
@@ -444,6 +443,8 @@ module hampm_rules
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&material law = 'orthotropic'", not_built, &
              "its fields are those of isotropic material", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&load on = 'crack'", mechanics, &
+             "it takes faces for free", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&load face = 'left' | 'right'", mechanics, &
              "it takes faces for free", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&growth", not_built, "it is for tips that rest", &
              "'domain_integral'"), &

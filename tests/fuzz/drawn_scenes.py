@@ -386,6 +386,8 @@ class Drawing:
             names.append("domain_integral")
         if self.crack in ("line", "symmetry") and not self.grows:
             names += [name for name in ("nodal_force", "stress_closure") if chance.random() < 0.4]
+            if len(names) > 2:
+                names.append("crack_closure")
         if self.crack == "path" and not self.grows and chance.random() < 0.15:
             names.append("crack_closure")
         if chance.random() < 0.5:

@@ -1,6 +1,7 @@
 """Estimator crack_closure at tips of paths: against infinite plates, at any angle and in mixed modes, and what it is refused with. Faces
 that turn while they press on each other, and tips that nothing opens, are told."""
 
+import math
 import sys
 
 import h5py
@@ -11,7 +12,7 @@ from paths import BENCH
 
 sys.path.insert(0, str(BENCH))
 
-from cracks import MODULUS, SIGMA, cut_out, direction, scene  # noqa: E402
+from cracks import MODULUS, SIGMA, cut_out, direction, scene, traction  # noqa: E402
 
 A, CELL = 4e-3, 0.5e-3
 
@@ -47,6 +48,29 @@ def test_modes_in_an_infinite_plate(hampm, tmp_path, angle, mixity, levels):
         assert np.max(np.abs(found - asked)) < 0.04 * whole
         assert row["G" + end][-1] == pytest.approx(np.sum(np.abs(found)), rel=1e-12)
         assert np.all([row[f"G_crack_closure_{mode}_error{end}"][-1] > 0 for mode in ("I", "II")])
+
+
+def plate(crack, lower=-0.02, hold=""):
+    """A plate under tension with a crack along a grid line in its middle, or its upper half."""
+    text = scene([], 1e-3, (0.02, 0.02), 1, loads=[traction((-0.02, y), (0.02, y), (0, math.copysign(SIGMA, y))) for y in (0.02, -0.02) if y >= lower])
+    text = text.replace("lower = -0.02, -0.02  upper", f"lower = -0.02, {lower}  upper").replace("lower = -0.021, -0.021", f"lower = -0.021, {lower - 1e-3}")
+    return text.replace("'domain_integral'", "'domain_integral', 'crack_closure'") + crack + hold
+
+
+def test_cracks_along_grid_lines_have_g_of_a_path_there(hampm, tmp_path):
+    """A line with tips at nodes, and half of the plate on its symmetry plane; of an edge crack, which a plane has room for."""
+    def g_of(*words):
+        return run(hampm, tmp_path, plate(*words))
+    path = g_of("&crack kind = 'path' points = -0.03, 0.0, -4e-3, 0.0 /\n")
+    line = g_of("&crack kind = 'line' tip = -4e-3, 0.0 /\n")
+    half = g_of("&crack kind = 'symmetry' tip = -4e-3, 0.0 /\n", 0.0, "&constraint lower = -4e-3, 0.0 upper = 0.02, 0.0 fix = 'y' /\n"
+                "&constraint lower = 0.02, 0.0 upper = 0.02, 0.0 fix = 'x' /\n")
+    whole = path["G_crack_closure_I"][-1]
+    assert line["G_crack_closure_I"][-1] == pytest.approx(whole, rel=1e-9)
+    assert half["G_crack_closure_I"][-1] == pytest.approx(whole, rel=1e-6)
+    assert abs(line["G_crack_closure_II"][-1]) < 1e-9 * whole and "G_crack_closure_II" not in half
+    for row in (line, half):
+        assert abs(row["G_crack_closure_I"][-1] - row["J"][-1]) < row["G_crack_closure_I_error"][-1] + row["J_error"][-1]
 
 
 @pytest.mark.parametrize("old, new, message", [
