@@ -501,22 +501,28 @@ contains
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine change_cut
 
-   !> After a load step, or at the start, when all is measured: scale the loads until the largest G is the toughness; where the answer is not linear
-   !> in them again and again.
+   !> After a load step, or at the start, when all is measured: scale the loads until the largest G is the toughness: as if the root of G were
+   !> proportional to them, which it is in a linear body that they alone drive, then by the secant through what the last two factors gave.
    subroutine load_to_toughness(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: near = 1e-6_dp      ! of the factor
       integer, parameter :: most = 30
-      real(dp) :: factor, before, by_advance, change
+      real(dp) :: factor, before, by_advance, change, root, last_root, last_factor
       integer :: attempt
       if (failure%failed()) return
       before = s%growing%load_factor
+      last_root = 0
+      last_factor = 1
       by_advance = freed(s%growing, s%motion)
       change = 1
       do attempt = 1, most
          factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
          if (attempt > 1 .and. abs(factor - 1) < near) exit
+         root = 1/factor
+         if (attempt > 1) factor = by_secant(last_factor, last_root, root)
+         last_root = root
+         last_factor = factor
          call correct_work(s%growing, factor*s%growing%load_factor/before, by_advance, change, s%motion)
          call s%integrator%rescale(s%motion, factor, failure)
          if (failure%failed()) return
@@ -532,6 +538,21 @@ contains
       end if
       call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%motion)
    end subroutine load_to_toughness
+
+   !> By what to multiply a load so that the root of G over the toughness, a function of the load, is 1, by the secant through its last two values: by
+   !> no more than `farthest` and no less than its inverse, and never less of a load that does not suffice, where it closes a tip.
+   pure real(dp) function by_secant(last_factor, last_root, root) result(factor)
+      real(dp), intent(in) :: last_factor        !! by which the load was multiplied last
+      real(dp), intent(in) :: last_root          !! before that
+      real(dp), intent(in) :: root               !! after it
+      real(dp), parameter :: farthest = 3
+      real(dp) :: rise, change
+      factor = 1/root
+      rise = root - last_root
+      if (abs(rise) < epsilon(rise)) return
+      change = (1 - root)*(1 - 1/last_factor)/rise         ! of the load, in parts of it
+      if (root > 1 .or. change > 0) factor = max(1/farthest, min(farthest, 1 + change))
+   end function by_secant
 
    !> After a checkpoint was read: the scene has its cracks where they are, and loads their scale.
    subroutine follow_all_in_scene(s)

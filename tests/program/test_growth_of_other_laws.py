@@ -81,3 +81,16 @@ def test_loads_that_split_a_laminate_at_rest(hampm, tmp_path):
     text = STRIP.format(law=law, body="", growth="", load=load.format(1).replace("1e6", repr(1e6 * float(row["load_factor"][-1]))))
     longer = run(hampm, tmp_path, text.replace("&growth direction = 'straight'   /", "").replace("-3e-3, 0.0", "3e-3, 0.0"))
     assert longer["J"][-1] == pytest.approx(5e3, rel=1e-6)
+
+
+def test_a_way_that_makes_up_for_an_eigenstrain_at_rest(hampm, tmp_path):
+    """A strip that is longer without stress by three times what opens its crack at the toughness: both ways add up, and so the root of J is linear in the factor of
+    the loads, but far from proportional to it."""
+    toughness, way, height = 5e3, 5e-5, 8e-3
+    load = f"&constraint lower = -10e-3, 8e-3  upper = 10e-3, 8e-3  fix = 'y'  displacement = 0.0, {way} /\n&method time = 'static' /"
+    growth = f"law = 'quasi_static'  toughness = {toughness}  increment = 2e-3"
+    plain = strip(hampm, tmp_path, growth=growth, load=load)
+    row = strip(hampm, tmp_path, body=f"eigenstrain = 0.0, {3 * plain['load_factor'][0] * way / height}, 0.0", growth=growth, load=load)
+    assert row["J"] == pytest.approx(toughness, rel=3e-6)
+    assert row["load_factor"][0] == pytest.approx(4 * plain["load_factor"][0], rel=1e-6)
+    assert row["load_factor"] - plain["load_factor"] == pytest.approx(3 * plain["load_factor"][0], rel=1e-5)
