@@ -164,6 +164,9 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=scene%grid%order > 1, ring=ring)/speed
+            if (size(scene%paths) > 0 .and. scene%grid%order == 1) &
+               limit = min(limit, sliver_limit(body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/ &
+                           speed/shorter_step)
             if (.not. refines(scene) .or. scene%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)
@@ -269,6 +272,27 @@ contains
       end do
       limit = limit*of_outlines
    end function cut_limit
+
+   !> The same where cracks cut cells between columns of particles, into pieces with few of them, in which nodes beyond the crack have
+   !> next to no mass.
+   pure real(dp) function sliver_limit(points_per_cell, moduli, isotropic, mass, strains_last, damping) result(limit)
+      integer, intent(in) :: points_per_cell
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
+      logical, intent(in) :: isotropic           !! whether they are those of every direction
+      type(mass_choice_t), intent(in) :: mass
+      logical, intent(in) :: strains_last        !! usl
+      real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
+      type(row_t) :: rows(ndim)
+      integer :: i, j
+      limit = huge(limit)
+      do j = 1, points_per_cell
+         do i = 1, merge(j, points_per_cell, isotropic) ! the others are the same but for the names of the directions
+            rows(1) = row_of_cut_cells(real(i, dp)/points_per_cell, points_per_cell)
+            rows(2) = row_of_cut_cells(real(j, dp)/points_per_cell, points_per_cell)
+            limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
+         end do
+      end do
+   end function sliver_limit
 
    !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
    !> no time step would do for all positions.

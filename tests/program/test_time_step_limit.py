@@ -138,6 +138,17 @@ def test_limit_of_finer_cells_that_the_lattice_does_not_fit(hampm, tmp_path, sch
         assert not all(survives(hampm, tmp_path, 0.98 * lattice, refined=refined, **keys) for refined in levels), lattice
 
 
+@pytest.mark.parametrize(("scheme", "mass", "points", "x"), [("usavg", "full", 4, 0.8), ("musl", "full", 3, 0.72), ("usl", "lumped", 4, 0.85), ("usl", "full", 2, 0.6),
+                                                             ("usl", "fmpm 5", 3, 0.72), ("usl", "blend 0.25", 5, 0.85), ("usl", "full", 8, 0.9)])
+def test_limit_of_slivers_beside_a_crack(hampm, tmp_path, scheme, mass, points, x):
+    """Pieces of cells with one column of particles, whose nodes beyond the crack have next to no mass, allow less than any other pieces."""
+    keys = {"scheme": scheme, "points": points, "mass": MASSES[mass], "more": f"/ &crack kind = 'path'  points = {5 + x}, 3.3, {5 + x}, 7.6"}
+    limit, whole = named_limit(hampm, tmp_path, **keys), named_limit(hampm, tmp_path, **keys | {"more": ""})
+    assert limit < 0.75 * whole
+    assert survives(hampm, tmp_path, 0.98 * limit, **keys), limit
+    assert not survives(hampm, tmp_path, 1.15 * limit, **keys), limit
+
+
 @pytest.mark.parametrize(("poisson", "courant"), [(0.33, 0.85), (0.35, 0.80), (0.40, 0.75)])
 def test_nearly_incompressible_material_is_not_taken_beyond_its_limit(hampm, tmp_path, poisson, courant):
     (tmp_path / "case.nml").write_text(scene(poisson=poisson, courant=courant))
