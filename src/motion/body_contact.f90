@@ -48,7 +48,6 @@ module hampm_body_contact
       real(dp), allocatable :: normal(:, :)      !! from the first to the second (ndim, n)
       real(dp), allocatable :: gap(:)            !! less `distance`, huge where bodies are too far apart to meet [m], (n)
       real(dp), allocatable :: slip(:, :)        !! v2 - v1 at t^n [m/s], (ndim, n)
-      real(dp), allocatable :: shared(:, :)      !! impulse that sharing stands for at t^n [N s], (ndim, n)
       real(dp) :: force(ndim) = 0                !! of what is on the first sheet on all others, in the last step [N]
       real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
       real(dp) :: friction_loss = 0              !! energy taken by friction [J]
@@ -120,7 +119,6 @@ contains
       c%normal = reshape(spread(0.0_dp, 1, ndim*n), [ndim, n])
       c%gap = spread(0.0_dp, 1, n)
       c%slip = c%normal
-      c%shared = c%normal
    end subroutine find_body_pairs
 
    !> How many of the copies of a node are active; none of a point that is no node of the first sheet.
@@ -187,50 +185,36 @@ contains
                   end if
                   call push(a, b, free, f, impulse, v)
                end if
-               if (which == v_n) then
-                  c%slip(:, k) = v(:, b) - v(:, a)
-                  c%shared(:, k) = impulse
-               end if
+               if (which == v_n) c%slip(:, k) = v(:, b) - v(:, a)
             end associate
          end do
       end associate
       if (any(c%state /= apart)) call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
    end subroutine share_between_bodies
 
-   !> Keep the bodies from going through each other: change accelerations and new velocities of the pairs that would, correct the
-   !> powers of `accelerate` by what that takes, as `keep_apart` of `hampm_contact` does, and book what bodies lose by it.
-   subroutine keep_bodies_apart(c, grid, free, damping_rate, dt, f, damping_power, mapping_power)
+   !> Keep the bodies from going through each other: change accelerations and new velocities of the pairs that would, and book what bodies
+   !> lose by it.
+   subroutine keep_bodies_apart(c, grid, free, dt, f)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in), contiguous :: free(:, :) !! 0 for fixed components of nodes, else 1; (ndim, n_points)
-      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
       real(dp), intent(in) :: dt                 !! [s]
       type(nodal_fields_t), intent(inout) :: f
-      real(dp), intent(inout) :: damping_power   !! [W]
-      real(dp), intent(inout) :: mapping_power   !! [W]
-      real(dp) :: impulse(ndim), work, before
+      real(dp) :: impulse(ndim)
       integer :: place, sweep, k
       logical :: acts
       c%force = 0
       c%state(:c%n) = apart
-      before = c%loss + c%friction_loss
       do place = 1, size(c%first) - 1
          do sweep = 1, most_sweeps
             acts = .false.
             do k = c%first(place), c%first(place + 1) - 1
-               mapping_power = mapping_power + work_on(c, k, free, f, f%force, c%shared(:, k))
-               c%shared(:, k) = 0
                call meet(c, k, free, dt, f, impulse)
-               if (.not. any(abs(impulse) > 0)) cycle
-               acts = .true.
-               work = work_on(c, k, free, f, f%momentum, impulse)
-               damping_power = damping_power + damping_rate*work
-               mapping_power = mapping_power - work/dt - damping_rate*work
+               acts = acts .or. any(abs(impulse) > 0)
             end do
             if (.not. acts .or. c%first(place + 1) - c%first(place) == 1) exit
          end do
       end do
-      mapping_power = mapping_power - (c%loss + c%friction_loss - before)/dt
       if (.not. any(c%state /= apart)) return
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
@@ -275,20 +259,6 @@ contains
          if (c%of_first(k)) c%force = c%force + impulse/dt
       end associate
    end subroutine meet
-
-   !> Sum over both nodes of a pair of a field times the change of velocity by an impulse.
-   pure real(dp) function work_on(c, k, free, f, field, impulse) result(work)
-      type(body_contact_t), intent(in) :: c
-      integer, intent(in) :: k                   !! the pair
-      real(dp), intent(in) :: free(:, :)
-      type(nodal_fields_t), intent(in) :: f
-      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
-      real(dp), intent(in) :: impulse(ndim)      !! on the second node [N s]
-      associate (a => c%node(1, k), b => c%node(2, k))
-         work = sum(impulse*(field(:, b)*free(:, b)*f%mass_matrix%inverse_lumped(b) &
-                             - field(:, a)*free(:, a)*f%mass_matrix%inverse_lumped(a)))
-      end associate
-   end function work_on
 
    !> By how much two nodes change their relative velocity under a unit impulse in each direction: those that are held do not [1/kg].
    pure function yielding(a, b, free, f) result(give)

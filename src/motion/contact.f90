@@ -44,7 +44,6 @@ module hampm_contact
       integer(long), allocatable :: along(:)     !! place along that, in integer coordinates of the forest, (n)
       real(dp), allocatable :: gap(:)            !! g [m], (n)
       logical, allocatable :: touches(:)         !! whether it was pressed together in the last step, (n)
-      real(dp), allocatable :: shared(:, :)      !! what sharing has changed of the velocities v^n [m/s], (sides, n)
    end type contact_t
 
 contains
@@ -104,7 +103,6 @@ contains
       end do
       c%gap = [(0.0_dp, k=1, c%n)]
       c%touches = [(.false., k=1, c%n)]
-      c%shared = reshape([(0.0_dp, k=1, sides*c%n)], [sides, c%n])
    end subroutine find_pairs
 
    !> Gap at a place along a cut from the pairs at and around it. It touches where these do.
@@ -158,18 +156,10 @@ contains
 
    !> Let the sides of pressed pairs have one normal velocity, `v_n` or `v_mapped`.
    subroutine share_velocity(c, grid, f, which)
-      type(contact_t), intent(inout) :: c
+      type(contact_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: which
-      integer :: k
-      if (which == v_n) then
-         do k = 1, c%n
-            associate (v => f%velocity(c%normal(k), c%node(:, k), which))
-               c%shared(:, k) = shared_values(c, k, f%mass_matrix, v) - v
-            end associate
-         end do
-      end if
       call share_normal(c, grid, f%mass_matrix, f%velocity(:, :, which))
    end subroutine share_velocity
 
@@ -225,30 +215,20 @@ contains
       end associate
    end function shared_values
 
-   !> Keep the faces from going through each other: follow the gaps over a step, change accelerations and new velocities of the
-   !> pairs that would overlap, and correct the powers of `accelerate` by what that takes. With p the mapped momentum, a step
-   !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is. So the mapping power that closes the audit is
-   !>
-   !>    -sum p . a - sum alpha p . w,   and not   dt sum F . a - sum f . w = -sum (f - alpha p) . v - sum alpha p . w.
-   !>
-   !> They are the same where M v = p and M a = f - alpha M v. A change s of v by sharing makes the first larger by sum f . s, and
-   !> one c of w by contact by -sum p . (c/dt + alpha c).
-   subroutine keep_apart(c, grid, damping_rate, dt, f, damping_power, mapping_power)
+   !> Keep the faces from going through each other: follow the gaps over a step, and change accelerations and new velocities of the
+   !> pairs that would overlap.
+   subroutine keep_apart(c, grid, dt, f)
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
-      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
       real(dp), intent(in) :: dt                 !! [s]
       type(nodal_fields_t), intent(inout) :: f
-      real(dp), intent(inout) :: damping_power   !! [W]
-      real(dp), intent(inout) :: mapping_power   !! [W]
       real(dp), dimension(sides) :: w, change
       real(dp) :: gap
       integer :: k
       do k = 1, c%n
          associate (i => c%node(:, k), d => c%normal(k))
             c%touches(k) = .false.
-            associate (m => f%mass_matrix%lumped(i), p => f%momentum(d, i))
-               mapping_power = mapping_power + sum(f%force(d, i)*c%shared(:, k))
+            associate (m => f%mass_matrix%lumped(i))
                if (.not. all(m > 0)) cycle
                w = f%velocity(d, i, v_next)
                gap = c%gap(k) + dt*(w(1) - w(2))
@@ -257,8 +237,6 @@ contains
                   c%touches(k) = .true.
                   f%velocity(d, i, v_next) = w + change
                   f%acceleration(d, i) = f%acceleration(d, i) + change/dt
-                  damping_power = damping_power + damping_rate*sum(p*change)
-                  mapping_power = mapping_power - sum(p*change)/dt - damping_rate*sum(p*change)
                end if
                c%gap(k) = max(gap, 0.0_dp)
             end associate

@@ -78,9 +78,8 @@ contains
 
    !> Set the velocities that move the particles, and the accelerations that lead to them, of fixed components, and find the work of
    !> what that takes: the force R = M a - f + alpha p, f being the force without damping and p the momentum. In a step it is
-   !> (R(t) + R(t + dt))/2 . w dt, of which R(t + dt) is known in the next step only: until then R(t) stands for it. What damping takes and what
-   !> mapping loses are those of all nodes by the accelerations and velocities that they now have (`accelerate`).
-   subroutine drive(c, grid, dt, damping_rate, driven, f, last, work, damping_power, mapping_power)
+   !> (R(t) + R(t + dt))/2 . w dt, of which R(t + dt) is known in the next step only: until then R(t) stands for it.
+   subroutine drive(c, grid, dt, damping_rate, driven, f, last, work)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: dt                 !! [s]
@@ -89,7 +88,6 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       type(driven_work_t), intent(inout) :: last !! of the step before; on return of this one
       real(dp), intent(out) :: work              !! [J]
-      real(dp), intent(out) :: damping_power, mapping_power !! [W]
       real(dp), allocatable :: inertia(:, :)
       real(dp) :: late, now
       integer :: k, d
@@ -117,16 +115,5 @@ contains
       end do
       work = (late - last%work)/2 + now
       last = driven_work_t(dt, now)
-      damping_power = 0
-      mapping_power = 0
-      associate (all => f%mass_matrix%all)
-         do k = 1, all%n_nodes
-            associate (i => all%nodes(k))
-               damping_power = damping_power + damping_rate*sum(f%momentum(:, i)*f%velocity(:, i, v_next))
-               mapping_power = mapping_power - sum(f%momentum(:, i)*f%acceleration(:, i))
-            end associate
-         end do
-      end associate
-      mapping_power = mapping_power - damping_power
    end subroutine drive
 end module hampm_driven_nodes

@@ -9,7 +9,7 @@ module hampm_nodal_motion
    use hampm_nodal_kernels, only: divide_by_mass, advance_velocities
    implicit none
    private
-   public :: find_velocity, accelerate
+   public :: find_velocity, accelerate, find_powers
 
 contains
 
@@ -77,6 +77,27 @@ contains
       damping_power = damping_rate*sum(f%partial_power(1, :chunks))
       mapping_power = merge(sum(f%partial_power(2, :chunks)), 0.0_dp, audit)
    end subroutine accelerate
+
+   !> The same where nodes are moved in a given way or kept apart, by the velocities and accelerations that they then have: with p the mapped momentum a step
+   !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is, so that what closes the audit is -sum p . a - sum alpha p . w.
+   !> It is the same where M v = p and M a = f - alpha M v.
+   pure subroutine find_powers(f, damping_rate, damping_power, mapping_power)
+      type(nodal_fields_t), intent(in) :: f
+      real(dp), intent(in) :: damping_rate              !! alpha [1/s]
+      real(dp), intent(out) :: damping_power, mapping_power !! [W]
+      integer :: k
+      damping_power = 0
+      mapping_power = 0
+      associate (all => f%mass_matrix%all)
+         do k = 1, all%n_nodes
+            associate (i => all%nodes(k))
+               damping_power = damping_power + damping_rate*sum(f%momentum(:, i)*f%velocity(:, i, v_next))
+               mapping_power = mapping_power - sum(f%momentum(:, i)*f%acceleration(:, i))
+            end associate
+         end do
+      end associate
+      mapping_power = mapping_power - damping_power
+   end subroutine find_powers
 
    !> Take the line through the last two solutions as the guess of the next.
    subroutine guess_acceleration(f)

@@ -17,7 +17,7 @@ module hampm_step
    use hampm_mass_solver, only: by_lumped
    use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
-   use hampm_nodal_motion, only: find_velocity, accelerate
+   use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
    use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, step_in_tiles
@@ -183,7 +183,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       real(dp), allocatable :: driven(:, :), force(:, :)
-      real(dp) :: damping_power, mapping_power, work
+      real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%springs%n > 0) m%fields%force = m%fields%force + m%fields%external
       if (m%constraints%move()) then
@@ -195,16 +195,19 @@ contains
                       unsolved)
       if (m%constraints%move()) then
          m%fields%force = force
-         call drive(m%constraints, m%grid, dt, m%damping_rate, driven, m%fields, m%driven, work, damping_power, mapping_power)
+         call drive(m%constraints, m%grid, dt, m%damping_rate, driven, m%fields, m%driven, work)
          m%external_work = m%external_work + work
          if (m%audit) m%numerical_loss = m%numerical_loss + work
       end if
-      if (m%contact%n > 0) call keep_apart(m%contact, m%grid, m%damping_rate, dt, m%fields, damping_power, mapping_power)
-      if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, m%damping_rate, dt, m%fields, &
-                                                       damping_power, mapping_power)
+      taken = m%body_contact%loss + m%body_contact%friction_loss
+      if (m%contact%n > 0) call keep_apart(m%contact, m%grid, dt, m%fields)
+      if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
+      taken = m%body_contact%loss + m%body_contact%friction_loss - taken
+      if ((m%constraints%move() .or. m%contact%n + m%body_contact%n > 0) .and. (m%audit .or. m%damping_rate > 0)) &
+         call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
-      if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power
+      if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power - taken
    end subroutine solve_acceleration
 
    !> Book what the loads have done in a step that has mapped the new velocities, or will do so only in the next.
