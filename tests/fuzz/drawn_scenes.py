@@ -77,7 +77,7 @@ class Drawing:
         self.frame = "updated" if self.time == "explicit" and chance.random() < 0.4 else "total"
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [2, 2, 2, 5])[0]
-        self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < 0.25
+        self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
         self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
         small = self.crack == "none"
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
