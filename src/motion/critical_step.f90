@@ -389,7 +389,7 @@ contains
                inverse(nodes, nodes) = inverse(nodes, nodes) + cell
             end associate
          end do
-         call add_diagonal(merge(0.0_dp, 1.0_dp, s%lumped > 0), inverse)
+         call add_diagonal([(merge(0.0_dp, 1.0_dp, s%mass(i, i) > 0), i=1, n)], inverse) ! nodes on an axis have no row sums
          call dpotrf('U', n, inverse, n, info)
          call dpotri('U', n, inverse, n, info)
          do i = 1, n

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from paths import INPUT, REFERENCE
+from paths import INPUT, PROGRAM, REFERENCE
 from snapshots import field, points, read_steps
 
 YOUNG, DENSITY, PRESSURE = 1e9, 1000.0, 1e6
@@ -367,6 +367,19 @@ def test_steps_at_their_limit_are_stable_at_the_axis(hampm, scheme, order, acros
     assert np.max(energy) < 1.01 * energy[0]
     missing = h["external_work"] + energy[0] - energy - h["numerical_loss"]
     assert np.max(np.abs(missing)) < 1e-9 * energy[0]
+
+
+@pytest.mark.parametrize("across", [3, 4, 5, 6])
+def test_the_limit_of_quadratic_cells_at_the_axis_is_that_of_their_matrices(hampm, run_hampm, across):
+    """The longest step of M and K of a whole body, in that of a sample of it, which is the shorter as its masses let the axis move along the radius."""
+    for width, height, poisson in ((1, 4, 0.0), (3, 3, 0.0), (2, 4, 0.45)):
+        text = scene(2, 0.25, (7, 8), f"&body material = 'm'  lower = 0, 0  upper = {width / 4}, {height / 4}  points_per_cell = {across}  velocity = 0, 1e-3 /", "",
+                     method="time = 'explicit'  mass = 'full'  courant = {}", poisson=poisson)
+        limit = re.search(r"must be at most ([0-9.]+), not", run(hampm, text.format(5), fails=2).stderr)[1]
+        (hampm.folder / "scene.nml").write_text(text.format(limit))
+        longest = float(run_hampm(limit, "scene.nml", program=PROGRAM.with_name("eigenvalue_limit"), cwd=hampm.folder).stdout)
+        print(width, height, poisson, longest)
+        assert 1 <= longest < 1.1
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------
