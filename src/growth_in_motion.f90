@@ -227,7 +227,7 @@ contains
             taken = 0
             most = 0
             if (law > 0) most = cracks%crack(tip%crack)%bonded(tip%end)
-            if (of%max_length > 0) most = min(most, of%max_length - cracks%crack(tip%crack)%length())
+            if (of%max_length > 0) most = max(0.0_dp, min(most, of%max_length - cracks%crack(tip%crack)%length()))
             if (of%law == 'prescribed') then
                way = min(growing%given_way(scene, cracks, k, time, dt), most)
                call cracks%move_tip(k, way)

@@ -70,6 +70,12 @@ def test_a_given_crack_of_strained_material_is_a_superposition(hampm, tmp_path):
     assert np.max(np.abs(inside - inside[0])) < 1e-10 * np.max(both["strain_energy"])
 
 
+@pytest.mark.parametrize("time", ["explicit", "implicit"])
+def test_a_crack_that_is_longer_than_it_may_become_stays(hampm, tmp_path, time):
+    row = strip(hampm, tmp_path, growth=GIVEN + "  max_length = 5e-3", load=PULL + f"\n&method time = '{time}' /")
+    assert row["crack_length"] == pytest.approx(7e-3, rel=1e-12)
+
+
 def test_loads_that_split_a_laminate_at_rest(hampm, tmp_path):
     """J of the crack that has grown, by loads that are scaled to the toughness, is that of a scene of its own with the longer crack."""
     law = "law = 'orthotropic'  young_1 = 140e9  young_2 = 10e9  shear_12 = 5e9  poisson_12 = 0.3"
