@@ -152,6 +152,7 @@ contains
       real(dp), allocatable :: inertia(:, :)
       call internal_force(m, r)
       if (.not. self%is_carried) return
+      if (self%layout /= m%fields%layout) call find_mass(self, m) ! in a run that is resumed
       allocate (inertia, mold=r)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%outer%mass, &
                             m%nodal_acceleration + m%damping_rate*m%nodal_velocity, inertia)
