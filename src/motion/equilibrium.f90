@@ -11,7 +11,7 @@ module hampm_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
-   use hampm_face_springs, only: relax_springs
+   use hampm_face_springs, only: contact, relax_springs, have_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: out_of_balance, displace, work_of
@@ -113,7 +113,7 @@ contains
    end function likely_cause
 
    !> Find equilibrium again at the present time, on another mesh, from the displacement that its nodes had on the last one or, where that
-   !> does not lead there and no material remembers, from material without loads. The loads, which stay, do work on what lies between both
+   !> does not lead there and neither a material nor friction remembers, from material without loads. The loads, which stay, do work on what lies between both
    !> equilibria. Where the state does not depend on the way to it, it is from the start: then the work of the loads is that on this mesh,
    !> whatever nodes constraints hold that were not there before.
    subroutine find_again(self, m, failure)
@@ -123,7 +123,9 @@ contains
       type(failure_t) :: none
       type(drive_t) :: drive
       real(dp) :: work, at_once
-      if (.not. (self%forgets_mesh .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain))) then
+      logical :: remembers                       ! whether the state depends on the way to it
+      remembers = any(m%materials%has_history()) .or. have_friction(m%springs) .and. m%steps > 0
+      if (remembers .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain))) then
          call carry_over(m)
          call find_drive(m, m%time, drive)
          work = m%external_work
@@ -139,7 +141,7 @@ contains
             return
          end if
       end if
-      if (any(m%materials%has_history())) then
+      if (remembers) then
          call failure%report(exit_computation, when(m%steps, m%time)//'on a finer mesh '//none%message)
          return
       end if
@@ -284,6 +286,11 @@ contains
             m%springs%list(k)%opening = 0
          end do
          call displace(m, u)
+         do k = 1, m%springs%n
+            associate (spring => m%springs%list(k))
+               if (spring%kind == contact) spring%start = spring%opening ! what friction holds stays
+            end associate
+         end do
          if (m%constraints%only_push()) call lift_by(m, u)
          do k = 1, m%contact%n
             m%contact%gap(k) = dot_product(u(m%contact%normal(k), m%contact%node(:, k)), [1, -1])

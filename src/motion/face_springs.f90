@@ -58,7 +58,6 @@ module hampm_face_springs
       real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
-      real(dp) :: slip = 0                       !! sliding at which the faces hold each other without a force along them [m]
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
@@ -66,7 +65,7 @@ module hampm_face_springs
       integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
       real(dp) :: way = 0                        !! of that tip from where it was at first to the bond [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
-      real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
+      real(dp) :: held(ndim) = 0                 !! force at the opening `start`, of contact along the faces [N]
       real(dp) :: start(ndim) = 0                !! [m]
       logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`
       real(dp) :: kept = 1                       !! [-]
@@ -126,11 +125,16 @@ contains
       if (spring%kind == bond) return
       pressed = -dot_product(spring%normal, spring%opening)
       holds = spring%friction > 0
-      if (holds) holds = abs(dot_product(along(spring), spring%opening) - spring%slip) &
-                         <= limit_of(spring, pressed)
+      if (holds) holds = abs(sliding_of(spring)) <= limit_of(spring, pressed)
       if (.not. holds) state = slides
       if (pressed < 0) state = merge(sticks_apart, is_open, holds .and. spring%most_held >= 0)
    end function state_of
+
+   !> How far faces have slid from where they would hold each other without a force along them [m].
+   pure real(dp) function sliding_of(spring) result(sliding)
+      type(spring_t), intent(in) :: spring
+      sliding = dot_product(along(spring), spring%opening - spring%start + spring%held/spring%stiffness)
+   end function sliding_of
 
    !> What friction holds at most, over the stiffness [m].
    pure real(dp) function limit_of(spring, pressed) result(limit)
@@ -177,7 +181,7 @@ contains
             return
          end if
          across = dot_product(n, g)
-         sliding = dot_product(along(spring), g) - spring%slip
+         sliding = sliding_of(spring)
          force = s*(min(across, 0.0_dp)*n + sign(min(limit_of(spring, -across), abs(sliding)), sliding)*along(spring))
       end associate
    end function force_of
@@ -373,9 +377,12 @@ contains
       integer :: k
       if (springs%n == 0) return
       do k = 1, springs%n
-         springs%list(k)%opening = 0
-         springs%list(k)%slip = 0
-         springs%list(k)%pressed = 0
+         associate (spring => springs%list(k))
+            spring%opening = 0
+            spring%pressed = 0
+            if (spring%kind == contact) spring%start = 0
+            if (spring%kind == contact) spring%held = 0
+         end associate
       end do
       springs%loss = 0
    end subroutine relax_springs
@@ -390,15 +397,17 @@ contains
       do k = 1, springs%n
          associate (spring => springs%list(k))
             if (spring%kind == bond) cycle
-            sliding = dot_product(along(spring), spring%opening) - spring%slip
+            sliding = sliding_of(spring)
             pressed = max(0.0_dp, -dot_product(spring%normal, spring%opening))
             select case (state_of(spring))
              case (is_open)
-               spring%slip = dot_product(along(spring), spring%opening)
+               spring%held = 0
+               spring%start = spring%opening
              case (slides)
-               sliding = sliding - sign(spring%friction*pressed, sliding)
-               springs%loss = springs%loss + spring%stiffness*spring%friction*(spring%pressed + pressed)/2*abs(sliding)
-               spring%slip = spring%slip + sliding
+               springs%loss = springs%loss + spring%stiffness*spring%friction*(spring%pressed + pressed)/2 &
+                              *abs(sliding - sign(spring%friction*pressed, sliding))
+               spring%held = spring%stiffness*sign(spring%friction*pressed, sliding)*along(spring)
+               spring%start = spring%opening
             end select
             spring%pressed = pressed
          end associate
@@ -476,7 +485,6 @@ contains
          call archive%keep_reals('stiffness', n, of%stiffness)
          call archive%keep_reals('length', n, of%length)
          call archive%keep_reals('friction', n, of%friction)
-         call archive%keep_reals('slip', n, of%slip)
          call archive%keep_reals('pressed', n, of%pressed)
          call archive%keep_integers('line', n, of%line)
          call archive%keep_integers('tip', n, of%tip)

@@ -24,7 +24,7 @@ module hampm_spring_placement
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
    use hampm_face_springs, only: face_springs_t, spring_t, bond, contact, along, add_spring, force_of, energy_of, is_half, &
-                                 add_spring_forces
+                                 is_pressed, add_spring_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_material, only: material_t
@@ -90,8 +90,8 @@ contains
       else if (.not. springs%are_bounded) then
          call hold_small_pieces(springs, m)
       end if
-      call go_on(springs, old)
       if (springs%n > 0 .and. springs%are_bounded .and. .not. m%grid%is_quadratic()) call soften(springs, m)
+      call go_on(springs, old)
    end subroutine rebuild_springs
 
    !> Add the bonds of all tips and the contact of all faces.
@@ -142,29 +142,55 @@ contains
 
    !> Let springs that are where some have been before go on as these: particles tell of the opening only what a linear field between the
    !> nodes would, and a mesh that changes somewhere else again and again would let springs forget the rest of it, and give back other work
-   !> than they took.
+   !> than they took. Faces that press on each other go on between new places too, with the pressure and the friction of the nearest.
    pure subroutine go_on(springs, old)
       type(face_springs_t), intent(inout) :: springs
       type(face_springs_t), intent(in) :: old    !! those on the grid before
       real(dp), parameter :: same = 1e-9_dp      ! distance within which places are the same [cells]
-      integer :: s, k, i
+      real(dp) :: distance, least, force(ndim)
+      integer :: s, k, i, nearest
+      logical :: is_same
       k = 0
       do s = 1, springs%n
-         if (springs%list(s)%tip > 0) cycle           ! see `begin_bond`
-         do i = 1, old%n                         ! most follow each other as before
-            k = k + 1
-            if (k > old%n) k = 1
-            associate (spring => springs%list(s), before => old%list(k))
-               if (before%kind /= spring%kind .or. before%tip > 0) cycle
-               if (norm2(before%place - spring%place) > same*spring%cell) cycle
-               if (abs(before%length - spring%length) > same*spring%cell) cycle
-               spring%opening = before%opening
-               spring%slip = before%slip
-               spring%pressed = before%pressed
-               spring%rate = before%rate
-               exit
+         associate (spring => springs%list(s))
+            if (spring%tip > 0) cycle            ! see `begin_bond`
+            least = huge(least)
+            is_same = .false.
+            do i = 1, old%n                      ! most follow each other as before
+               k = k + 1
+               if (k > old%n) k = 1
+               associate (before => old%list(k))
+                  if (before%kind /= spring%kind .or. before%tip > 0 .or. before%line /= spring%line) cycle
+                  distance = norm2(before%place - spring%place)
+                  is_same = max(distance, abs(before%length - spring%length)) <= same*spring%cell
+                  if (.not. is_same .and. distance >= least) cycle
+                  least = distance
+                  nearest = k
+                  if (is_same) exit
+               end associate
+            end do
+            if (.not. least < huge(least)) cycle
+            associate (before => old%list(nearest))
+               if (is_same) then
+                  spring%opening = before%opening
+                  spring%rate = before%rate
+               else if (spring%kind == bond .or. least > before%length) then
+                  cycle
+               end if
+               if (spring%kind == bond) cycle
+               force = spring%length/before%length*force_of(before)
+               associate (n => spring%normal)
+                  if (is_pressed(before)) then
+                     spring%opening = spring%opening + (dot_product(n, force)/spring%stiffness - dot_product(n, spring%opening))*n
+                  else
+                     spring%opening = spring%opening + max(0.0_dp, -dot_product(n, spring%opening))*n
+                  end if
+                  spring%pressed = max(0.0_dp, -dot_product(n, spring%opening))
+               end associate
+               spring%held = dot_product(along(before), force)*along(spring)
+               spring%start = spring%opening
             end associate
-         end do
+         end associate
       end do
    end subroutine go_on
 
@@ -435,7 +461,7 @@ contains
                      if (side == 1) spring%n_left = n
                   end associate
                end do
-               spring%slip = dot_product(along(spring), spring%opening)
+               if (spring%kind == contact) spring%start = spring%opening
                spring%pressed = max(0.0_dp, -dot_product(normal, spring%opening))
             end associate
          end do

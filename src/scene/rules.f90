@@ -383,11 +383,15 @@ module hampm_rules
              "pairs of nodes on a grid line hold each other across it only", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
       rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", ""), &
-      rule_t("&crack contact = 'friction'", not_with, "&refine indicator = 'zz' | 'gradient' and &refine max_level > 0", &
-             not_built, "cells that change in the run forget how far the faces have slid and what holds them", &
-             "&refine indicator = 'tip'"), &
-      rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
-             "what has slid is not carried over when cells are cut anew", "&crack contact = 'frictionless'"), &
+      rule_t("&crack contact = 'friction'", not_with, &
+             "&refine indicator = 'zz' | 'gradient' and &refine max_level > 0 and &method time = 'explicit'", not_built, &
+             "faces that hold each other give way in explicit steps, and on finer cells that is not undone", &
+             "&method time = 'implicit'"), &
+      rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
+             "tips grow before the loads follow, and what slides meanwhile does not slide back", &
+             "&method time = 'implicit'"), &
+      rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'explicit'", not_built, &
+             "faces that open do not touch before cells are cut anew", "&method time = 'implicit'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
 

@@ -28,7 +28,7 @@ def run(hampm, tmp_path, text, code=0, words=(), name="growth"):
 
 def residual(history):
     """What is missing in the energy balance since the start, where ends that are driven may move already, over the work."""
-    inside = sum(history[name] for name in ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy"))
+    inside = sum(history[name] for name in ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy", "friction_loss") if name in history)
     missing = history["external_work"] - inside
     return np.max(np.abs(missing - missing[0])) / np.max(history["external_work"])
 
@@ -157,6 +157,38 @@ def test_growth_in_implicit_steps_has_its_mirror_image(hampm, tmp_path, scene):
     assert residual(rows[0]) < 1e-9
     for name in ("strain_energy", "kinetic_energy", "fracture_energy", "J", "crack_opening"):
         assert np.abs(rows[0][name]) == pytest.approx(np.abs(rows[1][name]), abs=1e-9 * np.max(np.abs(rows[0][name]))), name
+
+
+def pressed_and_sheared(shear, contact, method):
+    """A crack across a plate under pressure and shear, which grows at one end once both have come."""
+    side = "history = 'ramp'  rise_time = 8e-5 /"
+    return f"""
+        &run plane = 'strain'  end_time = 1.2e-4 /
+        &grid lower = -0.02, -0.02  cell = 1e-3  cells = 40, 40 /
+        &material name = 'a'  young = 200e9  poisson = 0.3  density = 7800 /
+        &body material = 'a'  lower = -0.02, -0.02  upper = 0.02, 0.02 /
+        &constraint lower = -0.02, -0.02  upper = 0.02, -0.02  fix = 'xy' /
+        &load kind = 'traction'  lower = -0.02, 0.02  upper = 0.02, 0.02  force = 0, -10e6  history = 'ramp'  rise_time = 4e-5 /
+        &load kind = 'traction'  lower = -0.02, 0.02  upper = 0.02, 0.02  force = {shear}, 0  {side}
+        &load kind = 'traction'  lower = 0.02, -0.02  upper = 0.02, 0.02  force = 0, {shear}  {side}
+        &load kind = 'traction'  lower = -0.02, -0.02  upper = -0.02, 0.02  force = 0, {-shear}  {side}
+        &crack kind = 'path'  points = -8.1e-3, 0.4e-3, 6.2e-3, 0.4e-3  {contact} /
+        &growth law = 'prescribed'  direction = 'straight'  tips = 'last'  speed = 200  start = 9e-5  end = 1.1e-4 /
+        &damping rate = 1.5e5 /
+        &method {method} /
+        &energy_release estimators = 'domain_integral', 'energy_balance' /
+        &output history_interval = 2e-6 /"""
+
+
+def test_a_crack_that_slides_with_friction_as_it_grows(hampm, tmp_path):
+    """Faces that slide everywhere under a pressure p are those without friction under a shear that is smaller by mu p, in linear material: 7 of 10 MN, with mu = 0.3."""
+    rubbed, free = (run(hampm, tmp_path, pressed_and_sheared(*of, "time = 'implicit'  time_step = 1e-6"))[0] for of in ((10e6, "contact = 'friction'  friction = 0.3"), (7e6, "contact = 'frictionless'")))
+    for name in ("K_II", "K_II_tip2", "mouth_sliding"):
+        print(name, rubbed[name][-1], free[name][-1])
+    assert residual(rubbed) < 1e-9
+    assert rubbed["K_II_tip2"][-1] == pytest.approx(free["K_II_tip2"][-1], rel=0.02)
+    assert rubbed["mouth_sliding"][-1] == pytest.approx(free["mouth_sliding"][-1], rel=0.02)
+    assert np.all(np.diff(rubbed["friction_loss"]) >= 0)
 
 
 @pytest.mark.verify
