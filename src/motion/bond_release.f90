@@ -68,14 +68,21 @@ contains
    pure subroutine let_go(spring, taken)
       type(spring_t), intent(inout) :: spring
       real(dp), intent(inout) :: taken           !! [J]
-      real(dp) :: force(ndim)
+      real(dp) :: force(ndim), across, stored
       force = force_of(spring)
-      spring%stored = energy_of(spring)
-      taken = taken + spring%stored
+      stored = energy_of(spring)
+      if (spring%line > 0) then                  ! pressure stays
+         across = min(0.0_dp, dot_product(force, spring%normal))
+         force = force - across*spring%normal
+         spring%touch = 0
+         if (across < 0) spring%touch = dot_product(spring%normal, spring%opening) - across/spring%stiffness
+      end if
       spring%held = force
       spring%start = spring%opening
       spring%reached = 0
       spring%lets_go = .true.
+      spring%stored = stored - energy_of(spring)
+      taken = taken + spring%stored
    end subroutine let_go
 
    !> Length of crack for which the bonds of a tip that have let go would take a toughness now, by how they have opened since the step before [m]:
@@ -147,8 +154,11 @@ contains
       work = 0
       do k = 1, springs%n
          if (.not. springs%list(k)%lets_go) cycle
-         force = force_of(springs%list(k))
-         if (present(start)) force = force_of(start%list(k))
+         force = springs%list(k)%kept*springs%list(k)%held
+         if (present(start)) then
+            force = force_of(start%list(k))
+            if (start%list(k)%lets_go) force = start%list(k)%kept*start%list(k)%held
+         end if
          if (.not. any(abs(force) > 0)) cycle
          way = 0
          do j = 1, count(springs%list(k)%node > 0)

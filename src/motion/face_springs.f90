@@ -61,7 +61,7 @@ module hampm_face_springs
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
-      integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for bonds
+      integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
       integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
       real(dp) :: way = 0                        !! of that tip from where it was at first to the bond [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
@@ -69,6 +69,7 @@ module hampm_face_springs
       real(dp) :: start(ndim) = 0                !! [m]
       logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`
       real(dp) :: kept = 1                       !! [-]
+      real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other once a bond has let go [m]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
       real(dp) :: mass = 0                       !! m [kg]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
@@ -121,8 +122,12 @@ contains
       type(spring_t), intent(in) :: spring
       real(dp) :: pressed
       logical :: holds
-      state = merge(is_open, sticks, spring%lets_go)
-      if (spring%kind == bond) return
+      if (spring%kind == bond) then
+         state = sticks
+         if (spring%lets_go) state = merge(slides, is_open, overlap_of(spring) > 0)
+         return
+      end if
+      state = sticks
       pressed = -dot_product(spring%normal, spring%opening)
       holds = spring%friction > 0
       if (holds) holds = abs(sliding_of(spring)) <= limit_of(spring, pressed)
@@ -135,6 +140,12 @@ contains
       type(spring_t), intent(in) :: spring
       sliding = dot_product(along(spring), spring%opening - spring%start + spring%held/spring%stiffness)
    end function sliding_of
+
+   !> By how much the faces of a bond that has let go overlap [m].
+   pure real(dp) function overlap_of(spring) result(overlap)
+      type(spring_t), intent(in) :: spring
+      overlap = max(0.0_dp, spring%touch - dot_product(spring%normal, spring%opening))
+   end function overlap_of
 
    !> What friction holds at most, over the stiffness [m].
    pure real(dp) function limit_of(spring, pressed) result(limit)
@@ -177,7 +188,7 @@ contains
       associate (g => spring%opening, n => spring%normal, s => spring%stiffness)
          if (spring%kind == bond) then
             force = spring%held + s*stretch_of(spring)
-            if (spring%lets_go) force = spring%kept*spring%held
+            if (spring%lets_go) force = spring%kept*spring%held - s*overlap_of(spring)*n
             return
          end if
          across = dot_product(n, g)
@@ -233,8 +244,8 @@ contains
       real(dp), intent(in) :: caution            !! see `face_springs_t`
       integer :: i, j, state
       tangent = 0
-      if (spring%lets_go) return
       state = state_of(spring)
+      if (spring%lets_go .and. state == is_open) return
       of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
       of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
       if (is_half(spring)) of_tangent = 0
@@ -421,14 +432,15 @@ contains
       energy = sum([(energy_of(springs%list(k)), k=1, springs%n)])
    end function spring_energy
 
-   !> Energy that a spring stores [J]: that of a bond since it began. One that has begun to let go stores none, what it takes is lost.
+   !> Energy that a spring stores [J]: that of a bond since it began. One that has begun to let go stores none but that of faces that press on each other,
+   !> what it takes is lost.
    pure real(dp) function energy_of(spring) result(energy)
       type(spring_t), intent(in) :: spring
       associate (stretch => stretch_of(spring), s => spring%stiffness)
          if (spring%kind /= bond) then
             energy = sum(force_of(spring)**2)/(2*s)
          else if (spring%lets_go) then
-            energy = 0
+            energy = s*overlap_of(spring)**2/2
          else
             energy = spring%stored + dot_product(spring%held, stretch) + s*sum(stretch**2)/2
          end if
@@ -492,6 +504,7 @@ contains
          call archive%keep_reals('cell', n, of%cell)
          call archive%keep_logicals('lets_go', n, of%lets_go)
          call archive%keep_reals('kept', n, of%kept)
+         call archive%keep_reals('touch', n, of%touch)
          call archive%keep_reals('reached', n, of%reached)
          call archive%keep_reals('stored', n, of%stored)
          call archive%keep_reals('mass', n, of%mass)

@@ -24,7 +24,7 @@ module hampm_spring_placement
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
    use hampm_face_springs, only: face_springs_t, spring_t, bond, contact, along, add_spring, force_of, energy_of, is_half, &
-                                 is_pressed, add_spring_forces
+                                 add_spring_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_material, only: material_t
@@ -123,9 +123,31 @@ contains
       end do
       if (.not. m%particles%total_frame .and. any(begins)) call balance_bonds(springs, begins, m)
       do k = 1, size(m%grid%cut_cells%lines)
-         if (m%grid%cut_cells%lines(k)%contact) call add_contact(springs, m, k, certain=.false.)
+         if (.not. m%grid%cut_cells%lines(k)%contact) cycle
+         s = springs%n
+         call add_contact(springs, m, k, certain=.false.)
+         call leave_to_bonds(springs, s)
       end do
    end subroutine add_springs_of_cracks
+
+   !> Drop contact where bonds are that have let go, whose faces press on each other by themselves.
+   pure subroutine leave_to_bonds(springs, n)
+      type(face_springs_t), intent(inout) :: springs
+      integer, intent(in) :: n                   !! number of springs before the contact was added
+      real(dp), parameter :: reach = 0.55_dp     ! part of the length for which a bond stands that is on either side of it
+      integer :: k, s, kept
+      kept = n
+      do s = n + 1, springs%n
+         associate (spring => springs%list(s))
+            if (any([(springs%list(k)%lets_go .and. springs%list(k)%line == spring%line .and. &
+                      norm2(springs%list(k)%place - spring%place) <= reach*springs%list(k)%length, k=1, n)])) cycle
+         end associate
+         kept = kept + 1
+         springs%list(kept) = springs%list(s)
+      end do
+      springs%n_contact = springs%n_contact - (springs%n - kept)
+      springs%n = kept
+   end subroutine leave_to_bonds
 
    !> The largest eigenvalue over (c/h)**2 that steps leave to springs which are a part of those that `shorter_step` is for: with it
    !> lambda_cells 1.27 + lambda_springs is what it is in these [-].
@@ -160,7 +182,8 @@ contains
                k = k + 1
                if (k > old%n) k = 1
                associate (before => old%list(k))
-                  if (before%kind /= spring%kind .or. before%tip > 0 .or. before%line /= spring%line) cycle
+                  if (before%line /= spring%line) cycle
+                  if (merge(before%tip > 0, .not. before%lets_go, before%kind == spring%kind)) cycle
                   distance = norm2(before%place - spring%place)
                   is_same = max(distance, abs(before%length - spring%length)) <= same*spring%cell
                   if (.not. is_same .and. distance >= least) cycle
@@ -180,7 +203,7 @@ contains
                if (spring%kind == bond) cycle
                force = spring%length/before%length*force_of(before)
                associate (n => spring%normal)
-                  if (is_pressed(before)) then
+                  if (dot_product(n, force) < 0) then
                      spring%opening = spring%opening + (dot_product(n, force)/spring%stiffness - dot_product(n, spring%opening))*n
                   else
                      spring%opening = spring%opening + max(0.0_dp, -dot_product(n, spring%opening))*n
@@ -212,7 +235,8 @@ contains
             do k = 1, old%n
                if (old%list(k)%tip == tip .and. old%list(k)%kept > 0) after = min(after, old%list(k)%way - old%list(k)%length/2)
             end do
-            call add_along(springs, m, points, layer_t(bond, tip=tip, face=line%face), after)
+            call add_along(springs, m, points, &
+                           layer_t(bond, tip=tip, face=line%face, line=merge(end%line, 0, line%contact)), after)
          end associate
       end associate
    end subroutine add_bonds_of_way
@@ -252,11 +276,15 @@ contains
             spring%lets_go = before%lets_go
             spring%kept = before%kept
             spring%reached = before%reached
+            if (before%touch > -huge(before%touch)) spring%touch = dot_product(spring%normal, spring%opening) &
+               + spring%length/before%length*before%stiffness/spring%stiffness &
+                 *(before%touch - dot_product(before%normal, before%opening))
             if (spring%lets_go) spring%start = spring%opening - (before%opening - before%start)
          end associate
       else if (spring%way < grown) then
          spring%lets_go = .true.
          spring%kept = 0
+         if (spring%line > 0) spring%touch = min(0.0_dp, dot_product(spring%normal, spring%opening))
       else
          begins = .true.
          spring%held = thickness*spring%length*traction_at(m, spring%place, spring%normal, face_of(spring))
