@@ -388,7 +388,7 @@ module hampm_rules
              "faces that hold each other give way in explicit steps, and on finer cells that is not undone", &
              "&method time = 'implicit'"), &
       rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
-             "J and K of the other tips of a crack jump as cells are cut anew for one that grows", &
+             "faces that have opened do not hold each other along before cells are cut anew", &
              "&crack contact = 'frictionless'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
