@@ -10,7 +10,7 @@
 !> before and after.
 module hampm_bond_release
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, spring_t, force_of, energy_of
+   use hampm_face_springs, only: face_springs_t, spring_t, along, force_of, energy_of
    use hampm_spring_placement, only: release_length
    implicit none
    private
@@ -68,14 +68,18 @@ contains
    pure subroutine let_go(spring, taken)
       type(spring_t), intent(inout) :: spring
       real(dp), intent(inout) :: taken           !! [J]
-      real(dp) :: force(ndim), across, stored
+      real(dp) :: force(ndim), across, hold, stored
       force = force_of(spring)
       stored = energy_of(spring)
-      if (spring%line > 0) then                  ! pressure stays
+      if (spring%line > 0) then                  ! pressure stays, and friction
          across = min(0.0_dp, dot_product(force, spring%normal))
-         force = force - across*spring%normal
+         hold = dot_product(force, along(spring))
+         hold = sign(min(abs(hold), -spring%friction*across), hold)
+         force = force - across*spring%normal - hold*along(spring)
          spring%touch = 0
          if (across < 0) spring%touch = dot_product(spring%normal, spring%opening) - across/spring%stiffness
+         spring%slip = dot_product(along(spring), spring%opening) - hold/spring%stiffness
+         spring%pressed = -across/spring%stiffness
       end if
       spring%held = force
       spring%start = spring%opening

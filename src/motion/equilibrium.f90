@@ -11,7 +11,7 @@ module hampm_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
-   use hampm_face_springs, only: contact, relax_springs, have_friction
+   use hampm_face_springs, only: along, relax_springs, have_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: out_of_balance, displace, work_of
@@ -282,13 +282,16 @@ contains
          m%particles%displacement = 0
          m%particles%gradient = 0
          if (allocated(m%particles%widening)) m%particles%widening = 0
-         do k = 1, m%springs%n
-            m%springs%list(k)%opening = 0
+         do k = 1, m%springs%n                   ! what friction holds stays
+            associate (spring => m%springs%list(k))
+               spring%slip = spring%slip - dot_product(along(spring), spring%opening)
+               spring%opening = 0
+            end associate
          end do
          call displace(m, u)
          do k = 1, m%springs%n
             associate (spring => m%springs%list(k))
-               if (spring%kind == contact) spring%start = spring%opening ! what friction holds stays
+               spring%slip = spring%slip + dot_product(along(spring), spring%opening)
             end associate
          end do
          if (m%constraints%only_push()) call lift_by(m, u)

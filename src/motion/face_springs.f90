@@ -38,7 +38,8 @@ module hampm_face_springs
    private
    public :: face_springs_t, spring_t, bond, contact, along, add_spring_forces, stretch_springs, open_springs, settle_slip, &
              spring_energy, &
-             spring_states, spring_stiffness, force_of, energy_of, relax_springs, look_at_faces, is_pressed, &
+             spring_states, spring_stiffness, force_of, face_force, overlap_of, energy_of, relax_springs, look_at_faces, &
+             is_pressed, &
              have_friction, hold_friction, keep_springs, add_spring, is_half, &
              mass_ties_of, add_spring_momentum, kick_springs, energy_of_rates, add_spring_resistance
 
@@ -58,6 +59,8 @@ module hampm_face_springs
       real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
+      real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
+      real(dp) :: slip = 0                       !! sliding at which they hold each other without a force along them [m]
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
@@ -65,11 +68,10 @@ module hampm_face_springs
       integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
       real(dp) :: way = 0                        !! of that tip from where it was at first to the bond [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
-      real(dp) :: held(ndim) = 0                 !! force at the opening `start`, of contact along the faces [N]
+      real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
       real(dp) :: start(ndim) = 0                !! [m]
-      logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`
+      logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
       real(dp) :: kept = 1                       !! [-]
-      real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other once a bond has let go [m]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
       real(dp) :: mass = 0                       !! m [kg]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
@@ -117,43 +119,51 @@ contains
       if (is_half(spring)) stretch = dot_product(stretch, spring%normal)*spring%normal
    end function stretch_of
 
+   !> Whether a spring is one of faces that are free to part.
+   pure logical function is_free(spring)
+      type(spring_t), intent(in) :: spring
+      is_free = spring%kind == contact .or. spring%lets_go
+   end function is_free
+
    !> What a spring does.
    pure integer function state_of(spring) result(state)
       type(spring_t), intent(in) :: spring
-      real(dp) :: pressed
       logical :: holds
-      if (spring%kind == bond) then
-         state = sticks
-         if (spring%lets_go) state = merge(slides, is_open, overlap_of(spring) > 0)
-         return
-      end if
       state = sticks
-      pressed = -dot_product(spring%normal, spring%opening)
+      if (.not. is_free(spring)) return
       holds = spring%friction > 0
-      if (holds) holds = abs(sliding_of(spring)) <= limit_of(spring, pressed)
+      if (holds) holds = abs(sliding_of(spring)) <= limit_of(spring)
       if (.not. holds) state = slides
-      if (pressed < 0) state = merge(sticks_apart, is_open, holds .and. spring%most_held >= 0)
+      if (overlap_of(spring) < 0) state = merge(sticks_apart, is_open, holds .and. spring%most_held >= 0)
    end function state_of
+
+   !> By how much faces overlap; below 0 where they have parted [m].
+   pure real(dp) function overlap_of(spring) result(overlap)
+      type(spring_t), intent(in) :: spring
+      overlap = spring%touch - dot_product(spring%normal, spring%opening)
+   end function overlap_of
 
    !> How far faces have slid from where they would hold each other without a force along them [m].
    pure real(dp) function sliding_of(spring) result(sliding)
       type(spring_t), intent(in) :: spring
-      sliding = dot_product(along(spring), spring%opening - spring%start + spring%held/spring%stiffness)
+      sliding = dot_product(along(spring), spring%opening) - spring%slip
    end function sliding_of
 
-   !> By how much the faces of a bond that has let go overlap [m].
-   pure real(dp) function overlap_of(spring) result(overlap)
-      type(spring_t), intent(in) :: spring
-      overlap = max(0.0_dp, spring%touch - dot_product(spring%normal, spring%opening))
-   end function overlap_of
-
    !> What friction holds at most, over the stiffness [m].
-   pure real(dp) function limit_of(spring, pressed) result(limit)
+   pure real(dp) function limit_of(spring) result(limit)
       type(spring_t), intent(in) :: spring
-      real(dp), intent(in) :: pressed            !! overlap [m]
-      limit = spring%friction*max(pressed, 0.0_dp)
+      limit = spring%friction*max(overlap_of(spring), 0.0_dp)
       if (spring%most_held >= 0) limit = spring%most_held
    end function limit_of
+
+   !> Force by which faces that touch resist to be parted [N].
+   pure function face_force(spring) result(force)
+      type(spring_t), intent(in) :: spring
+      real(dp) :: force(ndim), sliding
+      sliding = sliding_of(spring)
+      force = spring%stiffness*(sign(min(limit_of(spring), abs(sliding)), sliding)*along(spring) &
+                                - max(overlap_of(spring), 0.0_dp)*spring%normal)
+   end function face_force
 
    !> Let friction hold no more than what follows from the present pressure, whatever that becomes.
    pure subroutine hold_friction(springs)
@@ -161,7 +171,7 @@ contains
       integer :: k
       do k = 1, springs%n
          associate (spring => springs%list(k))
-            spring%most_held = spring%friction*max(0.0_dp, -dot_product(spring%normal, spring%opening))
+            spring%most_held = spring%friction*max(0.0_dp, overlap_of(spring))
          end associate
       end do
    end subroutine hold_friction
@@ -184,17 +194,12 @@ contains
    pure function force_of(spring) result(force)
       type(spring_t), intent(in) :: spring
       real(dp) :: force(ndim)
-      real(dp) :: across, sliding
-      associate (g => spring%opening, n => spring%normal, s => spring%stiffness)
-         if (spring%kind == bond) then
-            force = spring%held + s*stretch_of(spring)
-            if (spring%lets_go) force = spring%kept*spring%held - s*overlap_of(spring)*n
-            return
-         end if
-         across = dot_product(n, g)
-         sliding = sliding_of(spring)
-         force = s*(min(across, 0.0_dp)*n + sign(min(limit_of(spring, -across), abs(sliding)), sliding)*along(spring))
-      end associate
+      if (.not. is_free(spring)) then
+         force = spring%held + spring%stiffness*stretch_of(spring)
+      else
+         force = face_force(spring)
+         if (spring%lets_go) force = force + spring%kept*spring%held
+      end if
    end function force_of
 
    !> What a spring of contact tells of the faces there: the force by which they resist being parted, and the change of their opening
@@ -210,10 +215,10 @@ contains
       real(dp) :: way
       force = 0
       slope = 0
-      is_there = springs%list(k)%kind == contact
+      is_there = is_free(springs%list(k))
       if (is_there) is_there = state_of(springs%list(k)) /= is_open
       if (.not. is_there) return
-      force = force_of(springs%list(k))
+      force = face_force(springs%list(k))
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, springs%n)))
       way = dot_product(springs%list(after)%place - springs%list(before)%place, direction)
@@ -224,7 +229,7 @@ contains
       !> Whether another spring is one of the same crack, on the same straight part of it.
       pure logical function is_next(other)
          integer, intent(in) :: other
-         is_next = other /= k .and. springs%list(other)%kind == contact .and. springs%list(other)%line == springs%list(k)%line &
+         is_next = other /= k .and. is_free(springs%list(other)) .and. springs%list(other)%line == springs%list(k)%line &
                    .and. norm2(springs%list(other)%normal - springs%list(k)%normal) <= 1e-6_dp
       end function is_next
    end subroutine look_at_faces
@@ -388,12 +393,9 @@ contains
       integer :: k
       if (springs%n == 0) return
       do k = 1, springs%n
-         associate (spring => springs%list(k))
-            spring%opening = 0
-            spring%pressed = 0
-            if (spring%kind == contact) spring%start = 0
-            if (spring%kind == contact) spring%held = 0
-         end associate
+         springs%list(k)%opening = 0
+         springs%list(k)%slip = 0
+         springs%list(k)%pressed = 0
       end do
       springs%loss = 0
    end subroutine relax_springs
@@ -407,18 +409,16 @@ contains
       if (springs%n_contact == 0) return
       do k = 1, springs%n
          associate (spring => springs%list(k))
-            if (spring%kind == bond) cycle
+            if (.not. is_free(spring)) cycle
             sliding = sliding_of(spring)
-            pressed = max(0.0_dp, -dot_product(spring%normal, spring%opening))
+            pressed = max(0.0_dp, overlap_of(spring))
             select case (state_of(spring))
              case (is_open)
-               spring%held = 0
-               spring%start = spring%opening
+               spring%slip = dot_product(along(spring), spring%opening)
              case (slides)
-               springs%loss = springs%loss + spring%stiffness*spring%friction*(spring%pressed + pressed)/2 &
-                              *abs(sliding - sign(spring%friction*pressed, sliding))
-               spring%held = spring%stiffness*sign(spring%friction*pressed, sliding)*along(spring)
-               spring%start = spring%opening
+               sliding = sliding - sign(spring%friction*pressed, sliding)
+               springs%loss = springs%loss + spring%stiffness*spring%friction*(spring%pressed + pressed)/2*abs(sliding)
+               spring%slip = spring%slip + sliding
             end select
             spring%pressed = pressed
          end associate
@@ -437,10 +437,8 @@ contains
    pure real(dp) function energy_of(spring) result(energy)
       type(spring_t), intent(in) :: spring
       associate (stretch => stretch_of(spring), s => spring%stiffness)
-         if (spring%kind /= bond) then
-            energy = sum(force_of(spring)**2)/(2*s)
-         else if (spring%lets_go) then
-            energy = s*overlap_of(spring)**2/2
+         if (is_free(spring)) then
+            energy = sum(face_force(spring)**2)/(2*s)
          else
             energy = spring%stored + dot_product(spring%held, stretch) + s*sum(stretch**2)/2
          end if
@@ -460,7 +458,9 @@ contains
       end if
       springs%n = springs%n + 1
       springs%list(springs%n) = spring_t(kind=kind)
-      if (kind == contact) springs%n_contact = springs%n_contact + 1
+      if (kind /= contact) return
+      springs%list(springs%n)%touch = 0
+      springs%n_contact = springs%n_contact + 1
    end subroutine add_spring
 
    !> Keep springs: in the updated frame they are where faces were when cells were cut last, and what they remember.
@@ -505,6 +505,7 @@ contains
          call archive%keep_logicals('lets_go', n, of%lets_go)
          call archive%keep_reals('kept', n, of%kept)
          call archive%keep_reals('touch', n, of%touch)
+         call archive%keep_reals('slip', n, of%slip)
          call archive%keep_reals('reached', n, of%reached)
          call archive%keep_reals('stored', n, of%stored)
          call archive%keep_reals('mass', n, of%mass)

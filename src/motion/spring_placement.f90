@@ -23,8 +23,8 @@ module hampm_spring_placement
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, spring_t, bond, contact, along, add_spring, force_of, energy_of, is_half, &
-                                 add_spring_forces
+   use hampm_face_springs, only: face_springs_t, spring_t, bond, contact, along, add_spring, force_of, face_force, overlap_of, &
+                                 energy_of, is_half, add_spring_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_material, only: material_t
@@ -169,21 +169,20 @@ contains
       type(face_springs_t), intent(inout) :: springs
       type(face_springs_t), intent(in) :: old    !! those on the grid before
       real(dp), parameter :: same = 1e-9_dp      ! distance within which places are the same [cells]
-      real(dp) :: distance, least, force(ndim)
+      real(dp) :: distance, least
       integer :: s, k, i, nearest
       logical :: is_same
       k = 0
       do s = 1, springs%n
          associate (spring => springs%list(s))
-            if (spring%tip > 0) cycle            ! see `begin_bond`
+            if (spring%tip > 0 .and. .not. (spring%lets_go .and. spring%line > 0)) cycle ! see `begin_bond`
             least = huge(least)
             is_same = .false.
             do i = 1, old%n                      ! most follow each other as before
                k = k + 1
                if (k > old%n) k = 1
                associate (before => old%list(k))
-                  if (before%line /= spring%line) cycle
-                  if (merge(before%tip > 0, .not. before%lets_go, before%kind == spring%kind)) cycle
+                  if (.not. is_before(before, spring)) cycle
                   distance = norm2(before%place - spring%place)
                   is_same = max(distance, abs(before%length - spring%length)) <= same*spring%cell
                   if (.not. is_same .and. distance >= least) cycle
@@ -194,28 +193,48 @@ contains
             end do
             if (.not. least < huge(least)) cycle
             associate (before => old%list(nearest))
-               if (is_same) then
+               if (is_same .and. spring%tip == 0) then
                   spring%opening = before%opening
                   spring%rate = before%rate
-               else if (spring%kind == bond .or. least > before%length) then
+               else if (spring%line == 0 .or. least > before%length) then
                   cycle
                end if
-               if (spring%kind == bond) cycle
-               force = spring%length/before%length*force_of(before)
-               associate (n => spring%normal)
-                  if (dot_product(n, force) < 0) then
-                     spring%opening = spring%opening + (dot_product(n, force)/spring%stiffness - dot_product(n, spring%opening))*n
-                  else
-                     spring%opening = spring%opening + max(0.0_dp, -dot_product(n, spring%opening))*n
-                  end if
-                  spring%pressed = max(0.0_dp, -dot_product(n, spring%opening))
-               end associate
-               spring%held = dot_product(along(before), force)*along(spring)
-               spring%start = spring%opening
+               if (spring%line > 0) call press_on(spring, before)
             end associate
          end associate
       end do
    end subroutine go_on
+
+   !> Whether a spring that was there can be what another one goes on as: faces that press on each other may have been a bond that has let go.
+   pure logical function is_before(before, spring)
+      type(spring_t), intent(in) :: before, spring
+      is_before = before%line == spring%line
+      if (.not. is_before) return
+      if (spring%tip > 0) then
+         is_before = before%tip == spring%tip .and. before%lets_go
+      else
+         is_before = merge(before%tip == 0, before%lets_go, before%kind == spring%kind)
+      end if
+   end function is_before
+
+   !> Let faces press on each other and hold each other along as others did, for each length; where those have parted these have.
+   pure subroutine press_on(spring, before)
+      type(spring_t), intent(inout) :: spring
+      type(spring_t), intent(in) :: before
+      real(dp) :: force(ndim), across
+      force = spring%length/before%length*face_force(before)
+      associate (n => spring%normal, s => spring%stiffness)
+         across = dot_product(n, force)/s
+         if (.not. across < 0) across = max(0.0_dp, merge(-overlap_of(before), dot_product(n, spring%opening), spring%tip > 0))
+         if (spring%tip > 0) then                ! its bond has an opening of its own
+            spring%touch = dot_product(n, spring%opening) - across
+         else
+            spring%opening = spring%opening + (across - dot_product(n, spring%opening))*n
+         end if
+         spring%pressed = max(0.0_dp, -across)
+         spring%slip = dot_product(along(spring), spring%opening) - dot_product(along(spring), force)/s
+      end associate
+   end subroutine press_on
 
    !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.
@@ -236,7 +255,8 @@ contains
                if (old%list(k)%tip == tip .and. old%list(k)%kept > 0) after = min(after, old%list(k)%way - old%list(k)%length/2)
             end do
             call add_along(springs, m, points, &
-                           layer_t(bond, tip=tip, face=line%face, line=merge(end%line, 0, line%contact)), after)
+                           layer_t(bond, tip=tip, face=line%face, line=merge(end%line, 0, line%contact), &
+                                   friction=line%friction), after)
          end associate
       end associate
    end subroutine add_bonds_of_way
@@ -276,9 +296,6 @@ contains
             spring%lets_go = before%lets_go
             spring%kept = before%kept
             spring%reached = before%reached
-            if (before%touch > -huge(before%touch)) spring%touch = dot_product(spring%normal, spring%opening) &
-               + spring%length/before%length*before%stiffness/spring%stiffness &
-                 *(before%touch - dot_product(before%normal, before%opening))
             if (spring%lets_go) spring%start = spring%opening - (before%opening - before%start)
          end associate
       else if (spring%way < grown) then
@@ -489,7 +506,7 @@ contains
                      if (side == 1) spring%n_left = n
                   end associate
                end do
-               if (spring%kind == contact) spring%start = spring%opening
+               spring%slip = dot_product(along(spring), spring%opening)
                spring%pressed = max(0.0_dp, -dot_product(normal, spring%opening))
             end associate
          end do

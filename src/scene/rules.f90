@@ -387,9 +387,9 @@ module hampm_rules
              "&refine indicator = 'zz' | 'gradient' and &refine max_level > 0 and &method time = 'explicit'", not_built, &
              "faces that hold each other give way in explicit steps, and on finer cells that is not undone", &
              "&method time = 'implicit'"), &
-      rule_t("&crack contact = 'friction'", not_with, "&growth", not_built, &
-             "faces that have opened do not hold each other along before cells are cut anew", &
-             "&crack contact = 'frictionless'"), &
+      rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
+             "tips grow before the loads follow, and what slides meanwhile does not slide back", &
+             "&method time = 'implicit'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
 
