@@ -587,6 +587,7 @@ contains
       end if
       if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
       call update_particles(s%motion)
+      if (s%growing%are_there()) s%motion%grid%cut_cells%lines = s%cracks%lines() ! with the tips where they are now
       call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
       if (adapted .and. .not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)

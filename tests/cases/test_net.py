@@ -913,10 +913,12 @@ def test_what_touches_between_nodes_that_are_moved(case, bodies, method):
     assert np.max(np.abs(missing)) < 1e-9 * np.max(np.abs(inside))
 
 
-def test_growth_is_resumed_on_a_mesh_that_has_just_changed(case, hampm):
-    """Nodes kept what they had on the mesh before, and the masses for it were not there yet in a run that was resumed: it crashed."""
-    text = """\
-&run end_time = 2.0 /
+@pytest.mark.parametrize(("end", "interval"), [(2.0, 0.02), (20.0, 1.0)])
+def test_growth_is_resumed_on_a_mesh_that_has_just_changed(case, hampm, end, interval):
+    """Nodes kept what they had on the mesh before, and the masses for it were not there yet in a run that was resumed: it crashed. And a mesh that changes between cuts took the tips where they
+    had been at the last one, in a run that was resumed where they were when it stopped."""
+    text = f"""\
+&run end_time = {end} /
 &grid lower = 0.0, 0.0  cell = 1.0  cells = 10, 10 /
 &material name = 'm'  young = 1.0  poisson = 0.3  density = 1.0 /
 &body material = 'm'  points_per_cell = 2  lower = 0.0, 0.0  upper = 10.0, 10.0  velocity = 0.0, 1e-4 /
@@ -926,7 +928,7 @@ def test_growth_is_resumed_on_a_mesh_that_has_just_changed(case, hampm):
 &method time = 'implicit'  time_step = 1.0 /
 &refine indicator = 'zz'  max_level = 1  interval = 5  tolerance = 0.05 /
 &energy_release estimators = 'domain_integral', 'energy_balance' /
-&output history_interval = 0.02 /
+&output history_interval = {interval} /
 """
     whole = case("resumed_growth", text=text)
     assert whole.code == 0
