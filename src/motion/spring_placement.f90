@@ -194,8 +194,8 @@ contains
             if (.not. least < huge(least)) cycle
             associate (before => old%list(nearest))
                if (is_same .and. spring%tip == 0) then
-                  spring%opening = before%opening
-                  spring%rate = before%rate
+                  spring%opening = way_round(spring, before)*before%opening
+                  spring%rate = way_round(spring, before)*before%rate
                else if (spring%line == 0 .or. least > before%length) then
                   cycle
                end if
@@ -217,12 +217,18 @@ contains
       end if
    end function is_before
 
+   !> 1 where two springs have the same left face, else -1: bonds follow the way of their tip, contact the points of its crack.
+   pure real(dp) function way_round(one, other)
+      type(spring_t), intent(in) :: one, other
+      way_round = sign(1.0_dp, dot_product(one%normal, other%normal))
+   end function way_round
+
    !> Let faces press on each other and hold each other along as others did, for each length; where those have parted these have.
    pure subroutine press_on(spring, before)
       type(spring_t), intent(inout) :: spring
       type(spring_t), intent(in) :: before
       real(dp) :: force(ndim), across
-      force = spring%length/before%length*face_force(before)
+      force = way_round(spring, before)*spring%length/before%length*face_force(before)
       associate (n => spring%normal, s => spring%stiffness)
          across = dot_product(n, force)/s
          if (.not. across < 0) across = max(0.0_dp, merge(-overlap_of(before), dot_product(n, spring%opening), spring%tip > 0))
