@@ -158,11 +158,8 @@ contains
       work = 0
       do k = 1, springs%n
          if (.not. springs%list(k)%lets_go) cycle
-         force = springs%list(k)%kept*springs%list(k)%held
-         if (present(start)) then
-            force = force_of(start%list(k))
-            if (start%list(k)%lets_go) force = start%list(k)%kept*start%list(k)%held
-         end if
+         force = fading_force(springs%list(k))
+         if (present(start)) force = fading_force(start%list(k))
          if (.not. any(abs(force) > 0)) cycle
          way = 0
          do j = 1, count(springs%list(k)%node > 0)
@@ -173,6 +170,14 @@ contains
          work = work + dot_product(force, way)
       end do
    end function work_of_release
+
+   !> What is left of the force of a bond that has let go, without that of faces that touch; the whole force of one that has not [N].
+   pure function fading_force(spring) result(force)
+      type(spring_t), intent(in) :: spring
+      real(dp) :: force(ndim)
+      force = force_of(spring)
+      if (spring%lets_go) force = spring%kept*spring%held
+   end function fading_force
 
    !> Way of a tip to the foremost bond that has let go [m]; 0 where none has.
    pure real(dp) function foremost_released(springs, tip) result(way)

@@ -149,7 +149,8 @@ contains
          strains_last = scene%method%scheme == 'usl'
          if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli()/(material%density*speed**2))
          if (body%outline%is_there() .and. .not. crosses_cells(scene, body) .and. scene%grid%order == 1) then
-            limit = cut_limit(body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/speed
+            limit = of_outlines*limit_of_fills(fills_at_edges(), least_fill, body%points_per_cell, moduli, material%isotropic, &
+                                               mass, strains_last, damping)/speed
             if (material%is_ring) limit = limit*of_rings
             return
          end if
@@ -165,8 +166,8 @@ contains
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=scene%grid%order > 1, ring=ring)/speed
             if (size(scene%paths) > 0 .and. scene%grid%order == 1) &
-               limit = min(limit, sliver_limit(body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/ &
-                           speed/shorter_step)
+               limit = min(limit, limit_of_fills(fills_at_cracks(body%points_per_cell), 0.0_dp, body%points_per_cell, moduli, &
+                                                 material%isotropic, mass, strains_last, damping)/speed/shorter_step)
             if (.not. refines(scene) .or. scene%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)
@@ -247,52 +248,47 @@ contains
       if (scene%method%mass /= 'lumped' .or. scene%method%scheme == 'usl') part = of_misfit_else
    end function of_misfit
 
-   !> The same where edges cut cells anywhere, as far as cells that are less full than `least_fill` move with others: the least of those with
-   !> cells at the edges that are filled by parts between that and all, and of corners. Times the wave speed over the size of a cell [-].
-   pure real(dp) function cut_limit(points_per_cell, moduli, isotropic, mass, strains_last, damping) result(limit)
+   !> The same where cells at the edge of a material are filled by any of some parts, and those of corners by the products of these. Times the wave
+   !> speed over the size of a cell [-].
+   pure real(dp) function limit_of_fills(fills, least, points_per_cell, moduli, isotropic, mass, strains_last, damping) &
+      result(limit)
+      real(dp), intent(in) :: fills(:)           !! the least first [-]
+      real(dp), intent(in) :: least              !! fill of corners that are looked at [-]
       integer, intent(in) :: points_per_cell
       real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
       logical, intent(in) :: isotropic           !! whether they are those of every direction
       type(mass_choice_t), intent(in) :: mass
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
-      integer, parameter :: parts = 6
       type(row_t) :: rows(ndim)
-      real(dp) :: fill(ndim)
       integer :: i, j
       limit = huge(limit)
-      do j = 0, parts
-         do i = 0, merge(j, parts, isotropic)    ! the others are the same but for the names of the directions
-            fill = least_fill + [i, j]*(1 - least_fill)/parts
-            if (product(fill) < least_fill) cycle
-            rows(1) = row_of_cut_cells(fill(1), points_per_cell)
-            rows(2) = row_of_cut_cells(fill(2), points_per_cell)
+      do j = 1, size(fills)
+         do i = 1, merge(j, size(fills), isotropic) ! the others are the same but for the names of the directions
+            if (fills(i)*fills(j) < least) cycle
+            rows(1) = row_of_cut_cells(fills(i), points_per_cell)
+            rows(2) = row_of_cut_cells(fills(j), points_per_cell)
             limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
          end do
       end do
-      limit = limit*of_outlines
-   end function cut_limit
+   end function limit_of_fills
 
-   !> The same where cracks cut cells between columns of particles, into pieces with few of them, in which nodes beyond the crack have
-   !> next to no mass.
-   pure real(dp) function sliver_limit(points_per_cell, moduli, isotropic, mass, strains_last, damping) result(limit)
+   !> Fills of cells that edges cut anywhere, as far as cells that are less full than `least_fill` move with others [-].
+   pure function fills_at_edges() result(fills)
+      integer, parameter :: parts = 6
+      real(dp) :: fills(parts + 1)
+      integer :: i
+      fills = [(least_fill + i*(1 - least_fill)/parts, i=0, parts)]
+   end function fills_at_edges
+
+   !> Fills of cells that cracks cut between columns of particles, into pieces with few of them, in which nodes beyond the crack have next to no
+   !> mass [-].
+   pure function fills_at_cracks(points_per_cell) result(fills)
       integer, intent(in) :: points_per_cell
-      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
-      logical, intent(in) :: isotropic           !! whether they are those of every direction
-      type(mass_choice_t), intent(in) :: mass
-      logical, intent(in) :: strains_last        !! usl
-      real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
-      type(row_t) :: rows(ndim)
-      integer :: i, j
-      limit = huge(limit)
-      do j = 1, points_per_cell
-         do i = 1, merge(j, points_per_cell, isotropic) ! the others are the same but for the names of the directions
-            rows(1) = row_of_cut_cells(real(i, dp)/points_per_cell, points_per_cell)
-            rows(2) = row_of_cut_cells(real(j, dp)/points_per_cell, points_per_cell)
-            limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
-         end do
-      end do
-   end function sliver_limit
+      real(dp) :: fills(points_per_cell)
+      integer :: i
+      fills = [(real(i, dp)/points_per_cell, i=1, points_per_cell)]
+   end function fills_at_cracks
 
    !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
    !> no time step would do for all positions.

@@ -23,6 +23,18 @@ def history(path):
         return {name: values[:] for name, values in file["history"].items()}
 
 
+def assert_resumed_alike(case, hampm, name, text, steps):
+    """A run that is stopped after some steps and resumed has the bytes of the whole run, which is returned."""
+    whole = case(name, text=text)
+    assert whole.code == 0
+    stopped = case(f"{name}_and_stopped", "--steps", str(steps), text=text)
+    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
+    resumed = history(stopped.path)
+    for column, values in whole.row.items():
+        assert values.tobytes() == resumed[column].tobytes(), column
+    return whole
+
+
 def test_a_tip_at_rest_keeps_its_direction_where_the_other_one_grows(case, hampm):
     """The straight part that ends at both is a longer one then. A resumed run took its direction anew, one that never stopped had it from the start: other bytes."""
     text = PLATE.format(end=6.0, force="1.0, 2.0") + """\
@@ -30,13 +42,8 @@ def test_a_tip_at_rest_keeps_its_direction_where_the_other_one_grows(case, hampm
 &growth law = 'prescribed'  direction = 'straight'  tips = 'last'  speed = 0.5 /
 &output history_interval = 1.0 /
 """
-    whole = case("growing_beside_rest", text=text)
-    assert whole.code == 0 and whole.row["crack_length"][-1] > whole.row["crack_length"][0] + 1
-    stopped = case("growing_and_stopped", "--steps", "8", text=text)
-    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
-    resumed = history(stopped.path)
-    for name, values in whole.row.items():
-        assert values.tobytes() == resumed[name].tobytes(), name
+    whole = assert_resumed_alike(case, hampm, "growing_beside_rest", text, 8)
+    assert whole.row["crack_length"][-1] > whole.row["crack_length"][0] + 1
 
 
 @pytest.mark.parametrize(("points", "turn"), [("-8.0, 2.95, 0.47, 5.13", 1), ("8.0, 2.95, -0.47, 5.13", -1), ("0.47, 5.13, -8.0, 2.95", 1)],
@@ -342,12 +349,7 @@ def test_masses_around_the_tip_of_a_path_after_resuming(case, hampm):
 &constraint lower = -1.55408e-3, 0.0  upper = 7.44592e-3, 0.0  fix = 'xy' /
 &load kind = 'traction'  force = -595.0, 58.0  lower = -1.55408e-3, 0.01  upper = 7.44592e-3, 0.01  history = 'ramp'  rise_time = 3.7e-6 /
 """
-    whole = case("with_a_path", text=text)
-    stopped = case("with_a_path_stopped", "--steps", "5", text=text)
-    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
-    resumed = history(stopped.path)
-    for name, values in whole.row.items():
-        assert values.tobytes() == resumed[name].tobytes(), name
+    assert_resumed_alike(case, hampm, "with_a_path", text, 5)
 
 
 def test_the_step_of_a_cut_orthotropic_body_in_a_quarter_turn(case):
@@ -855,13 +857,7 @@ def test_a_tip_whose_growth_is_taken_back(case, hampm):
 &method time = 'static'  load_steps = 4 /
 &energy_release estimators = 'domain_integral', 'energy_balance' /
 """
-    whole = case("taken_back", text=text)
-    assert whole.code == 0
-    stopped = case("taken_back_and_stopped", "--steps", "3", text=text)
-    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
-    resumed = history(stopped.path)
-    for name, values in whole.row.items():
-        assert values.tobytes() == resumed[name].tobytes(), name
+    assert_resumed_alike(case, hampm, "taken_back", text, 3)
 
 
 @pytest.mark.parametrize("middle", [(7.5, 3.5), (7.5, 0.105), (2.3, 3.7)], ids=str)
@@ -930,10 +926,4 @@ def test_growth_is_resumed_on_a_mesh_that_has_just_changed(case, hampm, end, int
 &energy_release estimators = 'domain_integral', 'energy_balance' /
 &output history_interval = {interval} /
 """
-    whole = case("resumed_growth", text=text)
-    assert whole.code == 0
-    stopped = case("resumed_growth_and_stopped", "--steps", "5", text=text)
-    assert hampm("--resume", f"{stopped.path}.checkpoint", program=CHECKED_PROGRAM).returncode == 0
-    resumed = history(stopped.path)
-    for name, values in whole.row.items():
-        assert values.tobytes() == resumed[name].tobytes(), name
+    assert_resumed_alike(case, hampm, "resumed_growth", text, 5)
