@@ -85,8 +85,9 @@ contains
       plastic_strain = 0
    end function plastic_strain
 
-   !> H_33 that leaves no stress_33 [-], by Newton's iteration: at the end of a step, or without one of a state that is up to date. Where Newton's next
-   !> value is beyond one of which the stress has the other sign, or of material turned inside out, half of the way there is gone.
+   !> H_33 that leaves no stress_33 [-], by Newton's iteration: at the end of a step, or without one of a state that is up to date. The stress rises
+   !> with H_33. Where Newton's next value is beyond one of which it has the other sign, or of material turned inside out, or the step there not half
+   !> of the last one, as where the tangents of a law that yields lead round in circles, the middle between the two nearest values is next.
    pure real(dp) function across(self, h, state, dt) result(h_33)
       class(law_t), intent(in) :: self
       real(dp), intent(in) :: h(space, space)    !! of which H_33 is not asked [-]
@@ -94,7 +95,7 @@ contains
       real(dp), intent(in), optional :: dt       !! length of the step [s]
       real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
       integer, parameter :: most_iterations = 60
-      real(dp) :: trial(space, space), slope(space, space), stress(space, space), low, high, next
+      real(dp) :: trial(space, space), slope(space, space), stress(space, space), low, high, step, last, least
       real(dp) :: now(size(state))
       integer :: k
       trial = h
@@ -102,6 +103,7 @@ contains
       low = -1
       if (.not. self%is_finite) low = -huge(low)
       high = huge(high)
+      last = huge(last)
       do k = 1, most_iterations
          now = state
          if (present(dt)) call self%update(trial, dt, now)
@@ -111,11 +113,14 @@ contains
          if (.not. abs(slope(3, 3)) > 0) exit
          if (stress(3, 3) > 0) high = trial(3, 3)
          if (stress(3, 3) < 0) low = trial(3, 3)
-         next = trial(3, 3) - stress(3, 3)/slope(3, 3)
-         if (next <= low) next = (trial(3, 3) + low)/2
-         if (next >= high) next = (trial(3, 3) + high)/2
-         if (abs(next - trial(3, 3)) <= 2*epsilon(next)*max(abs(next), maxval(abs(h(:2, :2))))) exit
-         trial(3, 3) = next
+         step = -stress(3, 3)/slope(3, 3)
+         least = 2*epsilon(step)*max(abs(trial(3, 3)), maxval(abs(h(:2, :2))))
+         if (abs(step) > least .and. max(-low, high) < huge(high) .and. &
+             (abs(step) > last/2 .or. trial(3, 3) + step <= low .or. trial(3, 3) + step >= high)) &
+            step = (low + high)/2 - trial(3, 3)
+         if (abs(step) <= least) exit
+         last = abs(step)
+         trial(3, 3) = trial(3, 3) + step
       end do
       h_33 = trial(3, 3)
    end function across

@@ -30,6 +30,7 @@ program test_j2_plastic
       call work_is_stored_or_dissipated(trim(planes(k))//', all hardening')
    end do
    call uniaxial_stress()
+   call no_stress_across()
    call all_kinds_of_hardening()
    call finish()
 
@@ -75,6 +76,28 @@ contains
       end do
       call check(flowed > 10 .and. flowed < 50, plane//': both kinds of steps were taken')
    end subroutine stays_on_the_yield_surface
+
+   !> Steps in plane stress from any state: no stress is left across the plane, so that a kept state has the same stress and energy. (Tangents
+   !> of a law that yields may lead Newton's iteration to H_33 round in circles.)
+   subroutine no_stress_across()
+      integer, parameter :: steps = 3000
+      real(dp) :: h(ndim, ndim), past(columns), stress(ndim, ndim), energy, error
+      integer :: i
+      m = new_material('steel', 'j2_plastic', .true., young, 0.0_dp, 7800.0_dp, yield, hardening)
+      m%on_trial = .true.
+      error = 0
+      do i = 1, steps
+         past = some_past()
+         h = some_gradient()
+         stress = m%kirchhoff_stress(h, past)
+         energy = m%energy_density(h, past) + m%dissipation(h, past)
+         call m%follow(h, 0.0_dp, past)
+         error = max(error, maxval(abs(m%kirchhoff_stress(h, past) - stress))/yield, &
+                     abs(m%energy_density(h, past) + m%dissipation(h, past) - energy)/energy)
+      end do
+      write (*, '(a,es9.1)') 'plane stress without Poisson''s effect, kept states differ by', error
+      call check(error < 1.0e-9_dp, 'plane stress: a state has one strain across the plane')
+   end subroutine no_stress_across
 
    !> A state with plastic strain.
    function some_past() result(past)
