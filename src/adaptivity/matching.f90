@@ -22,7 +22,8 @@ module hampm_matching
    use hampm_forest, only: forest_t, outside
    use hampm_grid, only: build_grid
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, dissipated_energy
+   use hampm_motion, only: motion_t, rebuild_on_grid, soften_thin_cells, sort_particles, sort_anew, refresh_grid, stored_energy, &
+                           dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
    use hampm_quadratic_children, only: values_of_children, values_of_parents, give_to_children, give_to_parents
@@ -99,6 +100,7 @@ contains
       if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
       call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets, solids)
       if (.not. failure%failed()) call sort_particles(m, failure)
+      if (.not. failure%failed()) call soften_thin_cells(m)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)
    end subroutine change_grid
@@ -126,7 +128,10 @@ contains
          call recombine_marked(m, finer_than_cell(m), families, failure)
          if (failure%failed() .or. families == 0) exit
       end do
-      if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) call rebuild_on_grid(m, failure)
+      if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) then
+         call soften_thin_cells(m)
+         call rebuild_on_grid(m, failure)
+      end if
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
@@ -309,7 +314,7 @@ contains
       call recombine(m%particles, ready, m%grid%forest, families, new_number, failure)
       if (families == 0 .or. failure%failed()) return
       if (allocated(values)) call give_to_parents(values, ready, level, new_number, m)
-      call follow_recombination(m%loads, m%particles, reference, new_number)
+      call follow_recombination(m%loads, m%grid%forest%tolerance(), m%particles, reference, level, new_number)
       call sort_anew(m, failure)
    end subroutine recombine_marked
 

@@ -1,7 +1,7 @@
 !> Loads whose hosts split or recombine: resultant, moment and the material that carries them stay.
 !>
 !> A point goes to the nearest child. A segment of a traction is halved, so that it is as fine as the cells under it; that of
-!> a body force is shared by the children. Points that recombining brings to the same particle become one in their middle.
+!> a body force is shared by the children. Recombining makes of halves the segment that they were, whichever parts of other segments are there.
 module hampm_load_following
    use hampm_kinds, only: dp, ndim
    use hampm_loads, only: load_t
@@ -128,61 +128,69 @@ contains
       load%half = load%half(:, :n)
    end subroutine cut_off
 
-   !> After a recombination. `reference` holds the reference positions before it.
-   subroutine follow_recombination(loads, p, reference, new_number)
+   !> After a recombination: what a split has made of points is undone.
+   subroutine follow_recombination(loads, tolerance, p, reference, level, new_number)
       type(load_t), intent(inout) :: loads(:)
+      real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
       type(particles_t), intent(in) :: p         !! as it is now
-      real(dp), intent(in) :: reference(:, :)    !! [m], (old number of particles, ndim)
+      real(dp), intent(in) :: reference(:, :)    !! positions before it [m], (old number of particles, ndim)
+      integer, intent(in) :: level(:)            !! how often particles had been split
       integer, intent(in) :: new_number(:)       !! of each particle, or of the one that it is part of
-      type(load_t) :: old
-      integer, allocatable :: point_of(:)
-      logical, allocatable :: is_merged(:)
-      real(dp) :: offset(ndim)
-      integer :: l, k, n, host
-      call find_merged(p%n, new_number, is_merged)
-      allocate (point_of(p%n))
+      logical, allocatable :: is_open(:)         ! points that may be joined to another one
+      integer :: l, k
       do l = 1, size(loads)
-         old = loads(l)
-         point_of = 0
-         n = 0
-         do k = 1, size(old%host)
-            host = new_number(old%host(k))
-            offset = old%offset(:, k) + reference(old%host(k), :) - p%reference(host, :)
-            if (old%by_mass) offset = 0
-            if (is_merged(host) .and. point_of(host) > 0) then
-               call join(loads(l), point_of(host), old%fraction(k), offset, old%half(:, k))
-            else
-               call put(loads(l), n, old%fraction(k), host, offset, old%half(:, k))
-               point_of(host) = n
-            end if
-         end do
-         call cut_off(loads(l), n)
+         associate (load => loads(l))
+            is_open = level(load%host) > p%level(new_number(load%host))
+            do k = 1, size(load%host)
+               associate (host => new_number(load%host(k)))
+                  load%offset(:, k) = load%offset(:, k) + reference(load%host(k), :) - p%reference(host, :)
+                  if (load%by_mass) load%offset(:, k) = 0
+                  load%host(k) = host
+               end associate
+            end do
+            call join(load, 0, tolerance, is_open)
+            if (.not. load%by_mass) call join(load, 2, tolerance, is_open)
+         end associate
       end do
    end subroutine follow_recombination
 
-   !> Which particles were several before.
-   pure subroutine find_merged(n, new_number, is_merged)
-      integer, intent(in) :: n
-      integer, intent(in) :: new_number(:)
-      logical, allocatable, intent(out) :: is_merged(:)  !! (n)
-      logical, allocatable :: seen(:)
-      integer :: i
-      allocate (seen(n), is_merged(n), source=.false.)
-      do i = 1, size(new_number)
-         is_merged(new_number(i)) = seen(new_number(i))
-         seen(new_number(i)) = .true.
-      end do
-   end subroutine find_merged
-
-   !> Join a point to another one of the same host, in their middle. Its segment is that which both cover: of places that were on several
-   !> hosts it is one and the same.
-   subroutine join(load, k, fraction, offset, half)
+   !> Join the points of each host that stand at one place, or are the middles of the two halves of a segment. Of several segments in line the
+   !> halves of each follow each other.
+   subroutine join(load, halves, tolerance, is_open)
       type(load_t), intent(inout) :: load
-      integer, intent(in) :: k
-      real(dp), intent(in) :: fraction, offset(ndim), half(ndim)
-      if (norm2(half) > 0) load%half(:, k) = load%half(:, k)*(1 + (norm2(half) + norm2(offset - load%offset(:, k))) &
-                                                              /norm2(load%half(:, k)))/2
-      load%offset(:, k) = (load%fraction(k)*load%offset(:, k) + fraction*offset)/(load%fraction(k) + fraction)
-      load%fraction(k) = load%fraction(k) + fraction
+      integer, intent(in) :: halves              !! by how many halves of their segments points are apart: 0 or 2
+      real(dp), intent(in) :: tolerance          !! [m]
+      logical, allocatable, intent(inout) :: is_open(:) !! by point, which may be joined, and afterwards to others
+      integer :: last(maxval([load%host, 0])), before(size(load%host)) ! point of a host, and the one before it
+      type(load_t) :: old
+      integer :: k, n, at
+      old = load
+      n = 0
+      last = 0
+      do k = 1, size(old%host)
+         associate (host => old%host(k), x => old%offset(:, k), half => old%half(:, k))
+            at = merge(last(host), 0, is_open(k))
+            do while (at > 0)
+               associate (apart => x - load%offset(:, at))
+                  if (is_open(at) .and. all(abs(half - load%half(:, at)) <= tolerance) .and. &
+                      min(maxval(abs(apart - halves*half)), maxval(abs(apart + halves*half))) <= tolerance) exit
+               end associate
+               at = before(at)
+            end do
+            if (at > 0) then
+               load%fraction(at) = load%fraction(at) + old%fraction(k)
+               load%offset(:, at) = (load%offset(:, at) + x)/2
+               load%half(:, at) = (1 + halves/2)*load%half(:, at)
+               is_open(at) = halves == 0
+            else
+               call put(load, n, old%fraction(k), host, x, half)
+               is_open(n) = is_open(k)
+               before(n) = last(host)
+               last(host) = n
+            end if
+         end associate
+      end do
+      call cut_off(load, n)
+      is_open = is_open(:n)
    end subroutine join
 end module hampm_load_following

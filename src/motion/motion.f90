@@ -25,12 +25,10 @@ module hampm_motion
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_face_springs, only: face_springs_t, spring_energy, energy_of_rates, mass_ties_of, add_spring_momentum
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_grid, only: grid_t
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
-   use hampm_material, only: material_t
    use hampm_matter, only: matter_t
    use hampm_remembering, only: remember
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped
@@ -47,7 +45,7 @@ module hampm_motion
    use hampm_outer_nodes, only: least_fill
    implicit none
    private
-   public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, &
+   public :: motion_t, start_motion, rebuild_on_grid, soften_thin_cells, sort_particles, sort_anew, update_particles, map_to_grid, &
              rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
              dissipated_energy, keep_history
 
@@ -112,6 +110,7 @@ contains
          m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
       end if
       if (.not. allocated(m%loads)) allocate (m%loads(0))
+      call soften_thin_cells(m)
       call rebuild_on_grid(m, failure)
    end subroutine start_motion
 
@@ -126,8 +125,6 @@ contains
       m%plan = tiling_t()
       m%operators = element_operators_t()
       m%corners = corner_map_t()
-      if (allocated(m%grid%bodies) .and. m%springs%are_bounded .and. .not. m%grid%is_quadratic()) & ! explicit steps have to be stable
-         call soften_thin_cells(m%particles, m%grid, m%materials)
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
@@ -345,25 +342,26 @@ contains
       if (part%failed()) call failure%report(part%code, when(step, m%time)//part%message)
    end subroutine pass_on
 
-   !> Give particles the volume on which their stress acts, in the cells of a new grid.
-   pure subroutine soften_thin_cells(p, grid, materials)
-      type(particles_t), intent(inout) :: p
-      type(grid_t), intent(in) :: grid
-      type(material_t), intent(in) :: materials(:)
-      real(dp) :: fill(grid%n_elements)
+   !> Give particles the volume on which their stress acts, in the cells of a new grid: explicit steps of bilinear cells have to be stable.
+   pure subroutine soften_thin_cells(m)
+      type(motion_t), intent(inout) :: m
+      real(dp) :: fill(m%grid%n_elements)
       integer :: i
+      if (.not. (allocated(m%grid%bodies) .and. m%springs%are_bounded) .or. m%grid%is_quadratic()) return
       fill = 0
-      do i = 1, p%n
-         p%volume(i) = p%mass(i)/materials(p%material(i))%density
-         fill(p%cell(i)) = fill(p%cell(i)) + p%area_of(i)
-      end do
-      fill = fill/grid%element_size**ndim
-      do i = 1, p%n
-         associate (e => p%cell(i))
-            if (fill(e) < least_fill .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) &
-               p%volume(i) = p%volume(i)*(fill(e)/least_fill)**2
-         end associate
-      end do
+      associate (p => m%particles, grid => m%grid)
+         do i = 1, p%n
+            p%volume(i) = p%mass(i)/m%materials(p%material(i))%density
+            fill(p%cell(i)) = fill(p%cell(i)) + p%area_of(i)
+         end do
+         fill = fill/grid%element_size**ndim
+         do i = 1, p%n
+            associate (e => p%cell(i))
+               if (fill(e) < least_fill .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) &
+                  p%volume(i) = p%volume(i)*(fill(e)/least_fill)**2
+            end associate
+         end do
+      end associate
    end subroutine soften_thin_cells
 
    !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the

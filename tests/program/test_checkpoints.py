@@ -89,6 +89,18 @@ GROWTH = """\
 &method time = 'static' load_steps = 24 /
 &output snapshot_interval = 8.0 /
 """
+# A hole that is pressed open, around which cells refine and recombine: particles at its edge are more than what they were split from
+HOLE = """\
+&run end_time = 4.8e-3 /
+&grid lower = 0.0, 3.0 cell = 1.0 cells = 6, 6 /
+&material name = 'm0' young = 70e9 density = 2700 /
+&body material = 'm0' lower = 0.0, 3.0 upper = 6.0, 9.0 /
+&body hole = .true. shape = 'circle' center = 2.33, 6.55 radius = 1.78 /
+&load kind = 'pressure' pressure = 4e6 lower = -1.0, 6.0 upper = 7.0, 10.0 history = 'table' times = 0.0, 1.9e-3, 4.8e-3 factors = 0.0, 1.0, -0.5 /
+&method mass = 'full' /
+&refine indicator = 'gradient' max_level = 1 interval = 20 r_coarsen = 0.02 region_lower = 1.0, 4.0 region_upper = 5.0, 8.0 /
+&output history_interval = 7e-4 /
+"""
 MANY_CELLS = """\
 &run end_time = 2e-6 /
 &grid cell = 1.0e-3 cells = 60, 50 /
@@ -102,6 +114,7 @@ MANY_CELLS = """\
 # The same without a load, which turns too, so that its particles change their cells
 TURNING = "\n".join(line for line in MANY_CELLS.splitlines() if "&load" not in line).replace("velocity =", "spin = 1e4 velocity =")
 SCENES = {
+    "recombined": (HOLE,),
     "lumped musl": (FLIGHT, "method.scheme=musl"),
     "total frame": (FLIGHT, "method.scheme=usavg", *TOTAL),
     "full cg": (FLIGHT, "method.scheme=usf", "method.mass=full"),
