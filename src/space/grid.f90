@@ -421,7 +421,7 @@ contains
       end do
    end subroutine place_nodes
 
-   !> The masters of the hanging nodes and their weights.
+   !> The masters of the hanging nodes and their weights. What leaves without material let hang has none: it may be between outer nodes.
    subroutine find_masters(grid, points)
       type(grid_t), intent(inout) :: grid
       type(place_table_t), intent(in) :: points
@@ -447,6 +447,9 @@ contains
          end if
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
+            if (grid%outer_nodes%are_there()) then
+               if (.not. grid%is_met(leaf)) cycle
+            end if
             do piece = 1, grid%all_pieces(leaf)
                do side = 1, sides
                   mids(side) = points%number_of(middle_of_side(grid, leaf, piece, side))
@@ -489,7 +492,6 @@ contains
             end do
          end do
       end subroutine add_outer_nodes
-
 
       !> Add to the weight of a master of the hanging node in the middle.
       subroutine add_master(master, part)

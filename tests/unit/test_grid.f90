@@ -4,7 +4,9 @@ program test_grid
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
-   use hampm_harness, only: check, check_close, finish
+   use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_outline, only: outline_t, polygon_ring, circle_ring
+   use hampm_random_forests, only: change_at_random
    implicit none
 
    type(grid_t) :: grid
@@ -16,6 +18,8 @@ program test_grid
    call corners_of_elements()
    call elements_of_nodes()
    call places_of_nodes()
+   call repeat_random_numbers()
+   call masters_around_holes()
    call finish()
 
 contains
@@ -65,4 +69,35 @@ contains
       call check(grid%node_at(grid%forest%lower + [7, 0]*grid%forest%cell) == 0, 'nor beyond the upper edge of the grid')
       call check(grid%node_at(grid%forest%lower + [0, -1]*grid%forest%cell) == 0, 'nor below the lower edge')
    end subroutine places_of_nodes
+
+   !> Around a hole, where nearly empty cells and refined ones meet, hanging nodes have nodes with degrees of freedom as masters, and in cells with
+   !> material the weighted mean of the places of these as their own.
+   subroutine masters_around_holes()
+      integer, parameter :: meshes = 40
+      type(outline_t), allocatable :: bodies(:)
+      type(forest_t) :: forest
+      real(dp) :: place(ndim, corners), weight(corners, 9), x(2), error
+      integer :: mesh, e, n, master(9), wrong
+      wrong = 0
+      error = 0
+      do mesh = 1, meshes
+         forest = forest_t(lower=[0.0_dp, 0.0_dp], cell=1.0_dp, cells=[9, 9])
+         call change_at_random(forest, 0.1_dp, 0.0_dp, 1)
+         call random_number(x)
+         if (allocated(bodies)) deallocate (bodies)
+         allocate (bodies(1))
+         bodies(1)%rings = [polygon_ring(reshape([0.0_dp, 0.0_dp, 9.0_dp, 0.0_dp, 9.0_dp, 9.0_dp, 0.0_dp, 9.0_dp], [ndim, 4])), &
+                            circle_ring(4 + x, 2.8_dp)]
+         call build_grid(forest, grid, failure, bodies=bodies)
+         wrong = wrong + count(grid%dofs%master > grid%n_nodes)
+         do e = 1, grid%n_elements
+            if (.not. grid%is_met(grid%element_leaf(e))) cycle
+            call grid%dofs%masters_of(grid%element_nodes(:, e), n, master, weight)
+            place = matmul(grid%node_position(:, master(:n)), transpose(weight(:, :n)))
+            error = max(error, maxval(abs(place - grid%node_position(:, grid%element_nodes(:, e)))))
+         end do
+      end do
+      call check(wrong == 0, 'masters have degrees of freedom')
+      call check_close(error, 0.0_dp, 1e-13_dp, 'hanging nodes are where their masters say')
+   end subroutine masters_around_holes
 end program test_grid
