@@ -216,41 +216,73 @@ contains
       real(dp), intent(in) :: time               !! at its start [s]
       real(dp), intent(in) :: dt                 !! its length [s]
       character(:), allocatable, intent(inout) :: said
-      real(dp) :: way, taken, most, before
+      real(dp) :: way, taken, most(size(cracks%tips)), before
       integer :: k, law
       before = spring_energy(m%springs) + m%fracture_energy
+      most = most_ways(growing, scene, cracks, time, dt)
       do k = 1, size(cracks%tips)
          law = growing%law_at(scene, cracks, k, time, dt)
          if (law > 0) growing%law(k) = law
          if (growing%law(k) == 0) cycle
          associate (of => scene%growth(growing%law(k)), tip => cracks%tips(k))
             taken = 0
-            most = 0
-            if (law > 0) most = cracks%crack(tip%crack)%bonded(tip%end)
-            if (of%max_length > 0) most = max(0.0_dp, min(most, of%max_length - cracks%crack(tip%crack)%length()))
             if (of%law == 'prescribed') then
-               way = min(growing%given_way(scene, cracks, k, time, dt), most)
+               way = min(growing%given_way(scene, cracks, k, time, dt), most(k))
                call cracks%move_tip(k, way)
                tip%speed = way/dt
                growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
                call let_go_behind(m%springs, k, tip%grown, growing%faded(k), taken)
             else if (growing%is_running(k) .and. growing%is_paced) then
-               call try_way(growing, m, cracks, k, dt, most, taken)
+               call try_way(growing, m, cracks, k, dt, most(k), taken)
             else if (growing%is_running(k)) then
-               call move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
+               call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, said)
             end if
             m%fracture_energy = m%fracture_energy + taken
-            if (law == 0) cycle
-            if (of%max_length > 0) then
-               if (cracks%crack(tip%crack)%length() >= of%max_length*(1 - epsilon(way))) &
-                  call growing%stop_tip(k, 'the crack has its max_length', said)
-            end if
-            if (growing%has_no_room(k) .and. .not. cracks%crack(tip%crack)%bonded(tip%end) > 0) &
+         end associate
+      end do
+      do k = 1, size(cracks%tips)
+         law = growing%law_at(scene, cracks, k, time, dt)
+         if (law == 0) cycle
+         associate (of => scene%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
+            if (of%max_length > 0 .and. crack%length() >= of%max_length*(1 - 1e-9_dp)) then
+               call growing%stop_tip(k, 'the crack has its max_length', said)
+            else if (growing%has_no_room(k) .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
                call growing%stop_tip(k, why_it_stops(scene, cracks, k), said)
+            end if
          end associate
       end do
       if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%fracture_energy - before)
    end subroutine move_tips
+
+   !> How far each tip may move in a step [m]: as far as its way is planned. What is left of the max_length of a crack its tips share in proportion
+   !> to what they are about to go, where that is more than half of it: none of them comes first.
+   function most_ways(growing, scene, cracks, time, dt) result(most)
+      type(growing_t), intent(in) :: growing
+      type(scene_t), intent(in) :: scene
+      type(cracks_t), intent(in) :: cracks
+      real(dp), intent(in) :: time, dt           !! [s]
+      real(dp), dimension(size(cracks%tips)) :: most, way
+      real(dp) :: left, of_all                   ! of the length of a crack, and to go for its tips [m]
+      integer :: k, law(size(cracks%tips))
+      most = 0
+      way = merge(growing%way, growing%speed*dt, growing%is_paced)
+      do k = 1, size(most)
+         law(k) = growing%law_at(scene, cracks, k, time, dt)
+         if (law(k) > 0) most(k) = cracks%crack(cracks%tips(k)%crack)%bonded(cracks%tips(k)%end)
+         if (law(k) > 0) then
+            if (scene%growth(law(k))%law == 'prescribed') way(k) = growing%given_way(scene, cracks, k, time, dt)
+         end if
+      end do
+      way = min(way, most)
+      do k = 1, size(most)
+         if (law(k) == 0) cycle
+         if (.not. scene%growth(law(k))%max_length > 0) cycle
+         left = max(0.0_dp, scene%growth(law(k))%max_length - cracks%crack(cracks%tips(k)%crack)%length())
+         of_all = sum(way, mask=cracks%tips%crack == cracks%tips(k)%crack)
+         if (2*of_all > left) left = left*(way(k)/of_all)
+         most(k) = min(most(k), left)
+      end do
+   end function most_ways
 
    !> Let a tip move as its toughness lets it: at the speed v at which the bonds that have let go take toughness(v) for its way. That is below
    !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what bonds that let

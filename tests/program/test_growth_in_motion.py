@@ -409,6 +409,19 @@ def test_intervals_arrest_and_the_largest_length(hampm, tmp_path):
     assert residual(row) < 1e-12
 
 
+@pytest.mark.parametrize(("law", "method"), [("'prescribed'  speed = 600.0", ""), ("'prescribed'  speed = 600.0", "time = 'implicit'"),
+                                             ("'toughness'  toughness = 0.01", ""), ("'toughness'  toughness = 0.1", "time = 'implicit'")])
+def test_tips_share_what_is_left_of_the_largest_length(hampm, tmp_path, law, method):
+    """The first tip does not take it all."""
+    growth = f"&growth law = {law}  start = 2e-6  direction = 'straight'  max_length = 5.1e-3 /"
+    row, said = run(hampm, tmp_path, plate(growth, method))
+    print(row["crack_length"], row["tip_x"] + row["tip_x_tip2"])
+    assert row["crack_length"][-1] == pytest.approx(5.1e-3, rel=2e-9)
+    assert row["tip_x_tip2"][-1] == pytest.approx(-row["tip_x"][-1], rel=1e-6)
+    for tip in 1, 2:
+        assert f"tip {tip} no longer grows: the crack has its max_length" in said
+
+
 def test_a_crack_stops_before_the_surface(hampm, tmp_path):
     row, said = run(hampm, tmp_path, plate(GIVEN.format("").replace("600.0", "1800.0")))
     assert "tip 1 no longer grows: a cell further there is no room" in said
