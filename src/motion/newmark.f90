@@ -114,22 +114,27 @@ contains
       real(dp), allocatable :: b(:, :), r(:, :), product(:, :)
       type(driven_t) :: first
       real(dp) :: opened
+      logical :: has_begun
+      has_begun = allocated(m%nodal_velocity)
       call find_mass(self, m)
       call find_drive(m, m%time, self%now)
-      if (allocated(m%nodal_velocity)) then
-         if (m%constraints%only_push()) call lift_by(m, m%nodal_displacement)
+      if (has_begun .and. m%constraints%only_push()) call lift_by(m, m%nodal_displacement)
+      if (m%steps > 0) then
          call find_driven(m, m%constraints%way(m%time - dt), m%time, dt, first)
+      else
+         call begin_driven(m, m%time, dt, first)
+      end if
+      if (has_begun) then
          call give(m, first%v, m%nodal_velocity)
          call give(m, first%a, m%nodal_acceleration)
          call follow_nodes(m, m%nodal_velocity)
          opened = spring_energy(m%springs)
          call open_springs(m%springs, m%nodal_displacement)
-         if (m%audit) m%numerical_loss = m%numerical_loss + opened - spring_energy(m%springs)
+         if (m%audit) m%numerical_loss = m%numerical_loss + opened - spring_energy(m%springs) + self%kinetic - kinetic_energy(m)
          self%is_carried = .true.
       else
          associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
             allocate (product, mold=self%now%force)
-            call begin_driven(m, m%time, dt, first)
             call multiply_by_mass(m%grid, matrix, mass, first%v, product)
             allocate (b, source=m%fields%momentum - product)
             call solve_mass_equation(m, b, first%v, m%nodal_velocity, failure)
@@ -140,7 +145,7 @@ contains
             call solve_mass_equation(m, b, first%a, m%nodal_acceleration, failure)
          end associate
       end if
-      if (m%audit .and. m%steps > 0) m%numerical_loss = m%numerical_loss + self%kinetic - kinetic_energy(m)
+      if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine start
 
    !> Internal forces at the start of a step; where nodes are free and keep what they had on another mesh those with which they are as much in

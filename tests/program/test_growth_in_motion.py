@@ -422,6 +422,14 @@ def test_tips_share_what_is_left_of_the_largest_length(hampm, tmp_path, law, met
         assert f"tip {tip} no longer grows: the crack has its max_length" in said
 
 
+def test_a_support_moves_from_the_start_as_the_crack_does(hampm, tmp_path):
+    """In implicit steps its nodes have its velocity when the first cells are cut, and what is in them is not lost."""
+    moved = "\n&constraint lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  fix = 'y'  displacement = 0.0, 1e-7  history = 'ramp'  rise_time = 4e-6 /"
+    row, _ = run(hampm, tmp_path, plate(GIVEN.format("").replace("2e-6", "0.0") + moved, "time = 'implicit'  time_step = 1e-7").replace("8e-6", "4e-6"))
+    assert row["kinetic_energy"][0] > 0.01 * np.max(row["kinetic_energy"])
+    assert residual(row) < 1e-12
+
+
 def test_a_crack_stops_before_the_surface(hampm, tmp_path):
     row, said = run(hampm, tmp_path, plate(GIVEN.format("").replace("600.0", "1800.0")))
     assert "tip 1 no longer grows: a cell further there is no room" in said
