@@ -122,7 +122,8 @@ contains
       size_of = size_of_cell(m, members(1), levels)
       do k = 1, size(members)
          associate (p => m%particles, i => members(k))
-            own(:, k) = [p%displacement(i, :), p%velocity(i, :), reshape(p%gradient_of(i), [ndim**2]), p%history_of(i)]
+            own(:n_fields, k) = [p%displacement(i, :), p%velocity(i, :), p%gradient_of(i)]
+            if (p%columns() > 0) own(n_fields + 1:, k) = p%history(i, :)
             xi = (p%reference(i, :) - m%grid%forest%lower)/size_of
             at(:, k) = min(int((xi - floor(xi))*n), n - 1)
          end associate

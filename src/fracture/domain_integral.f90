@@ -109,7 +109,8 @@ contains
       real(dp), allocatable :: q(:, :)
       real(dp) :: by_closed(modes, size(unturned%radius))
       integer, allocatable :: elements(:)
-      real(dp) :: at_corner(size(unturned%radius), motion%grid%n_functions), c(ndim)
+      real(dp) :: at_corner(size(unturned%radius), motion%grid%n_functions), c(ndim), q_here(size(unturned%radius)), &
+                  dq(size(unturned%radius), ndim)         ! the weight of a particle, and its gradient, by radius
       type(sample_t) :: s
       type(tip_domain_t) :: domain
       integer :: n, i, n_functions
@@ -131,10 +132,10 @@ contains
                at_corner = q(:, grid%support_of(e))
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                   call take_sample(domain, grid, p, i, motion%materials(p%material(i)), state, c, s)
-                  call add_to_j(s, domain, matmul(at_corner, s%shape(:n_functions)), &
-                                matmul(at_corner, s%gradient(:n_functions, :)), j)
-                  call add_to_interaction(s, domain, matmul(at_corner, s%shape(:n_functions)), &
-                                           matmul(at_corner, s%gradient(:n_functions, :)), k)
+                  q_here = matmul(at_corner, s%shape(:n_functions))
+                  dq = matmul(at_corner, s%gradient(:n_functions, :))
+                  call add_to_j(s, domain, q_here, dq, j)
+                  call add_to_interaction(s, domain, q_here, dq, k)
                end do
             end associate
          end do
@@ -271,8 +272,9 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), h(ndim, ndim), unturned(ndim, ndim), constant(ndim)
-      integer :: d
+      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), h(ndim, ndim), unturned(ndim, ndim), constant(ndim), &
+                  divergence(ndim)
+      integer :: points(points_of_quadratic), d
       axes = frame_along(domain%direction)
       to_reference = axes
       h = p%gradient_of(i)
@@ -282,7 +284,11 @@ contains
             h(:, d) = turned_back(domain, h(:, d), identity(:, d))
          end do
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         s%shape(:grid%n_functions) = grid%functions_in(e, xi)
+         call grid%look_in(e, xi, points, s%shape)
+         divergence = 0
+         do d = 1, grid%n_functions
+            divergence = divergence + s%shape(d)*state%divergence(:, points(d))
+         end do
          s%gradient(:grid%n_functions, :) = matmul(grid%gradients_in(e, xi), to_reference)
          s%volume = p%volume(i)
          s%x = domain%from_tip(p%place_in_grid(i), p%total_frame)
@@ -304,7 +310,7 @@ contains
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
          if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy()
          if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, unturned, s)
-         s%divergence = material%density*domain%in_axes(matmul(state%divergence(:, grid%support_of(e)), s%shape(:grid%n_functions)))
+         s%divergence = material%density*domain%in_axes(divergence)
       end associate
    end subroutine take_sample
 

@@ -46,7 +46,7 @@ module hampm_particle_pass
       logical :: left_cell = .false.             !! some particle has left its cell
       logical :: jumped = .false.                !! some particle moved past the next cell or is no longer a number
       real(dp) :: velocity_change_energy = 0     !! sum of m |dv|**2 / 2 [J]
-      real(dp) :: stress_work = 0                !! sum of V times the integral of P : dH by Simpson's rule [J]
+      real(dp) :: stress_work = 0                !! sum of V times the integral of P : dH by Gauss's rule [J]
    end type pass_report_t
 
 contains
@@ -401,14 +401,13 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none; not set where no law has a history
       real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
-      real(dp) :: h_of(ndim, ndim), past(p%columns())
+      real(dp) :: h_of(ndim, ndim)
       integer :: s, l, k
       do s = 1, rows
          do l = 1, lanes
             k = lanes*(s - 1) + l
             h_of = h(k, :, :)
-            past = p%history_of(number(k))
-            t(l, :, s) = volume(k)*reshape(materials(material(k))%mapped_stress(h_of, p%total_frame, past), [ndim*ndim])
+            t(l, :, s) = volume(k)*[materials(material(k))%mapped_stress(h_of, p%total_frame, p%history_of(number(k)))]
          end do
       end do
    end subroutine forces

@@ -1,6 +1,7 @@
 !> What particles remember, where their law has a history, and by what hoops they resist where they are rings.
 module hampm_remembering
    use hampm_kinds, only: dp
+   use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
@@ -15,11 +16,11 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i                   !! number of the particle
-      real(dp) :: past(p%columns())
+      real(dp) :: past(most_columns)
       if (.not. material%has_history()) return
-      past = p%history(i, :)
+      past = p%history_of(i)
       call material%follow(p%gradient_of(i), dt, past, p%hoop_of(i))
-      p%history(i, :) = past
+      p%history(i, :) = past(:p%columns())
    end subroutine remember
 
    !> P_33/R of a particle of axisymmetric material [Pa/m]: times its volume and a shape function a force on the node along the radius, inward.

@@ -84,18 +84,19 @@ contains
       real(dp), intent(in) :: h(space, space), state(:)
       real(dp), intent(in), optional :: dt
       integer, parameter :: most_iterations = 50
-      real(dp) :: in_plane(space, space), log_j, y, change
+      real(dp) :: in_plane(space, space), log_j, y, change, stretched
       integer :: k
       in_plane = h
       in_plane(3, 3) = 0
-      y = 0
       h_33 = 0
       if (.not. 1 + volume_change(in_plane) > 0) return
       log_j = log_of(volume_change(in_plane))
+      y = -self%lambda*log_j/(2*self%mu + self%lambda) ! Newton's first value from y = 0
       do k = 1, most_iterations
-         change = -(self%mu*exp_minus_one(2*y) + self%lambda*(log_j + y))/(2*self%mu*exp(2*y) + self%lambda)
+         stretched = exp_minus_one(2*y)
+         change = -(self%mu*stretched + self%lambda*(log_j + y))/(2*self%mu*(1 + stretched) + self%lambda)
          y = y + change
-         if (abs(change) <= 4*epsilon(y)*abs(y)) exit
+         if (change**2 <= epsilon(y)*abs(y)) exit   ! what is left is less than change**2
       end do
       h_33 = exp_minus_one(y)
    end function across
@@ -112,7 +113,16 @@ contains
    !> exp(x) - 1 with all digits of a small x.
    pure real(dp) function exp_minus_one(x)
       real(dp), intent(in) :: x
-      exp_minus_one = 2*sinh(x/2)*exp(x/2)
+      integer :: k
+      if (abs(x) > 0.1_dp) then
+         exp_minus_one = exp(x) - 1
+         return
+      end if
+      exp_minus_one = 1
+      do k = 11, 2, -1
+         exp_minus_one = 1 + x*(1.0_dp/k)*exp_minus_one
+      end do
+      exp_minus_one = x*exp_minus_one
    end function exp_minus_one
 
    !> x - ln(1 + x) with all digits of a small x: with s = x/(2 + x), ln(1 + x) = 2 (s + s**3/3 + s**5/5 + ...).

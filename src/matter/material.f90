@@ -288,8 +288,8 @@ contains
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space)
       if (self%columns == 0) return
-      strain = strain_of(self, h, past, dt, hoop)
-      call self%law%update(strain, dt, past)
+      strain = strain_of(self, h, past(:self%columns), dt, hoop)
+      call self%law%update(strain, dt, past(:self%columns))
    end subroutine follow
 
    !> Displacement gradient in space of material whose law is not linear, less that without stress: at the end of a step, or of the present state.
@@ -404,8 +404,12 @@ contains
       real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
-      stress = self%kirchhoff_stress(h, past, hoop)
-      if (self%is_finite() .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
+      if (self%linear) then
+         stress = stress_of_plane(self, strain_of_plane(self, h, hoop))
+      else
+         stress = self%kirchhoff_stress(h, past, hoop)
+         if (self%law%is_finite .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
+      end if
    end function conjugate_stress
 
    !> What a small change of H makes of `conjugate_stress` [Pa]; in plane stress together with that of H_33, which leaves no stress_33.

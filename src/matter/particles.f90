@@ -13,6 +13,7 @@ module hampm_particles
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: outside
    use hampm_large_pages, only: prefer_large_pages
+   use hampm_law, only: most_columns
    use hampm_outline, only: outline_t
    use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
@@ -370,10 +371,10 @@ contains
    pure function history_of(self, i) result(past)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
-      real(dp) :: past(self%columns())
+      real(dp) :: past(most_columns)
       if (.not. allocated(self%history)) return
-      past = 0
-      if (i > 0) past = self%history(i, :)
+      past(:self%columns()) = 0
+      if (i > 0) past(:self%columns()) = self%history(i, :)
    end function history_of
 
    !> Edges of the reference rectangle of a particle [m].

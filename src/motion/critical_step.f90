@@ -317,13 +317,15 @@ contains
       real(dp), intent(inout) :: stiffness(:, :)
       integer, parameter :: voigt(ndim, ndim) = reshape([1, 3, 3, 2], [ndim, ndim])
       real(dp) :: stress(ndim)                   ! on planes of either direction, of a unit displacement in direction k
-      integer :: c, d, k
+      integer :: a, c, d, k
       do c = 1, size(nodes)
          do k = 1, ndim
             do d = 1, ndim
                stress = matmul(moduli(voigt(:, d), voigt(:, k)), gradient(c, :))
-               associate (block => stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n))
-                  stiffness(nodes + (d - 1)*n, nodes(c) + (k - 1)*n) = block + matmul(gradient, stress)
+               associate (column => stiffness((d - 1)*n + 1:d*n, nodes(c) + (k - 1)*n))
+                  do a = 1, size(nodes)
+                     column(nodes(a)) = column(nodes(a)) + dot_product(gradient(a, :), stress)
+                  end do
                end associate
             end do
          end do

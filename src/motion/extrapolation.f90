@@ -1,7 +1,7 @@
 !> Nodal values of fields that the particles carry, by a mass matrix, as velocities are in (8) and (10).
 module hampm_extrapolation
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: inside_cell
+   use hampm_basis, only: inside_cell, points_of_quadratic
    use hampm_domain_pass, only: find_corners
    use hampm_failure, only: failure_t
    use hampm_forest, only: outside
@@ -82,11 +82,10 @@ contains
          integer, intent(in) :: element
          real(dp), intent(in) :: local(ndim), mass   ! local coordinate [-]; [kg]
          real(dp), intent(in) :: value(width)
-         real(dp) :: n(grid%n_functions)
-         integer :: points(grid%n_functions), k
-         points = grid%support_of(element)
-         n = grid%functions_in(element, local)
-         do k = 1, size(points)
+         real(dp) :: n(points_of_quadratic)
+         integer :: points(points_of_quadratic), k
+         call grid%look_in(element, local, points, n)
+         do k = 1, grid%n_functions
             sums(:, points(k)) = sums(:, points(k)) + mass*n(k)*value
          end do
       end subroutine add_value

@@ -198,8 +198,7 @@ contains
                if (allocated(p%corner_velocity)) then
                   call share_by_corners(p, grid, load%host(k), load%offset(:, k), load%node(:, k), load%shape(:, k))
                else
-                  load%node(:, k) = grid%support_of(p%cell(load%host(k)))
-                  load%shape(:, k) = weights(load, k, grid, p)
+                  call share_by_cell(p, grid, load%host(k), load%offset(:, k), load%half(:, k), load%node(:, k), load%shape(:, k))
                end if
             end do
          end associate
@@ -374,10 +373,12 @@ contains
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: velocity(:, :)     !! [m/s], (ndim, n_points)
       real(dp) :: v(ndim)
-      integer :: k
+      integer :: k, c
       v = 0
       do k = 1, size(load%host)
-         v = v + load%fraction(k)*matmul(velocity(:, load%node(:, k)), load%shape(:, k))
+         do c = 1, size(load%node, 1)
+            v = v + load%fraction(k)*load%shape(c, k)*velocity(:, load%node(c, k))
+         end do
       end do
    end function velocity_of_points
 
@@ -404,27 +405,29 @@ contains
       end do
    end subroutine share_by_corners
 
-   !> Shape functions of the nodes of the host's cell at point `k` of a load; in quadratic cells their mean over its segment, by Gauss's
-   !> rule of three points, which is exact, on slanted segments too.
-   pure function weights(load, k, grid, p) result(n)
-      type(load_t), intent(in) :: load
-      integer, intent(in) :: k
-      type(grid_t), intent(in) :: grid
+   !> Nodes of the host's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by Gauss's rule of
+   !> three points, which is exact, on slanted segments too.
+   pure subroutine share_by_cell(p, grid, host, offset, half, node, shape)
       type(particles_t), intent(in) :: p
-      real(dp) :: n(grid%n_functions)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: host
+      real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
+      real(dp), intent(in) :: half(ndim)         !! of the segment [m]
+      integer, intent(out) :: node(:)
+      real(dp), intent(out) :: shape(:)
       real(dp), parameter :: gauss = sqrt(0.6_dp)
       real(dp) :: x(ndim), more
-      associate (host => load%host(k))
-         x = p%place_in_grid(host) + load%offset(:, k)
-         if (.not. p%total_frame) x = x + matmul(p%gradient(host, :, :), load%offset(:, k))
-         n = grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x))
+      associate (e => p%cell(host))
+         x = p%place_in_grid(host) + offset
+         if (.not. p%total_frame) x = x + matmul(p%gradient_of(host), offset)
+         call grid%look_in(e, grid%local_coordinate(e, x), node, shape)
          if (.not. grid%is_quadratic()) return
          more = 0                                ! by which the circumference is longer at one of the points, over that in the middle
-         if (p%thickness%is_ring .and. x(1) > 0) more = gauss*load%half(1, k)/x(1)
-         n = (8*n + 5*(1 - more)*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x - gauss*load%half(:, k))) &
-              + 5*(1 + more)*grid%functions_in(p%cell(host), grid%local_coordinate(p%cell(host), x + gauss*load%half(:, k))))/18
+         if (p%thickness%is_ring .and. x(1) > 0) more = gauss*half(1)/x(1)
+         shape = (8*shape + 5*(1 - more)*grid%functions_in(e, grid%local_coordinate(e, x - gauss*half)) &
+                  + 5*(1 + more)*grid%functions_in(e, grid%local_coordinate(e, x + gauss*half)))/18
       end associate
-   end function weights
+   end subroutine share_by_cell
 
    !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help.
    function nearest_particles(m, x) result(nearest)

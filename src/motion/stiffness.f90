@@ -20,6 +20,7 @@ module hampm_stiffness
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_product, only: has_matrix, find_concentrated_mass
+   use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
@@ -259,7 +260,7 @@ contains
       real(dp), intent(out) :: matrix(:, :)
       real(dp), allocatable :: gradient(:, :, :)
       real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions), h(ndim, ndim), hoop, &
-                  past(m%particles%columns())
+                  past(most_columns)
       integer :: i, k
       logical :: is_last
       matrix = 0

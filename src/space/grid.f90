@@ -95,6 +95,7 @@ module hampm_grid
       procedure :: is_cut
       procedure :: support_of
       procedure :: functions_in
+      procedure :: look_in
       procedure :: gradients_in
       procedure :: in_leaf
       procedure :: is_corner_of_leaf
@@ -638,6 +639,22 @@ contains
          n = shape_functions(xi)
       end if
    end function functions_in
+
+   !> Both at once, the first `n_functions` of the arrays, which need no room of their own.
+   pure subroutine look_in(self, e, xi, points, n)
+      class(grid_t), intent(in) :: self
+      integer, intent(in) :: e
+      real(dp), intent(in) :: xi(ndim)           !! local coordinate in the element [-]
+      integer, intent(out) :: points(:)
+      real(dp), intent(out) :: n(:)
+      if (self%is_quadratic()) then
+         points(:self%n_functions) = self%support_of(e)
+         n(:points_of_quadratic) = quadratic_functions(self%in_leaf(e, xi))
+      else
+         points(:corners) = self%element_nodes(:, e)
+         n(:corners) = shape_functions(xi)
+      end if
+   end subroutine look_in
 
    !> Gradients of these functions with respect to position.
    pure function gradients_in(self, e, xi) result(gradient)

@@ -219,7 +219,7 @@ contains
       period = (zero - first_zero)/max(1, zeros - 1)
       call check(wrong == 0, scheme//', bar: each particle is in one leaf that is not finer than it')
       call check(m%particles%n >= 36 .and. (most > least .eqv. levels > 0), scheme//', bar: the end is split and recombined')
-      ! The audit takes the stress work by Simpson's rule: at strains of a tenth its error is above rounding
+      ! The audit takes the stress work by Gauss's rule: at strains of a tenth its error is above rounding
       call check_close(residual, 0.0_dp, 1.0e-10_dp*initial, scheme//', bar: the energy audit closes')
       call check(most_energy <= initial*1.02_dp, scheme//', bar: no energy arises')
    end subroutine swing

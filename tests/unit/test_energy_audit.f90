@@ -21,7 +21,7 @@ program test_energy_audit
       write (*, '(2a,es9.1)') schemes(k), ': linear elastic, residual over work', coarse
       call check_close(coarse, 0.0_dp, 1.0e-12_dp, trim(schemes(k))//': the audit of linear elasticity closes')
 
-      ! The audit takes the stress work by Simpson's rule, whose error falls with the fifth power of the strain step. Plain
+      ! The audit takes the stress work by Gauss's rule, whose error falls with the fifth power of the strain step. Plain
       ! USL strains free edges without bound: its error is seen, and only that it falls can be asked.
       coarse = residual('neo_hookean', trim(schemes(k)), 0.1_dp*cell, 200)
       fine = residual('neo_hookean', trim(schemes(k)), 0.05_dp*cell, 400)

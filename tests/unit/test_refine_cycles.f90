@@ -210,7 +210,7 @@ contains
          if (.not. (is_balanced(forest) .and. spans_lattice(forest))) unbalanced = unbalanced + 1
          call adopt(m, forest)
          if (moves) then
-            ! short steps: the audit's Simpson rule for the stress work errs in their fourth power
+            ! short steps: the audit's Gauss rule for the stress work errs in their fourth power
             call run_steps(m, 0.05_dp*cell/2**deepest_tried, 2)
             if (m%sorted) crossings = crossings + 1
             call follow(m)
