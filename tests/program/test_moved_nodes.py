@@ -11,14 +11,14 @@ BAR = """
 &run plane = 'stress'  thickness = 0.01  end_time = {end_time} /
 &grid lower = 0.0, 0.0  cell = {cell}  cells = {nx}, {ny}  order = {order} /
 &material name = 'a'  young = 1e9  poisson = 0.0  density = 1000  law = '{law}' /
-&body material = 'a'  lower = 0.0, 0.0  upper = 0.1, 0.01  points_per_cell = {points} /
-&constraint lower = 0.1, 0.0  upper = 0.1, 0.01  fix = 'x' {motion} name = 'end' /
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.1, 0.004  points_per_cell = {points} /
+&constraint lower = 0.1, 0.0  upper = 0.1, 0.004  fix = 'x' {motion} name = 'end' /
 &method frame = '{frame}'  scheme = '{scheme}' courant = {courant}  mass = '{mass}' /
 &energy_release estimators = {audit} /
 &refine indicator = '{refine}'  field = 'speed'  r_crit = 0.05  max_level = {levels}  interval = 5 /
 &output history_interval = {end_time} /
 """
-SPEED, AREA, V = 1e3, 1e-4, 0.01
+SPEED, AREA, V = 1e3, 4e-5, 0.01
 TIME = 8e-5                                      # the wave has then run through four fifths of the bar
 
 
@@ -26,7 +26,7 @@ def run(hampm, tmp_path, motion, **values):
     values = {"end_time": TIME, "cell": 1e-3, "law": "linear_elastic", "frame": "total", "scheme": "musl", "courant": 0.3,
               "refine": "none", "levels": 0, "mass": "lumped", "audit": "'energy_balance'", "order": 1, "points": 2} | values
     cell = values["cell"]
-    (tmp_path / "bar.nml").write_text(BAR.format(motion=motion, nx=round(0.1 / cell) + 2, ny=round(0.01 / cell) + 1, **values))
+    (tmp_path / "bar.nml").write_text(BAR.format(motion=motion, nx=round(0.1 / cell) + 2, ny=round(0.004 / cell) + 1, **values))
     result = hampm("bar.nml", "--force", "--quiet")
     assert result.returncode == 0, result.stderr
     with h5py.File(tmp_path / "bar.h5") as file:
@@ -78,7 +78,7 @@ def test_the_work_of_a_moved_end_converges(hampm, tmp_path):
 
 def test_moving_there_slowly_is_being_there(hampm, tmp_path):
     """The same motion without inertia: the bar follows as a whole, as nothing else holds it."""
-    text = BAR.format(motion="displacement = 1e-4, 0.0", nx=52, ny=6, cell=2e-3, end_time=1.0, law="linear_elastic", frame="total",
+    text = BAR.format(motion="displacement = 1e-4, 0.0", nx=52, ny=3, cell=2e-3, end_time=1.0, law="linear_elastic", frame="total",
                       scheme="musl", courant=0.0, refine="none", levels=0, mass="lumped", audit="'energy_balance'", order=1, points=2)
     (tmp_path / "bar.nml").write_text(text.replace("courant = 0.0", "time = 'static'"))
     result = hampm("bar.nml", "--force", "--quiet")
