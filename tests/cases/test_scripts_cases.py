@@ -38,15 +38,11 @@ def assert_all_are_drawn(axes, path, scale):
     assert left <= lower[:, 0].min() and upper[:, 0].max() <= right and bottom <= lower[:, 1].min() and upper[:, 1].max() <= top
 
 
-@pytest.mark.parametrize("scale", [1, 3])
-def test_pictures_show_what_has_left_the_grid(bent, scale):
+def test_pictures_show_what_has_left_the_grid(bent):
     """In the total frame a particle belongs to the cell in which it began, wherever it is."""
-    figure = plot_field.draw([Frames(bent)], plot_field.parse([str(bent), "--scale", str(scale)]))
-    assert_all_are_drawn(figure.axes[0], bent, scale)
-    plot_field.plt.close("all")
-
-
-def test_films_show_what_has_left_the_grid(bent):
+    for scale in (1, 3):
+        figure = plot_field.draw([Frames(bent)], plot_field.parse([str(bent), "--scale", str(scale)]))
+        assert_all_are_drawn(figure.axes[0], bent, scale)
     film = animate.Film(Frames(bent), animate.parse([str(bent)]))
     film.show(Frames(bent).times.size - 1)
     assert_all_are_drawn(film.figure.axes[0], bent, film.canvas.scale)

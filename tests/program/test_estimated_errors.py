@@ -13,6 +13,7 @@ sys.path.insert(0, str(BENCH))
 
 from error_specimens import columns_of, specimens, with_quadratic_cells  # noqa: E402
 
+pytestmark = pytest.mark.xdist_group("test_estimated_errors")  # which share the runs of a fixture
 CHEAP = ["centre 0.4", "centre 0.5", "compact 0.5", "double edge 0.5", "beam, 4 cells", "beam, 4 cells, 3 points", "beam, 4 cells, strain",
          "beam, 8 cells, 1 point", "split beam, one moment", "split beam, opposite", "split beam, equal, 4 cells", "end notched, 4 cells"]
 MOST = 3  # times the true error

@@ -180,7 +180,7 @@ def pressed_and_sheared(shear, contact, method):
         &output history_interval = 2e-6 /"""
 
 
-@pytest.mark.parametrize("method", ["courant = 0.3", "time = 'implicit'  time_step = 1e-6"], ids=["explicit", "implicit"])
+@pytest.mark.parametrize("method", ["courant = 0.3", "time = 'implicit'  time_step = 2e-6"], ids=["explicit", "implicit"])
 def test_faces_that_open_in_growth_press_and_rub(hampm, tmp_path, method):
     """Bonds that had let go bore no pressure, until cells were cut anew, four cells further: then faces that had gone through each other sprang apart (energy of 33 J in 600 J came from nothing).
     Faces that slide everywhere under a pressure p are those without friction under a shear that is smaller by mu p: 7 of 10 MN, with mu = 0.3. Friction takes mu p times the area that slides has."""
@@ -439,10 +439,10 @@ def test_a_crack_stops_before_the_surface(hampm, tmp_path):
 
 @pytest.mark.parametrize(("law", "method", "steps"), [
     ("law = 'toughness'  toughness = 0.01", "time = 'implicit'  time_step = 2e-7  hht_alpha = -0.1", 14),
-    ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'hoop_stress'", "", 95), ("law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'", "", 95)])
+    ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'hoop_stress'", "", 47), ("law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'", "", 47)])
 def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law, method, steps):
     """In the midst of a release: the same bytes."""
-    text = plate(f"&growth {law} /", method=method, refine=LEVEL)
+    text = plate(f"&growth {law} /", method=method, refine=LEVEL).replace("0.5e-3  cells = 40, 42", "1e-3  cells = 20, 21")
     row, _ = run(hampm, tmp_path, text)
     assert np.count_nonzero(row["tip_speed"]) > 2
     run(hampm, tmp_path, text, code=5, words=("--steps", f"{steps}"), name="part")

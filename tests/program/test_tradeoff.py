@@ -13,6 +13,7 @@ import tradeoff  # noqa: E402
 from tradeoff_matrix import YARDSTICK, Family  # noqa: E402
 from tradeoff_tables import advice, cheapest, curves, front  # noqa: E402
 
+pytestmark = pytest.mark.xdist_group("test_tradeoff")  # which share the runs of a fixture
 FAMILIES = [Family(YARDSTICK, "uniform", {}, (2, 4, 8)), Family(YARDSTICK, "overloaded", {"material.law": "neo_hookean", "load.force": "0, 1e9"}, (2, 4)),
             Family("refined at the tip", "tip", {"refine.indicator": "tip", "refine.max_level": 1}, (2, 4), 2)]
 
