@@ -49,7 +49,7 @@ contains
       if (number < 0) sign = '-'
       text = sign//'inf'
       if (.not. ieee_is_finite(number)) return
-      least = 0
+      least = merge(14, 0, abs(number) >= tiny(number))  ! 15 digits of a number that fewer tell, unless it is denormal, end in zeros
       if (abs(number) > 0.5_dp*huge(number)) least = 16  ! rounded up, it would overflow
       do decimals = least, 16
          write (form, '(a,i0,a)') '(es32.', decimals, 'e3)'
@@ -61,7 +61,7 @@ contains
       mark = index(buffer, 'E')
       read (buffer(mark + 1:mark + 4), '(i4)') exponent
       digits = buffer(1:1)//buffer(3:mark - 1)
-      text = sign//decimal_text(digits, exponent)
+      text = sign//decimal_text(digits(:max(1, verify(digits, '0', back=.true.))), exponent)
    end function real_text
 
    !> The number d.ddd * 10**exponent, as `0.00ddd`, `ddd.d` or `d.ddde12`, whichever reads best.
