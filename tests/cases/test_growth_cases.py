@@ -119,7 +119,7 @@ def test_bonds_that_are_far_too_weak_are_told_of(case):
 def test_symmetric_tips_grow_alike(case, text_of, points, way, part):
     """A particle lies on the second crack. There what rounding makes of moments at which a tip sets off stays below a thousandth of its way."""
     text = text_of("symmetric_tips_unlike").replace("-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3", points)
-    run = case("symmetric_tips_unlike", "--set", "run.end_time=10.5e-6", text=text)
+    run = case("symmetric_tips_unlike", "--set", "run.end_time=10.5e-6", "--set", "output.history_interval=5e-7", text=text)
     assert run.code == 0, run.stderr
     assert run.row["tip_x"][-1] > 6.5e-3
     assert run.row["tip_x_tip2"] == pytest.approx(-run.row["tip_x"], abs=way)

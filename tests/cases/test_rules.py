@@ -69,10 +69,10 @@ def test_what_is_printed_of_a_scene_has_no_key_without_effect(case, text_of):
                                     "-8e-3,1e-3,0,1e-3,8e-3,1e-3", "0,0,3e-4,1e-4,6e-4,2e-4", "0,0,8e-3,0,8e-3,1e-13"])
 def test_a_polygon_without_an_area(case, text_of, points):
     text = text_of("body_without_area")
-    result = case("body_without_area", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", points))
+    result = case("body_without_area", "--check", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", points))
     assert result.code == 2
     assert "&body points" in result.stderr
-    assert case("body_without_area", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", "-8e-3,-8e-3,0.0,0.5e-3,8e-3,8e-3")).code == 0
+    assert case("body_without_area", "--check", text=text.replace("-8e-3,-8e-3,0.0,0.0,8e-3,8e-3", "-8e-3,-8e-3,0.0,0.5e-3,8e-3,8e-3")).code == 0
 
 
 def test_a_material_that_no_body_is_of_is_not_asked(case, text_of):

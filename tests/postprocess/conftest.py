@@ -56,6 +56,7 @@ VERTICAL = """&run
    direction = 0, 1
 /
 &output
+   history_interval = 4e-8
    snapshot_interval = 2e-6
 /
 """
@@ -209,6 +210,7 @@ RUNNING = """&run
    estimators = 'domain_integral'
 /
 &output
+   history_interval = 8e-8
    snapshot_interval = 4e-6
 /
 """

@@ -126,10 +126,10 @@ def test_runs_without_indicator_show_the_mesh_alone(refined_result, snapshot_res
     assert [text.get_text().startswith("no $R$ in this file") for text in both.axes[1].texts] == [True]
 
 
-def test_animation_has_every_snapshot_and_the_same_bytes_again(program, refined_result, tmp_path):
+def test_animation_has_every_snapshot_and_the_same_bytes_again(program, script, refined_result, tmp_path):
     files = [tmp_path / "one.gif", tmp_path / "two.gif"]
-    for file in files:
-        result = program("animate.py", refined_result, "--dpi", 50, "-o", file)
+    for file, call in zip(files, (program, script)):
+        result = call("animate.py", refined_result, "--dpi", 50, "-o", file)
         assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(file), "")
     assert files[0].read_bytes() == files[1].read_bytes()
     with Image.open(files[0]) as film:
@@ -292,8 +292,8 @@ def test_requests_that_cannot_be_met(script, refined_result, name, arguments, co
 
 
 @pytest.mark.parametrize("name, option", [("plot_mesh.py", "--window"), ("animate.py", "--scale")])
-def test_help_and_errors_of_the_programs(program, name, option):
-    result = program(name, "--help")
+def test_help_and_errors_of_the_programs(script, name, option):
+    result = script(name, "--help")
     assert result.returncode == 0 and option in result.stdout
-    result = program(name, "none.h5")
+    result = script(name, "none.h5")
     assert (result.returncode, result.stderr) == (4, f"{name}: none.h5: no such file\n")

@@ -191,8 +191,8 @@ def test_requests_that_cannot_be_met(script, dcb_file, arguments, code, words):
 
 @pytest.mark.parametrize("name, option", [
     ("plot_g.py", "--estimator"), ("export.py", "--columns"), ("compare.py", "--rtol")])
-def test_help_and_errors_of_the_programs(program, name, option):
-    result = program(name, "--help")
+def test_help_and_errors_of_the_programs(script, name, option):
+    result = script(name, "--help")
     assert result.returncode == 0 and option in result.stdout
-    result = program(name, *["none.h5"] * (2 if name == "compare.py" else 1))
+    result = script(name, *["none.h5"] * (2 if name == "compare.py" else 1))
     assert (result.returncode, result.stderr) == (4, f"{name}: none.h5: no such file\n")

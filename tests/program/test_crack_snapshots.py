@@ -17,7 +17,7 @@ from cracks import scene  # noqa: E402
 pytestmark = pytest.mark.xdist_group("test_crack_snapshots")  # which share the runs of a fixture
 INNER = [(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]
 EDGE = [(-0.012, 5.3e-3), (-7.2e-3, 6.1e-3), (-4.6e-3, 8.2e-3)]
-OUTPUT = "&output snapshot_interval = 2e-6 /\n"
+OUTPUT = "&output history_interval = 2e-7  snapshot_interval = 2e-6 /\n"
 
 
 def plate(cracks, method=""):

@@ -60,7 +60,8 @@ def test_cells_refined_in_motion_have_mirror_images(hampm, tmp_path, frame):
             &load kind = 'body'  force = {1.4e5*sign}, 8e4  lower = {lower}, 0.005  upper = {upper}, 0.0107421875 /
             &load kind = 'pressure'  pressure = -6e6  lower = {-0.00732421875*sign}, 0  upper = {-0.00732421875*sign}, 0.0107421875 /
             &method frame = '{frame}' /
-            &refine indicator = 'gradient'  max_level = 1  rings = 4 /""")
+            &refine indicator = 'gradient'  max_level = 1  rings = 4 /
+            &output history_interval = 2.5e-9 /""")
         result = hampm("case.nml", "--force", "--quiet")
         assert result.returncode == 0, result.stderr
         with h5py.File(tmp_path / "case.h5") as file:

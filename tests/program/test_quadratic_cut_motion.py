@@ -54,7 +54,7 @@ SHAPES = {"square": polygon(square_of(27, (1.3e-3, -2.1e-3))), "disc": "shape = 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_body_in_flight_keeps_momentum_and_energy(hampm, tmp_path, shape, method):
     """Uniform velocity, tested at each particle; quadratic velocities are in tests/unit/test_cut_mass.f90."""
-    row = run(hampm, tmp_path, moving(SHAPES[shape], method, 5e-5, "&output snapshot_interval = 5e-5 /\n", body="velocity = 3.0, -2.0"))
+    row = run(hampm, tmp_path, moving(SHAPES[shape], method, 5e-5, "&output history_interval = 1e-5  snapshot_interval = 5e-5 /\n", body="velocity = 3.0, -2.0"))
     assert row["velocity"] == pytest.approx(np.tile((3.0, -2.0), (len(row["velocity"]), 1)), rel=1e-10)
     assert row["kinetic_energy"] == pytest.approx(row["kinetic_energy"][0], rel=1e-11)
     assert np.max(row["strain_energy"]) < 1e-20 * row["kinetic_energy"][0]
@@ -65,7 +65,7 @@ def test_a_body_in_flight_keeps_momentum_and_energy(hampm, tmp_path, shape, meth
 def test_a_square_that_spins_has_the_energy_of_a_rigid_one(hampm, tmp_path, degrees, method):
     """Linear velocities are fields of quadratic cells: m (2 a)**2/12 omega**2, and no strain of a law for small rotations."""
     shape = polygon(square_of(degrees, (1.3e-3, -2.1e-3))) if degrees else "lower = -0.05, -0.05 upper = 0.05, 0.05"
-    row = run(hampm, tmp_path, moving(shape, method, 5e-5, body="spin = 0.5"))
+    row = run(hampm, tmp_path, moving(shape, method, 5e-5, "&output history_interval = 1e-5 /\n", body="spin = 0.5"))
     assert row["kinetic_energy"] == pytest.approx(8000 * 0.1**4 / 12 * 0.5**2, rel=1e-5 if degrees else 1e-10)  # the weights in cut cells
     assert row["kinetic_energy"] == pytest.approx(row["kinetic_energy"][0], rel=1e-10)
     assert np.max(row["strain_energy"]) < 1e-20 * row["kinetic_energy"][0]

@@ -265,7 +265,7 @@ def test_a_struck_polygon_keeps_its_energy(hampm, tmp_path, method):
     corner = turned([(-0.08, -0.031), (0.083, -0.042), (0.02, 0.012), (0.041, 0.077), (-0.033, 0.05)], 13)
     text = ("&run plane = 'strain' end_time = 1e-4 /\n&grid lower = -0.1, -0.1 cell = 6e-3 cells = 34, 34 /\n" + STEEL + polygon(corner)
             + "&body shape = 'circle' center = -0.01, 0.003 radius = 0.013 hole = .true. /\n"
-            + traction(corner[0], corner[1], (0, 1e4)) + f"&method {method} /\n&energy_release estimators = 'energy_balance' /\n")
+            + traction(corner[0], corner[1], (0, 1e4)) + f"&method {method} /\n&energy_release estimators = 'energy_balance' /\n&output file = 'out.h5' history_interval = 1e-6 /\n")
     history = run(hampm, tmp_path, text)["history"]
     energy = history["kinetic_energy"][:] + history["strain_energy"][:]
     balance = energy + history["numerical_loss"][:] - history["external_work"][:]

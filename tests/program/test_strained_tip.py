@@ -15,6 +15,7 @@ SHEET = """
 &method frame = 'total'  courant = 0.3 /
 &crack kind = 'line'  tip = 0.03, 0.1 /
 &energy_release estimators = 'domain_integral' /
+&output history_interval = 2e-3 /
 """
 
 
