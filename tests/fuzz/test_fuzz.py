@@ -61,7 +61,7 @@ def test_every_key_acts(keys, extra):
     assert not every_key.try_each_once(PROGRAM, random.Random(1), extra, keys)
 
 
-@pytest.mark.parametrize("program", [PROGRAM, CHECKED_PROGRAM], ids=["release", "checked"])
+@pytest.mark.parametrize("program", [pytest.param(PROGRAM, marks=pytest.mark.verify), CHECKED_PROGRAM], ids=["release", "checked"])
 def test_runs_that_go_wrong_end_with_a_message(program):
     ends, findings = try_runs(program, RUNS, seed=2)
     assert not findings
