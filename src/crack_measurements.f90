@@ -204,8 +204,8 @@ contains
          call displace(motion, crack%u, p)
          if (chosen%stress_closure) call refresh_grid(motion)
          call new_crack_values(scene, tip, found)
-         call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, resting(motion), extrapolation, &
-                             found, failure)
+         call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, &
+                             resting(motion, crack%acceleration), extrapolation, found, failure)
          if (failure%failed()) return
          errors%of_tip = crack%part_of_tip()
          field = new_tip_field(motion%materials(tip%material), tip%direction)
@@ -294,16 +294,19 @@ contains
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
          call displace(motion, at_rest%u + u, p)
          allocate (found%j(1))
-         call measure_domain(scene, motion, at_rest%scale*largest_factors(motion%loads), tip, p, resting(motion), found)
+         call measure_domain(scene, motion, at_rest%scale*largest_factors(motion%loads), tip, p, &
+                             resting(motion, at_rest%acceleration), found)
          k = found%intensity
          j = found%j(1)
       end subroutine find
    end subroutine estimate_by_shifts
 
-   !> The nodes of a motion that rests, without weight.
-   pure type(nodal_state_t) function resting(motion) result(state)
+   !> The nodes of a motion that rests but for its motion as a whole, without weight.
+   pure type(nodal_state_t) function resting(motion, acceleration) result(state)
       type(motion_t), intent(in) :: motion
-      allocate (state%velocity(ndim, motion%grid%n_points), state%divergence(ndim, motion%grid%n_points), source=0.0_dp)
+      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      allocate (state%velocity(ndim, motion%grid%n_points), source=0.0_dp)
+      allocate (state%divergence, source=acceleration)
    end function resting
 
    !> The other end of the crack of a tip, or its mouth [m].

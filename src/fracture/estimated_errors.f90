@@ -46,8 +46,8 @@ module hampm_estimated_errors
 contains
 
    !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `doubt` of it.
-   !> A mode that is hardly there at rest has the relative error of the other. Where values are as good as what `best` corrects, which is
-   !> itself extrapolated along the crack, each may lack all of the correction.
+   !> A mode that is hardly there at rest, as best known or as a value, has the relative error of the other. Where values are as good as
+   !> what `best` corrects, which is itself extrapolated along the crack, each may lack all of the correction.
    pure function relative_errors(value, best, doubt, are_exact, least) result(relative)
       real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: doubt(:)           !! by how much the estimate corrects `best`, over it [-]
@@ -55,7 +55,7 @@ contains
       real(dp), intent(in) :: least              !! of a mode that is there, over the other [-]
       real(dp) :: relative(size(value))          !! [-]
       logical :: there(size(value))
-      there = abs(best) > least*maxval(abs(best)) .and. abs(value) > 0
+      there = abs(best) > least*maxval(abs(best)) .and. abs(value) > least*maxval(abs(value))
       relative = 0
       where (there) relative = abs(abs(best/value) - 1) + uncertainty*doubt*abs(best/value)
       if (are_exact) relative = merge(max(relative, (1 + uncertainty)*doubt), relative, there)

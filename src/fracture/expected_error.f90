@@ -26,6 +26,7 @@ module hampm_expected_error
    use hampm_particles, only: particles_t
    use hampm_quadratic_setback, only: setback_of_quadratic
    use hampm_recovery, only: recover
+   use hampm_rigid_motions, only: take_inertia
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, stiff_points, gradient_at, derivatives_at, &
                               n_derivatives, local_of
    use hampm_domain_integral, only: tip_domain_t, weight_nodes
@@ -41,6 +42,7 @@ module hampm_expected_error
       logical :: known = .false.
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
+      real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
       real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of each tip [-], (ndim, n_points, tips)
    end type tips_at_rest_t
 
@@ -78,6 +80,7 @@ module hampm_expected_error
       logical :: known = .false.
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
+      real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
       real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
       real(dp) :: by_tip(modes) = 0              !! what it lacks as their crack is too short [J/m2]
       real(dp) :: by_cells(modes) = 0            !! what it lacks by the cells away from the tip [J/m2]
@@ -148,7 +151,7 @@ contains
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
-      call come_to_rest(m, rest, crack%u, crack%scale, done)
+      call come_to_rest(m, rest, crack%u, crack%acceleration, crack%scale, done)
       if (.not. done) call rest%release()
       if (.not. done) return
       of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
@@ -171,25 +174,29 @@ contains
       if (crack%known) call find_far_error(m, tips, closing, to_g, crack)
    end subroutine find_crack_at_rest
 
-   !> Solve for rest under all loads, scaled to small gradients; `done` is false where they all act on what is held. Faces in contact
-   !> that would go through each other are tied, and stay so.
-   subroutine come_to_rest(m, rest, u, scale, done)
+   !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole; `done` is false where
+   !> they all act on what is held or do no more than that. Faces in contact that would go through each other are tied, and stay so.
+   subroutine come_to_rest(m, rest, u, acceleration, scale, done)
       type(motion_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
       real(dp), allocatable, intent(inout) :: u(:, :)
+      real(dp), allocatable, intent(out) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
       real(dp), intent(out) :: scale             !! of the loads [-]
       logical, intent(out) :: done
       real(dp), allocatable :: force(:, :)
       real(dp), parameter :: nothing = 1.0e-10_dp !! what rounding leaves of forces beside them
       logical :: tied(m%contact%n), through(m%contact%n)
+      real(dp) :: largest                        ! [N]
       integer :: turn, k
       tied = .false.
       scale = 1
       call full_loads(m, force)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
       call add_eigenstrains(m, force)
+      largest = maxval(abs(force))
+      call take_inertia(m, force, acceleration)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
-      done = maxval(m%constraints%free*abs(force)) > nothing*maxval(abs(force))
+      done = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
          if (done) call new_stiffness(m, most_unknowns, tied, rest, done)
          if (.not. done) return
@@ -200,9 +207,10 @@ contains
                through(k) = .not. tied(k) .and. u(normal, pair(1)) < u(normal, pair(2))
             end associate
          end do
-         if (.not. any(through)) return
+         if (.not. any(through)) exit
          tied = tied .or. through
       end do
+      acceleration = scale*acceleration
    end subroutine come_to_rest
 
    !> Add the forces of the strains without stress, as the material has them where it is not displaced.
@@ -482,15 +490,16 @@ contains
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(tips_at_rest_t), intent(out) :: at_rest
       type(stiffness_t) :: rest
-      real(dp), allocatable :: force(:, :), moved(:, :)
+      real(dp), allocatable :: force(:, :), moved(:, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
-      call come_to_rest(m, rest, at_rest%u, at_rest%scale, at_rest%known)
+      call come_to_rest(m, rest, at_rest%u, at_rest%acceleration, at_rest%scale, at_rest%known)
       if (at_rest%known) then
          allocate (at_rest%moved(ndim, m%grid%n_points, size(tips)))
          do k = 1, size(tips)
             pressure = at_rest%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
             call find_force(m, at_rest%u, tips(k), pressure, force)
+            call take_inertia(m, force, unused)
             call rest%solve(m, force, moved)
             at_rest%moved(:, :, k) = moved
          end do

@@ -4,14 +4,16 @@
 !> turned until they do: how far is no matter of the pins.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: inside_cell
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_lapack, only: dposv
    use hampm_motion, only: motion_t
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
-   public :: pin_t, find_pins, check_pins, turn_with
+   public :: pin_t, find_pins, check_pins, turn_with, take_inertia
 
    integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
@@ -143,6 +145,52 @@ contains
       where (m%constraints%fixed) u(:, :m%grid%n_nodes) = 0 ! but for rounding
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
    end subroutine turn_with
+
+   !> Take from forces what moves material as a whole where nothing holds it: mass times the acceleration of that, for which no strain stands.
+   subroutine take_inertia(m, force, acceleration)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: acceleration(:, :) !! of the points [m/s2], (ndim, n_points)
+      type(pin_t), allocatable :: pins(:)
+      real(dp), allocatable :: moved(:, :), whole(:, :, :), matrix(:, :), part(:, :)
+      real(dp) :: shape(m%grid%n_functions)
+      integer :: i, k, info
+      allocate (acceleration, source=0*force)
+      call find_pins(m, pins)
+      if (size(pins) == 0) return
+      allocate (whole(ndim, size(force, 2), size(pins)), part(ndim, size(pins)))
+      allocate (matrix(size(pins), size(pins)), source=0.0_dp)
+      do k = 1, size(pins)
+         call turn_with(m, pins(k), moved)
+         whole(:, :, k) = moved
+      end do
+      associate (p => m%particles)
+         do i = 1, p%n
+            associate (at => m%grid%support_of(p%cell(i)))
+               shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+               do k = 1, size(pins)
+                  part(:, k) = matmul(whole(:, at, k), shape)
+               end do
+               matrix = matrix + p%mass(i)*matmul(transpose(part), part)
+            end associate
+         end do
+      end associate
+      moved = reshape([(sum(force*whole(:, :, k)), k=1, size(pins))], [size(pins), 1])
+      call dposv('L', size(pins), 1, matrix, size(pins), moved, size(pins), info)
+      if (info /= 0) return
+      do k = 1, size(pins)
+         acceleration = acceleration + moved(k, 1)*whole(:, :, k)
+      end do
+      associate (p => m%particles)
+         do i = 1, p%n
+            associate (at => m%grid%support_of(p%cell(i)))
+               shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+               force(:, at) = force(:, at) - p%mass(i)*spread(matmul(acceleration(:, at), shape), 2, size(at)) &
+                              *spread(shape, 1, ndim)
+            end associate
+         end do
+      end associate
+   end subroutine take_inertia
 
    !> Add what is held.
    pure subroutine add_row(row, held)

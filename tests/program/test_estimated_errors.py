@@ -86,3 +86,27 @@ def test_the_check_says_what_error_is_to_be_expected(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(specimens()["centre 0.5"].scene)
     lines = [line for line in hampm("--check", "case.nml").stdout.splitlines() if line.startswith("! expected error")]
     assert len(lines) == 1 and "J " in lines[0] and "%" in lines[0]
+
+
+FREE = """\
+&run plane = 'strain'  end_time = 1e-5 /
+&grid lower = -12e-3, -12e-3  cell = 1e-3  cells = 24, 24 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = -10e-3, -10e-3  upper = 10e-3, 10e-3  eigenstrain = {strain}, {strain}, 0.0 /
+&crack kind = 'path'  points = -4.3e-3, -1.2e-3, 3.7e-3, 1.3e-3 /
+&load kind = 'traction'  lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  force = 100.0, 20e3 /
+&load kind = 'traction'  lower = -10e-3, -10e-3  upper = 10e-3, -10e-3  force = 0.0, -10e3 /
+&energy_release estimators = 'domain_integral' /
+"""
+
+
+@pytest.mark.parametrize("strain", [0.0, 1e-5])
+def test_what_loads_accelerate_has_the_errors_of_what_they_strain(hampm, tmp_path, strain):
+    """Nothing holds a body that loads move and turn: errors are told by its strain beside that (they were thousands of times the values)."""
+    (tmp_path / "case.nml").write_text(FREE.format(strain=strain))
+    assert hampm("case.nml").returncode == 0
+    columns = History(tmp_path / "case.h5").columns
+    for name in "J", "K_I":
+        part = columns[f"{name}_error"] / np.max(np.abs(columns[name]))
+        print(name, part[-1])
+        assert 0.0 < part[-1] and np.max(part) < 0.2

@@ -4,6 +4,7 @@ program test_expected_error
    use hampm_constraints, only: constrain_box
    use hampm_cracked, only: build_cracked, add_pull, rest_of
    use hampm_cracks, only: crack_t, cracks_t, left, right
+   use hampm_estimated_errors, only: relative_errors
    use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
@@ -25,6 +26,7 @@ program test_expected_error
    call plate_with_two_tips()
    call nothing_to_know()
    call linear_displacement()
+   call closed_at_rest()
    call finish()
 
 contains
@@ -211,4 +213,12 @@ contains
       call check(maxval(abs(p%velocity)) <= 0, 'they are at rest')
       call check(minval(abs(m%particles%velocity)) > 0, 'those of the motion stay as they are')
    end subroutine linear_displacement
+
+   !> Of a crack that is closed at rest rounding leaves something of the mode that opens it, which tells nothing of its error.
+   subroutine closed_at_rest()
+      real(dp), parameter :: best(2) = [8.0e-6_dp, 0.18_dp], value(2) = [-3.0e-14_dp, 0.12_dp], doubt(2) = 0.1_dp
+      real(dp) :: errors(2)
+      errors = relative_errors(value, best, doubt, .false., 1.0e-6_dp)
+      call check_close(errors(1), errors(2), 1e-12_dp, 'closed at rest: the mode that opens has the relative error of the other')
+   end subroutine closed_at_rest
 end program test_expected_error
