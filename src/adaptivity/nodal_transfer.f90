@@ -2,6 +2,7 @@
 !> get finer it is exactly the same field.
 module hampm_nodal_transfer
    use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic
    use hampm_grid, only: grid_t
    use hampm_motion, only: motion_t
    implicit none
@@ -30,57 +31,91 @@ contains
    subroutine carry_nodes(old, m)
       type(old_mesh_t), intent(inout) :: old
       type(motion_t), intent(inout) :: m
+      real(dp), allocatable :: kept(:, :)        ! fields, the components of one after those of the other, (components, n_points)
+      allocate (kept(0, old%grid%n_points))
       old%cell(m%sorting%new_place(:size(old%cell))) = old%cell
-      if (allocated(m%nodal_displacement)) call carry_field(old, m, m%nodal_displacement)
-      if (allocated(m%nodal_velocity)) call carry_field(old, m, m%nodal_velocity)
-      if (allocated(m%nodal_acceleration)) call carry_field(old, m, m%nodal_acceleration)
+      call put(m%nodal_displacement)
+      call put(m%nodal_velocity)
+      call put(m%nodal_acceleration)
+      call carry(old, m, kept)
+      call take(m%nodal_acceleration)            ! the last one first
+      call take(m%nodal_velocity)
+      call take(m%nodal_displacement)
+   contains
+      !> Put a field that nodes keep behind the others.
+      subroutine put(field)
+         real(dp), allocatable, intent(in) :: field(:, :)
+         real(dp), allocatable :: more(:, :)
+         if (.not. allocated(field)) return
+         associate (n => size(kept, 1))
+            allocate (more(n + ndim, size(kept, 2)))
+            more(:n, :) = kept
+            more(n + 1:, :) = field
+         end associate
+         call move_alloc(more, kept)
+      end subroutine put
+
+      !> Take the last one off.
+      subroutine take(field)
+         real(dp), allocatable, intent(inout) :: field(:, :)
+         if (.not. allocated(field)) return
+         associate (n => size(kept, 1) - ndim)
+            field = kept(n + 1:, :)
+            kept = kept(:n, :)
+         end associate
+      end subroutine take
    end subroutine carry_nodes
 
-   !> Carry a nodal field. A node has, of each element around it, the value of the old element in which its particle next to the node was (or of several,
+   !> Carry nodal fields. A node has, of each element around it, the values of the old element in which its particle next to the node was (or of several,
    !> which are equally near, the mean), so that both faces of a crack have their own; and the mean of these.
-   subroutine carry_field(old, m, field)
+   subroutine carry(old, m, fields)
       type(old_mesh_t), intent(in) :: old
       type(motion_t), intent(in) :: m
-      real(dp), allocatable, intent(inout) :: field(:, :) !! (ndim, n_points)
+      real(dp), allocatable, intent(inout) :: fields(:, :) !! (components, n_points)
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
-      real(dp) :: carried(ndim, m%grid%n_points), value(ndim)
-      real(dp), allocatable :: distance(:)       ! of the particles of an element from a node [m]
-      integer :: times(m%grid%n_points), k, c, i
-      logical, allocatable :: is_nearest(:)
-      carried = 0
+      real(dp), allocatable :: carried(:, :)
+      real(dp) :: value(size(fields, 1)), least
+      integer :: times(m%grid%n_points), k, c, i, n
+      allocate (carried(size(fields, 1), m%grid%n_points), source=0.0_dp)
       times = 0
       do k = 1, m%blocks%n_occupied
-         associate (e => m%blocks%occupied(k), at => m%grid%support_of(m%blocks%occupied(k)))
-            associate (list => [(i, i=m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e))])
-               if (size(list) == 0) cycle        ! a quarter of a quadratic cell without particles, whose nodes those of the others have
-               do c = 1, size(at)
-                  associate (place => m%grid%node_position(:, at(c)))
-                     distance = [(norm2(m%particles%place_in_grid(list(i)) - place), i=1, size(list))]
-                     is_nearest = distance <= minval(distance)*(1 + alike)
-                     value = 0
-                     do i = 1, size(list)
-                        if (is_nearest(i)) value = value + value_at(old%cell(list(i)), place)
-                     end do
-                     carried(:, at(c)) = carried(:, at(c)) + value/count(is_nearest)
-                  end associate
-                  times(at(c)) = times(at(c)) + 1
-               end do
-            end associate
+         associate (e => m%blocks%occupied(k), at => m%grid%support_of(m%blocks%occupied(k)), b => m%blocks)
+            if (b%count_in(e) == 0) cycle        ! a quarter of a quadratic cell without particles, whose nodes those of the others have
+            do c = 1, size(at)
+               associate (place => m%grid%node_position(:, at(c)))
+                  least = huge(least)
+                  do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                     least = min(least, norm2(m%particles%place_in_grid(i) - place))
+                  end do
+                  value = 0
+                  n = 0
+                  do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                     if (norm2(m%particles%place_in_grid(i) - place) > least*(1 + alike)) cycle
+                     call add_values(old%cell(i), place)
+                     n = n + 1
+                  end do
+                  carried(:, at(c)) = carried(:, at(c)) + value/n
+               end associate
+               times(at(c)) = times(at(c)) + 1
+            end do
          end associate
       end do
       do k = 1, size(times)
          if (times(k) > 1) carried(:, k) = carried(:, k)/times(k)
       end do
-      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, carried)
-      field = carried
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, size(fields, 1), carried)
+      call move_alloc(carried, fields)
    contains
-      !> The field in an old element, at a place or where that is nearest to it.
-      pure function value_at(e, place) result(value)
+      !> Add the fields in an old element, at a place or where that is nearest to it.
+      subroutine add_values(e, place)
          integer, intent(in) :: e
-         real(dp), intent(in) :: place(:)        !! [m]
-         real(dp) :: value(ndim)
-         value = matmul(field(:, old%grid%support_of(e)), &
-                        old%grid%functions_in(e, min(1.0_dp, max(0.0_dp, old%grid%local_coordinate(e, place)))))
-      end function value_at
-   end subroutine carry_field
+         real(dp), intent(in) :: place(ndim)     !! [m]
+         real(dp) :: shape(points_of_quadratic)
+         integer :: points(points_of_quadratic), j
+         call old%grid%look_in(e, min(1.0_dp, max(0.0_dp, old%grid%local_coordinate(e, place))), points, shape)
+         do j = 1, old%grid%n_functions
+            value = value + shape(j)*fields(:, points(j))
+         end do
+      end subroutine add_values
+   end subroutine carry
 end module hampm_nodal_transfer

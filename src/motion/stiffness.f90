@@ -11,7 +11,7 @@
 !> For implicit steps a multiple of the mass matrix is added to it.
 module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners, name_len
-   use hampm_basis, only: inside_cell
+   use hampm_basis, only: inside_cell, points_of_quadratic
    use hampm_conjugate_gradients, only: solve_by_cg
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
@@ -268,6 +268,7 @@ contains
          call tangent_by_means(m, e, matrix)
          return
       end if
+      if (stiffness%kind%is_tangent) allocate (gradient(m%grid%n_functions, n_derivatives(m), 1))
       products = 0
       h = 0
       hoop = 0
@@ -275,7 +276,7 @@ contains
       associate (p => m%particles, b => m%blocks, is_tangent => stiffness%kind%is_tangent)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (is_tangent) then
-               gradient = reshape(derivatives_at(m, i), [m%grid%n_functions, n_derivatives(m), 1])
+               gradient(:, :, 1) = derivatives_at(m, i)
             else
                call stiff_points(m, e, i, gradient)
             end if
@@ -410,11 +411,14 @@ contains
       real(dp), intent(in) :: volume             !! [m3]
       real(dp), intent(in) :: gradient(:, :)     !! [1/m], (corners, derivatives)
       real(dp), intent(inout) :: products(:, :)  !! by corner, the derivatives of a corner one after the other [m]
-      real(dp) :: by_corner(size(gradient))
-      integer :: k
-      by_corner = reshape(transpose(gradient), [size(gradient)])
+      real(dp) :: by_corner(points_of_quadratic*(ndim + 1))
+      integer :: k, n
+      n = size(gradient, 2)
+      do k = 1, size(gradient, 1)
+         by_corner(n*(k - 1) + 1:n*k) = gradient(k, :)
+      end do
       do k = 1, size(gradient)
-         products(:, k) = products(:, k) + (volume*by_corner(k))*by_corner
+         products(:, k) = products(:, k) + (volume*by_corner(k))*by_corner(:size(gradient))
       end do
    end subroutine sum_products
 
