@@ -318,7 +318,7 @@ def long_strip(program, arguments):
 def dcb(program, arguments):
     out = [("opening rate [mm/s]", "steps", "mean load %", "scatter %", "mean length [mm]", "last length [mm]", "kinetic/stored energy %", "CPU [s]")]
     compliance = dcb_compliance(program)
-    for rate, dt in ((0.12, 2.5e-5), (0.06, 5e-5), (0.015, 2e-4), (0.004, 1e-3)):
+    for rate, dt in ((0.12, 2.5e-5), (0.06, 5e-5), (0.015, 2e-4), (0.015, 4e-4), (0.004, 1e-3)):
         text = example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3).replace("-7.5e-3", f"-{rate / 2}")
         for method in ("", f"&method time = 'implicit'  time_step = {dt}  hht_alpha = -0.1 /\n"):
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
