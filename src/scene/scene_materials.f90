@@ -65,8 +65,8 @@ contains
             material = new_material(spec%name, spec%law, scene%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
                                     spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times, spec%saturation, &
                                     spec%saturation_strain, spec%kinematic, spec%c01)
-            material%mean_dilatation = spec%dilatation == 'cell'
          end if
+         material%mean_dilatation = spec%dilatation == 'cell'
          material%is_ring = scene%run%thickness%is_ring
       end associate
    end function material_of

@@ -53,6 +53,19 @@ def test_a_beam_that_keeps_its_volume_does_not_lock(run):
     assert abs(shared[2] - 1) < abs(shared[1] - 1) < abs(shared[0] - 1)
 
 
+@pytest.mark.parametrize("time", ["static", "implicit time_step=1e-3", "explicit courant=0.1"])
+def test_isotropic_constants_make_the_orthotropic_law_the_linear_one(run, time):
+    """With the same steps, and not as without one dilatation a cell: the key was silent with this law."""
+    time, *step = time.split()
+    isotropic = f"{ISOTROPIC}'linear_elastic'"
+    orthotropic = ("law = 'orthotropic'  young_1 = 1e6  young_2 = 1e6  young_3 = 1e6  poisson_12 = 0.45  poisson_13 = 0.45  poisson_23 = 0.45"
+                   f"  shear_12 = {1e6 / 2.9!r}  angle = 30")
+    settings = f"method.time={time}", "run.end_time=0.3", "output.history_interval=0.01", *(f"method.{key}" for key in step)
+    got = [run(material, 4.0, *settings, cell=0.125)["strain_energy"][-1] for material in (isotropic, orthotropic)]
+    assert got[1] == pytest.approx(got[0], rel=1e-10)
+    assert abs(run(orthotropic, 4.0, *settings, "material.dilatation=point", cell=0.125)["strain_energy"][-1] / got[0] - 1) > 0.05
+
+
 @every_law
 def test_explicit_and_implicit_steps_agree(run, law):
     """Explicit steps of both frames and of both planes, and implicit ones, under a load that rises slowly; displacements are small."""
