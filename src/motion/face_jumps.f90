@@ -38,8 +38,8 @@ contains
       end if
    end function faces_at
 
-   !> The elements whose particles tell how an element moves: itself or, where it has none, of quadratic cells the other quarters of its
-   !> piece or else those of other leaves that have an edge in common with it or, where none has, a corner.
+   !> The elements whose particles tell how an element moves: itself or, where it has none, the other quarters of its piece, of quadratic cells and
+   !> beside finer ones, or else those of other leaves that have an edge in common with it or, where none has, a corner.
    pure function carriers_of(m, e, by_edges) result(carriers)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e
@@ -48,12 +48,9 @@ contains
       integer :: corner, k, c, least             ! nodes in common
       carriers = [e]
       if (m%blocks%count_in(e) > 0) return
-      carriers = [integer ::]
-      if (m%grid%is_quadratic()) then
-         carriers = [(k, k=m%grid%first_of_piece(e), m%grid%last_of_piece(e))]
-         carriers = pack(carriers, m%blocks%count_in(carriers) > 0)
-         if (size(carriers) > 0) return
-      end if
+      carriers = [(k, k=m%grid%first_of_piece(e), m%grid%last_of_piece(e))]
+      carriers = pack(carriers, m%blocks%count_in(carriers) > 0)
+      if (size(carriers) > 0) return
       associate (nodes => m%grid%support_of(e))
          do least = 2, 1, -1
             do corner = 1, size(nodes)
@@ -81,7 +78,7 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: k
       associate (carriers => carriers_of(m, e))
-         nearest = carriers(minloc([(maxval(abs(m%grid%local_coordinate(carriers(k), x) - 0.5_dp)), k=1, size(carriers))], dim=1))
+         nearest = carriers(minloc([(norm2(m%grid%local_coordinate(carriers(k), x) - 0.5_dp), k=1, size(carriers))], dim=1))
       end associate
    end function nearest_carrier
 
