@@ -5,6 +5,8 @@
     places  one crack at random places and angles, in any mode, in an infinite plate: error of G, mean, scatter and the largest,
             without refinement and with one and two levels around the tips
     friction  slanted cracks under pressure, which slide against friction or stick, 32 finest cells to the half-length
+    slip    pressed cracks that slide, at random places, angles and friction, 8 to 64 finest cells to the half-length: K_II, J, how often estimates
+            cover their errors, and the order
     wave    a step of tension meets a slanted crack: rms difference of K_I(t), K_II(t) of both tips, means over a tenth of the window
     cost    instructions of the steps of a path along a grid line over those of a line there (needs valgrind)
     shift   a crack that is moved along itself by parts of a cell: G against the straight line, in cells
@@ -75,7 +77,7 @@ class Program:
         self.path, self.folder = arguments.program.resolve(), arguments.output.resolve()
 
     def __call__(self, text):
-        """K_I, K_II and G times E' of each tip, in their order; `j` is J times E' of each."""
+        """K_I, K_II and G times E' of each tip, in their order; `j` is J times E' of each, `errors` has the estimated errors of K_II and of that."""
         (self.folder / "cracks.nml").write_text(text)
         command = [self.path, "cracks.nml", "--force", "--quiet", "--threads", "1"]  # equilibrium gains little by more
         result = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
@@ -85,6 +87,7 @@ class Program:
             history = {name: column[-1] for name, column in file["history"].items()}
         ends = [""] + [name[3:] for name in history if name.startswith("K_I_tip")]
         self.j = np.array([history["J" + end] * MODULUS for end in ends])
+        self.errors = np.array([[history["K_II_error" + end], history["J_error" + end] * MODULUS] for end in ends])
         return np.array([[history["K_I" + end], history["K_II" + end], history["G" + end] * MODULUS] for end in ends])
 
 
@@ -322,6 +325,34 @@ def friction(program, arguments):
     write(out, "friction", arguments.output)
 
 
+def slip(program, arguments):
+    """Errors of K_II over K_II without friction, and of J over J without friction. Plates are infinite, as in `places`."""
+    random = np.random.default_rng(1000)
+    a, finest = 8e-3, (8, 16, 32, 64)
+    root = SIGMA * math.sqrt(math.pi * a)
+    found = {cells: [] for cells in finest}
+    for _ in range(arguments.number):
+        beta, mu, middle = random.choice([-1, 1]) * random.uniform(30, 60), random.uniform(0, 0.6), random.uniform(-1e-3, 1e-3, 2)
+        cosine, sine = direction(beta)
+        mu = min(mu, 0.9 * abs(sine) / cosine)
+        free, asked = root * abs(sine) * cosine, -math.copysign(root * cosine * (abs(sine) - mu * cosine), sine)
+        loads = cut_out(CUT_OUT * a, 2 * CUT_OUT, a, middle, beta, -SIGMA * cosine**2, -SIGMA * sine * cosine, 1j * SIGMA * asked / root)
+        for cells in finest:
+            text = scene([[middle - a * direction(beta), middle + a * direction(beta)]], a / cells * 2**LEVELS, (CUT_OUT * a, CUT_OUT * a), loads=loads)
+            tips = program(text.rstrip().removesuffix("/") + f"contact = 'friction'  friction = {mu} /\n")
+            found[cells] += list(np.column_stack([(tips[:, 1] - asked) / free, program.errors[:, 0] / free, (program.j - asked**2) / free**2,
+                                                  program.errors[:, 1] / free**2, tips[:, 0] / free]))
+        print(f"{beta:+.1f} {mu:.2f} ", "  ".join(f"{100 * error[0]:+.2f}" for cells in finest for error in found[cells][-2:]), flush=True)
+    out = [("cells of the half-length", "K_II %: rms", "largest", "covered %", "J %: rms", "largest", "covered %", "tips with K_I")]
+    for cells, errors in found.items():
+        errors = np.array(errors).T
+        of_both = [(f"{100 * np.sqrt(np.mean(each**2)):.2f}", f"{100 * np.max(np.abs(each)):.2f}", f"{100 * np.mean(np.abs(each) <= estimated):.0f}")
+                   for each, estimated in (errors[:2], errors[2:4])]
+        out.append((cells, *of_both[0], *of_both[1], int(np.sum(errors[4] != 0))))
+    out.append(("order", *(f"{order(finest, [float(row[k]) for row in out[1:]]):.1f}" if k in (1, 4) else "" for k in range(1, 8))))
+    write(out, "slip", arguments.output)
+
+
 WAVE = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
 &grid lower = -16e-3, -14e-3  cell = {cell!r}  cells = {nx}, {ny} /
 &material name = 'a'  young = 1.99992e11  poisson = 0.3  density = 5000.0 /
@@ -402,11 +433,11 @@ def cost(program, arguments):
           "cost", arguments.output)
 
 
-PARTS = {"cost": cost, "table": table, "places": places, "friction": friction, "wave": wave, "shift": shift}
+PARTS = {"cost": cost, "table": table, "places": places, "friction": friction, "slip": slip, "wave": wave, "shift": shift}
 
 
 def main():
-    arguments = command_line(__doc__, list(PARTS), "results/cracks", number=(200, "cracks of `places`"), first=(1, "case with which `table` and `friction` begin"))
+    arguments = command_line(__doc__, list(PARTS), "results/cracks", number=(200, "cracks of `places` and `slip`"), first=(1, "case with which `table` and `friction` begin"))
     program = Program(arguments)
     for part in arguments.part:
         PARTS[part](program, arguments)

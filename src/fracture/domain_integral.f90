@@ -416,7 +416,8 @@ contains
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
-      real(dp), intent(inout) :: k_doubt(:, :)   !! by what the line through the tractions makes of k, and their mean does not
+      real(dp), intent(inout) :: k_doubt(:, :)   !! the part in doubt of what other tractions than the springs' own make of k
+      real(dp), parameter :: in_doubt = 0.5_dp
       real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), doubt(ndim)
       logical :: is_there, is_closed
       integer :: n, i, mode
@@ -435,8 +436,9 @@ contains
          is_closed = closed%has(springs%list(n))
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
+            doubt = force
             force = springs%list(n)%length*closed%traction_at(springs%list(n))
-            doubt = force - springs%list(n)%length*closed%mean
+            doubt = in_doubt*(force - doubt)
          else if (.not. is_there) then
             cycle
          end if

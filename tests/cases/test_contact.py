@@ -84,7 +84,8 @@ YOUNG_OF_PLANE = 200e9/(1 - 0.3**2)
 @pytest.mark.parametrize("level, friction", [(3, 0.5), (2, 0.3)])
 def test_a_crack_that_slips_with_friction(case, level, friction):
     """Pressed by 1 MPa at 48 degrees, 8 mm half-length: |K_II| = sigma sqrt(pi a) (sin cos - mu cos**2), McClintock & Walsh 1962, the same at both tips.
-    Errors were 10 to 15 % however fine the cells, as springs near the tips carried too little or too much."""
+    Errors were 10 to 15 % however fine the cells, as springs near the tips carried too little or too much;
+    they fall with the cell."""
     run = case("friction_slipping_crack", "--set", f"refine.max_level={level}", "--set", f"crack.friction={friction}", "--set", "method.load_steps=1",
                "--set", "grid.cell=0.004", "--set", "grid.cells=62, 62", "--set", "grid.lower=-0.124, -0.124")
     assert run.code == 0, run.stderr
@@ -94,9 +95,9 @@ def test_a_crack_that_slips_with_friction(case, level, friction):
     for tip in "", "_tip2":
         value = {name: run.row[name + tip][-1] for name in ("K_I", "K_II", "J", "G", "J_error", "K_II_error")}
         assert value["K_I"] == 0
-        assert value["K_II"] == pytest.approx(k_ii, abs=0.02*alone)
-        assert value["G"] == pytest.approx(k_ii**2/YOUNG_OF_PLANE, abs=0.04*alone**2/YOUNG_OF_PLANE)
-        assert value["J"] == pytest.approx(k_ii**2/YOUNG_OF_PLANE, abs=0.04*alone**2/YOUNG_OF_PLANE)
+        assert value["K_II"] == pytest.approx(k_ii, abs=0.08/2**level*alone)
+        assert value["G"] == pytest.approx(k_ii**2/YOUNG_OF_PLANE, abs=0.16/2**level*alone**2/YOUNG_OF_PLANE)
+        assert value["J"] == pytest.approx(k_ii**2/YOUNG_OF_PLANE, abs=0.16/2**level*alone**2/YOUNG_OF_PLANE)
         assert abs(value["K_II"] - 1.004*k_ii) < 2*value["K_II_error"]
 
 
