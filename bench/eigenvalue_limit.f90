@@ -8,7 +8,7 @@ program eigenvalue_limit
    use hampm_kinds, only: dp, ndim
    use hampm_command_line, only: options_t, command_arguments, parse_arguments
    use hampm_constraints, only: hold
-   use hampm_face_springs, only: face_springs_t, relax_springs, stretch_springs, add_spring_forces
+   use hampm_face_springs, only: face_springs_t, relax_springs, add_spring_resistance
    use hampm_failure, only: failure_t
    use hampm_lapack, only: dsyev
    use hampm_mass_solver, only: solve_aside
@@ -41,12 +41,14 @@ contains
    real(dp) function largest_eigenvalue() result(largest)
       real(dp), allocatable, dimension(:, :) :: v, mass_v, mass_last, w, force
       real(dp) :: t(most_turns, most_turns), value(most_turns), work(4*most_turns), beta
-      integer :: turn, info
+      integer :: turn, info, k
       call refresh_grid(s%motion)
       associate (n => s%motion%grid%n_points)
          allocate (v(ndim, n), mass_last(ndim, n), w(ndim, n), source=0.0_dp)
          allocate (mass_v(ndim, n), force(ndim, n))
       end associate
+      call random_seed(size=k)
+      call random_seed(put=[(turn, turn=1, k)])  ! the same in every run
       call random_number(mass_v)
       mass_v = mass_v - 0.5_dp
       t = 0
@@ -89,17 +91,14 @@ contains
    !> K u, at the nodes that are free to move.
    function stiffness_times(u) result(force)
       real(dp), intent(in) :: u(:, :)
-      real(dp), allocatable :: force(:, :), of_springs(:, :)
+      real(dp), allocatable :: force(:, :)
       type(face_springs_t) :: springs
       call forces_of(s%motion, u, force)
       springs = s%motion%springs
       if (springs%n > 0) then
          call relax_springs(springs)
-         call stretch_springs(springs, u, 1.0_dp)
-         allocate (of_springs, mold=force)
-         of_springs = 0
-         call add_spring_forces(springs, of_springs)
-         force = force - of_springs
+         springs%caution = 1                     ! all faces hold each other
+         call add_spring_resistance(springs, u, force)
       end if
       call hold(s%motion%constraints, force)
    end function stiffness_times

