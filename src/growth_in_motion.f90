@@ -268,10 +268,9 @@ contains
       way = merge(growing%way, growing%speed*dt, growing%is_paced)
       do k = 1, size(most)
          law(k) = growing%law_at(scene, cracks, k, time, dt)
-         if (law(k) > 0) most(k) = cracks%crack(cracks%tips(k)%crack)%bonded(cracks%tips(k)%end)
-         if (law(k) > 0) then
-            if (scene%growth(law(k))%law == 'prescribed') way(k) = growing%given_way(scene, cracks, k, time, dt)
-         end if
+         if (law(k) == 0) cycle
+         most(k) = cracks%crack(cracks%tips(k)%crack)%bonded(cracks%tips(k)%end)
+         if (scene%growth(law(k))%law == 'prescribed') way(k) = growing%given_way(scene, cracks, k, time, dt)
       end do
       way = min(way, most)
       do k = 1, size(most)

@@ -367,7 +367,8 @@ contains
       weight = weight/sum(weight)
    end function weights_of
 
-   !> What particle `i` remembers, zeros of none, whose number is 0; nothing where no law has a history.
+   !> What particle `i` remembers, the first `columns` numbers: zeros of none, whose number is 0, and none where no law has a history. Its size is that
+   !> of the longest history, so that it needs no room of its own.
    pure function history_of(self, i) result(past)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
