@@ -1,5 +1,5 @@
 !> The longest stable time step of a scene with a mass matrix that is solved with, from its own matrices as they are at the start of a run:
-!> 2 over the root of the largest eigenvalue of M**-1 K, springs and their masses included, by the method of Lanczos.
+!> 2 over the root of the largest eigenvalue of M**-1 K, interface points and their masses included, by the method of Lanczos.
 !>
 !>    eigenvalue_limit COURANT case.nml [options of hampm for a run]
 !>
@@ -8,7 +8,7 @@ program eigenvalue_limit
    use hampm_kinds, only: dp, ndim
    use hampm_command_line, only: options_t, command_arguments, parse_arguments
    use hampm_constraints, only: hold
-   use hampm_face_springs, only: face_springs_t, relax_springs, add_spring_resistance
+   use hampm_interface_points, only: interfaces_t, relax_interfaces, add_interface_resistance
    use hampm_failure, only: failure_t
    use hampm_lapack, only: dsyev
    use hampm_mass_solver, only: solve_aside
@@ -92,13 +92,13 @@ contains
    function stiffness_times(u) result(force)
       real(dp), intent(in) :: u(:, :)
       real(dp), allocatable :: force(:, :)
-      type(face_springs_t) :: springs
+      type(interfaces_t) :: interfaces
       call forces_of(s%motion, u, force)
-      springs = s%motion%springs
-      if (springs%n > 0) then
-         call relax_springs(springs)
-         springs%caution = 1                     ! all faces hold each other
-         call add_spring_resistance(springs, u, force)
+      interfaces = s%motion%interfaces
+      if (interfaces%n > 0) then
+         call relax_interfaces(interfaces)
+         interfaces%caution = 1                     ! all faces hold each other
+         call add_interface_resistance(interfaces, u, force)
       end if
       call hold(s%motion%constraints, force)
    end function stiffness_times

@@ -35,7 +35,7 @@ module hampm_assembly
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
-   use hampm_spring_placement, only: eigenvalue_left
+   use hampm_interface_placement, only: eigenvalue_left
    use hampm_static, only: static_t
    use hampm_supports, only: check_supports
    use hampm_text, only: to_text
@@ -78,11 +78,11 @@ contains
       call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies, sheets, solids)
       if (failure%failed()) return
       motion%materials = materials_of(scene)
-      motion%springs%thickness = scene%run%thickness
-      motion%springs%are_bounded = scene%method%time == 'explicit'
-      if (motion%springs%are_bounded .and. (size(scene%paths) > 0 .or. size(scene%growth) > 0)) &
-         motion%springs%most = eigenvalue_left(scene%method%courant/(default_part*courant_limit(scene)))
-      motion%springs%are_moving = scene%method%time /= 'static'
+      motion%interfaces%thickness = scene%run%thickness
+      motion%interfaces%are_bounded = scene%method%time == 'explicit'
+      if (motion%interfaces%are_bounded .and. (size(scene%paths) > 0 .or. size(scene%growth) > 0)) &
+         motion%interfaces%most = eigenvalue_left(scene%method%courant/(default_part*courant_limit(scene)))
+      motion%interfaces%are_moving = scene%method%time /= 'static'
       call place_particles(scene, motion, failure)
       if (failure%failed()) return
       call check_masses(motion%particles, failure)

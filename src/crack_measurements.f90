@@ -539,7 +539,7 @@ contains
       domain%radius = tip%radii
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*motion%loads%pressure, mask=motion%loads%line == tip%crack)/(2*ndim)
-      if (tip%may_close) closed = look_behind_tip(motion%springs, tip%now, tip%direction, tip%nodes%spacing)
+      if (tip%may_close) closed = look_behind_tip(motion%interfaces, tip%now, tip%direction, tip%nodes%spacing)
       call domain_integrals(domain, motion, factors, p, state, closed, values%j, k, k_doubt)
       field = new_tip_field(domain%material, domain%direction)
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then

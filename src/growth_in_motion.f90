@@ -8,7 +8,7 @@ module hampm_growth_in_motion
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_face_springs, only: spring_energy
+   use hampm_interface_points, only: interface_energy
    use hampm_forest, only: forest_t, outside
    use hampm_growing, only: growing_t, part_of_crack
    use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
@@ -70,7 +70,7 @@ contains
                if (growing%is_paced) then
                   if (cracks%crack(tip%crack)%bonded(tip%end) > growing%reserve(k) + growing%way(k)) cycle
                else if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
-                  if (foremost_released(m%springs, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
+                  if (foremost_released(m%interfaces, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%reserve(k)) cycle
                end if
             else if (growing%given_way(scene, cracks, k, m%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
@@ -218,7 +218,7 @@ contains
       character(:), allocatable, intent(inout) :: said
       real(dp) :: way, taken, most(size(cracks%tips)), before
       integer :: k, law
-      before = spring_energy(m%springs) + m%fracture_energy
+      before = interface_energy(m%interfaces) + m%fracture_energy
       most = most_ways(growing, scene, cracks, time, dt)
       do k = 1, size(cracks%tips)
          law = growing%law_at(scene, cracks, k, time, dt)
@@ -231,7 +231,7 @@ contains
                call cracks%move_tip(k, way)
                tip%speed = way/dt
                growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
-               call let_go_behind(m%springs, k, tip%grown, growing%faded(k), taken)
+               call let_go_behind(m%interfaces, k, tip%grown, growing%faded(k), taken)
             else if (growing%is_running(k) .and. growing%is_paced) then
                call try_way(growing, m, cracks, k, dt, most(k), taken)
             else if (growing%is_running(k)) then
@@ -251,7 +251,7 @@ contains
             end if
          end associate
       end do
-      if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%fracture_energy - before)
+      if (m%audit) m%numerical_loss = m%numerical_loss - (interface_energy(m%interfaces) + m%fracture_energy - before)
    end subroutine move_tips
 
    !> How far each tip may move in a step [m]: as far as its way is planned. What is left of the max_length of a crack its tips share in proportion
@@ -302,7 +302,7 @@ contains
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
          if (most > 0) then
-            call let_go_beyond(m%springs, k, strength*sqrt(effective_modulus(material)*of%toughness_at(growing%speed(k))), &
+            call let_go_beyond(m%interfaces, k, strength*sqrt(effective_modulus(material)*of%toughness_at(growing%speed(k))), &
                                tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
@@ -318,15 +318,15 @@ contains
          do i = 1, digits(low)
             if (.not. low < high) exit
             associate (speed => (low + high)/2)
-               if (new_speed(way_at(m%springs, k, part_of_crack(tip)*of%toughness_at(speed))) > speed) then
+               if (new_speed(way_at(m%interfaces, k, part_of_crack(tip)*of%toughness_at(speed))) > speed) then
                   low = speed
                else
                   high = speed
                end if
             end associate
          end do
-         released = way_at(m%springs, k, part_of_crack(tip)*of%toughness_at(low))
-         call soften_released(m%springs, k, part_of_crack(tip)*of%toughness_at(low), has_parted)
+         released = way_at(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low))
+         call soften_released(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low), has_parted)
          growing%has_parted(k) = growing%has_parted(k) .or. has_parted
          growing%speed(k) = new_speed(released)
          tip%speed = growing%speed(k)
@@ -366,7 +366,7 @@ contains
          call cracks%move_tip(k, way)
          growing%speed(k) = way/dt
          tip%speed = growing%speed(k)
-         call let_go_behind(m%springs, k, tip%grown, 0.0_dp, taken)
+         call let_go_behind(m%interfaces, k, tip%grown, 0.0_dp, taken)
       end associate
    end subroutine try_way
 

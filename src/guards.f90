@@ -8,7 +8,7 @@
 module hampm_guards
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_face_springs, only: is_pressed
+   use hampm_interface_points, only: is_pressed
    use hampm_cut_cells, only: both_faces
    use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
@@ -22,7 +22,7 @@ module hampm_guards
    use hampm_motion, only: motion_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_spring_placement, only: part_for
+   use hampm_interface_placement, only: part_for
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
    use hampm_ghost_penalty, only: fills_of_pieces, enough
@@ -107,7 +107,7 @@ contains
          call look_at_travel(motion, measurements, now, warning)
          call look_at_angular_momentum(motion, measurements, now, warning)
       end if
-      if (.not. motion%springs%are_bounded .and. .not. failure%failed()) call check_pieces(motion, now, failure)
+      if (.not. motion%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(motion, now, failure)
    end subroutine check_state
 
    !> Fail where a time step is too small to be added to the time.
@@ -287,12 +287,12 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: turn, x(ndim), normal(ndim)
       integer :: k, elements(faces)
-      associate (springs => motion%springs, blocks => motion%blocks)
-         if (springs%n_contact == 0) return
-         do k = 1, springs%n
-            if (.not. is_pressed(springs%list(k))) cycle
-            x = springs%list(k)%place
-            normal = springs%list(k)%normal
+      associate (interfaces => motion%interfaces, blocks => motion%blocks)
+         if (interfaces%n_contact == 0) return
+         do k = 1, interfaces%n
+            if (.not. is_pressed(interfaces%list(k))) cycle
+            x = interfaces%list(k)%place
+            normal = interfaces%list(k)%normal
             elements = faces_at(motion%matter_t, x, normal, both_faces)
             if (any(elements == 0)) cycle
             turn = turn_between(motion%matter_t, elements, normal)
@@ -334,7 +334,7 @@ contains
       end do
    end subroutine look_at_faces
 
-   !> Warn where the bonds ahead of tips, or the springs between faces that press on each other, were made weaker than equilibrium has them, for the
+   !> Warn where the bonds ahead of tips, or the interface points between faces that press on each other, were made weaker than equilibrium has them, for the
    !> steps that led to it to be stable.
    subroutine look_at_bonds(motion, courant, warning)
       type(motion_t), intent(in) :: motion
@@ -342,16 +342,16 @@ contains
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: remedy
       integer :: k
-      associate (springs => motion%springs)
-         if (springs%n == 0 .or. min(springs%weakest, springs%weakest_contact) > nearly_full) return
-         remedy = '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(springs))// &
+      associate (interfaces => motion%interfaces)
+         if (interfaces%n == 0 .or. min(interfaces%weakest, interfaces%weakest_contact) > nearly_full) return
+         remedy = '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(interfaces))// &
                   ', which leaves them all of it, or use time = ''static'''
-         if (springs%weakest <= nearly_full) call tell('bonds in the cells of crack tips', springs%weakest, weakened)
-         if (springs%weakest_contact <= nearly_full .and. any([(is_pressed(springs%list(k)), k=1, springs%n)])) &
-            call tell('springs between faces in contact', springs%weakest_contact, yielding)
+         if (interfaces%weakest <= nearly_full) call tell('bonds in the cells of crack tips', interfaces%weakest, weakened)
+         if (interfaces%weakest_contact <= nearly_full .and. any([(is_pressed(interfaces%list(k)), k=1, interfaces%n)])) &
+            call tell('springs between faces in contact', interfaces%weakest_contact, yielding)
       end associate
    contains
-      !> Warn of some springs.
+      !> Warn of some interface points.
       subroutine tell(which, part, outcome)
          character(*), intent(in) :: which, outcome
          real(dp), intent(in) :: part            !! of its stiffness that the weakest has [-]

@@ -27,7 +27,7 @@ module hampm_measurements
    use hampm_particles, only: particles_t
    use hampm_results, only: results_t
    use hampm_scene, only: scene_t
-   use hampm_spring_placement, only: look_at_openings
+   use hampm_interface_placement, only: look_at_openings
    use hampm_text, only: to_text
    implicit none
    private
@@ -266,7 +266,7 @@ contains
             call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
          if (any(scene%paths%friction > 0) .or. scene%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
-                                motion%springs%loss + motion%body_contact%friction_loss)
+                                motion%interfaces%loss + motion%body_contact%friction_loss)
          if (scene%contact%is_wanted()) then
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', motion%body_contact%loss)
             call history%record_vector('contact_force', 'N', 'force of the first body, or part, on all others', &
@@ -346,7 +346,7 @@ contains
       residual = 0
       if (m%largest_energy <= m%rounding_energy) return
       residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
-                  - motion%numerical_loss - motion%springs%loss - motion%fracture_energy &
+                  - motion%numerical_loss - motion%interfaces%loss - motion%fracture_energy &
                   - motion%body_contact%loss - motion%body_contact%friction_loss &
                   - m%plastic_dissipation - m%viscous_dissipation)/m%largest_energy
    end function energy_residual

@@ -24,7 +24,7 @@ module hampm_state
    use hampm_sorting, only: take_order
    use hampm_supports, only: keep_supports
    use hampm_text, only: to_text
-   use hampm_face_springs, only: keep_springs
+   use hampm_interface_points, only: keep_interfaces
    implicit none
    private
    public :: keep_motion
@@ -64,7 +64,7 @@ contains
       call keep_contact(m%contact, c)
       call keep_body_contact(m%body_contact, c)
       call keep_supports(m%constraints, c)
-      call keep_springs(m%springs, c)
+      call keep_interfaces(m%interfaces, c)
       call keep_solver(m%solver, 'solver', m%grid, c)
    end subroutine keep_motion
 

@@ -110,7 +110,7 @@ contains
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       logical, allocatable :: marked(:)
-      logical :: at_lines                        ! whether pieces of cells get other particles, which springs follow
+      logical :: at_lines                        ! whether pieces of cells get other particles, which interface points follow
       real(dp) :: energy
       integer :: families
       call start_families(m%particles)
@@ -361,7 +361,7 @@ contains
       end do
    end function twists
 
-   !> Kinetic and strain energy of the particles, and that of springs [J], where it is audited; where nodes keep their velocity the kinetic
+   !> Kinetic and strain energy of the particles, and that of interface points [J], where it is audited; where nodes keep their velocity the kinetic
    !> energy is theirs, and not asked here.
    real(dp) function total_energy(m) result(energy)
       type(motion_t), intent(in) :: m

@@ -1,7 +1,7 @@
 !> What the faces of a crack carry behind a tip that is pressed shut.
 !>
-!> The layer of springs between faces (`hampm_face_springs`) gives way, and the material ahead of a tip does not: within the last cells
-!> the springs carry too little, or swing, and a tip that slides may part them by a part of its sliding. What force is missing or too
+!> The layer of interface points between faces (`hampm_interface_points`) gives way, and the material ahead of a tip does not: within the last cells
+!> the interface points carry too little, or swing, and a tip that slides may part them by a part of its sliding. What force is missing or too
 !> much there, at a distance d from the tip, is one of sqrt(8 d/(pi**2 a)) of K in a crack of half-length a, and falls with the root of
 !> the cell. What swings with the field of the tip grows as the root of the cell falls, and is a part of K that no cell makes smaller. So a tip is
 !> closed where some cells behind it the faces overlap in the mean, and the traction there, a line in the distance from the tip by least
@@ -9,17 +9,17 @@
 !> press on each other, so that it counts the less the more cells there are, with weights that fall to 0 at both ends of that.
 !>
 !> Measured on 22 slanted cracks, 30 to 60 degrees, mu 0.07 to 0.59, 8, 16, 32 and 64 cells to the half-length, errors of K_II over K_II without
-!> friction, rms: of the springs' own tractions 2 to 3 % throughout; of this 0.66, 0.46, 0.20 and 0.12 %, of the exact tractions 0.25, 0.13 and
+!> friction, rms: of the interface points' own tractions 2 to 3 % throughout; of this 0.66, 0.46, 0.20 and 0.12 %, of the exact tractions 0.25, 0.13 and
 !> 0.10 % from 16 cells on; with the last 3, 4 and 6 cells replaced 0.16, 0.17 and 0.12 % in 64 cells; of a line without weights, 2 to 16 cells behind,
 !> 0.90, 0.53, 0.47 and 0.40 %.
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, spring_t, contact, force_of, is_pressed
+   use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed
    implicit none
    private
    public :: closed_faces_t, look_behind_tip
 
-   real(dp), parameter :: replaced = 5           !! cells behind the tip in which the springs' own tractions are not taken
+   real(dp), parameter :: replaced = 5           !! cells behind the tip in which the interface points' own tractions are not taken
    real(dp), parameter :: from = 2, to = 16      !! cells behind the tip between which they are fitted, or to half of the closed faces
    real(dp), parameter :: told = 8               !! and up to which they tell whether the tip is closed
    real(dp), parameter :: least = 1              !! cells of faces without which nothing is told
@@ -43,8 +43,8 @@ module hampm_closed_faces
 contains
 
    !> Look at the faces behind a tip.
-   pure function look_behind_tip(springs, tip, direction, cell) result(faces)
-      type(face_springs_t), intent(in) :: springs
+   pure function look_behind_tip(interfaces, tip, direction, cell) result(faces)
+      type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: tip(ndim)          !! [m]
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
       real(dp), intent(in) :: cell               !! size of the cells at the tip [m]
@@ -55,27 +55,27 @@ contains
       length = 0
       there = 0
       parted = 0
-      do n = 1, springs%n
-         r = faces%distance_of(springs%list(n))
-         if (r > 0 .and. is_pressed(springs%list(n))) length = length + springs%list(n)%length
+      do n = 1, interfaces%n
+         r = faces%distance_of(interfaces%list(n))
+         if (r > 0 .and. is_pressed(interfaces%list(n))) length = length + interfaces%list(n)%length
          if (r < from*cell .or. r > told*cell) cycle
-         there = there + springs%list(n)%length
-         parted = parted + springs%list(n)%length*dot_product(springs%list(n)%normal, springs%list(n)%opening)
+         there = there + interfaces%list(n)%length
+         parted = parted + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%opening)
       end do
       if (there < least*cell .or. .not. parted < 0) return
       faces%are_closed = .true.
       last = max(told*cell, min(to*cell, length), length/2)
       length = 0
       square = 0
-      do n = 1, springs%n
-         r = faces%distance_of(springs%list(n))
+      do n = 1, interfaces%n
+         r = faces%distance_of(interfaces%list(n))
          if (r < from*cell .or. r > last) cycle
          weight = r*(last - r)
-         length = length + weight*springs%list(n)%length
-         faces%middle = faces%middle + weight*r*springs%list(n)%length
-         square = square + weight*r**2*springs%list(n)%length
-         faces%mean = faces%mean + weight*force_of(springs%list(n))
-         faces%slope = faces%slope + weight*r*force_of(springs%list(n))
+         length = length + weight*interfaces%list(n)%length
+         faces%middle = faces%middle + weight*r*interfaces%list(n)%length
+         square = square + weight*r**2*interfaces%list(n)%length
+         faces%mean = faces%mean + weight*force_of(interfaces%list(n))
+         faces%slope = faces%slope + weight*r*force_of(interfaces%list(n))
       end do
       faces%mean = faces%mean/length
       faces%middle = faces%middle/length
@@ -83,35 +83,35 @@ contains
                     /max(square - length*faces%middle**2, tiny(square))
    end function look_behind_tip
 
-   !> How far behind the tip a spring between its faces is; below 0 for all others [m].
-   pure real(dp) function distance_of(self, spring) result(r)
+   !> How far behind the tip an interface point between its faces is; below 0 for all others [m].
+   pure real(dp) function distance_of(self, point) result(r)
       class(closed_faces_t), intent(in) :: self
-      type(spring_t), intent(in) :: spring
+      type(interface_point_t), intent(in) :: point
       real(dp), parameter :: beside = 1e-3_dp    ! of a cell, and of a right angle
       r = -1
-      if (spring%kind /= contact) return
-      associate (way => self%tip - spring%place, d => self%direction)
-         if (abs(dot_product(spring%normal, d)) > beside .or. abs(way(1)*d(2) - way(2)*d(1)) > beside*self%cell) return
+      if (point%law /= contact) return
+      associate (way => self%tip - point%place, d => self%direction)
+         if (abs(dot_product(point%normal, d)) > beside .or. abs(way(1)*d(2) - way(2)*d(1)) > beside*self%cell) return
          r = dot_product(way, d)
       end associate
    end function distance_of
 
-   !> Whether the traction at a spring is that of the faces behind, continued.
-   pure logical function has(self, spring)
+   !> Whether the traction at an interface point is that of the faces behind, continued.
+   pure logical function has(self, point)
       class(closed_faces_t), intent(in) :: self
-      type(spring_t), intent(in) :: spring
+      type(interface_point_t), intent(in) :: point
       has = .false.
       if (.not. self%are_closed) return
-      associate (r => self%distance_of(spring))
+      associate (r => self%distance_of(point))
          has = r > 0 .and. r < replaced*self%cell
       end associate
    end function has
 
    !> That traction, the force over the length [N/m].
-   pure function traction_at(self, spring) result(traction)
+   pure function traction_at(self, point) result(traction)
       class(closed_faces_t), intent(in) :: self
-      type(spring_t), intent(in) :: spring
+      type(interface_point_t), intent(in) :: point
       real(dp) :: traction(ndim)
-      traction = self%mean + self%slope*(self%distance_of(spring) - self%middle)
+      traction = self%mean + self%slope*(self%distance_of(point) - self%middle)
    end function traction_at
 end module hampm_closed_faces

@@ -7,7 +7,7 @@ module hampm_domain_integral
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
-   use hampm_face_springs, only: face_springs_t, look_at_faces
+   use hampm_interface_points, only: interfaces_t, look_at_faces
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -140,7 +140,7 @@ contains
             end associate
          end do
          if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
-         call add_faces_on_springs(domain, motion%springs, closed, p%total_frame, q, j, k, by_closed, k_doubt)
+         call add_faces_on_interfaces(domain, motion%interfaces, closed, p%total_frame, q, j, k, by_closed, k_doubt)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass .or. motion%loads(n)%line > 0) cycle
             call add_loaded_faces(domain, grid, p, blocks, motion%loads(n), factors(n), q, c, j, k)
@@ -403,57 +403,57 @@ contains
       k = k + spread(at_tip, 2, size(k, 2))
    end subroutine add_pressed_faces
 
-   !> Add what faces that press on each other by springs contribute to both integrals: the force f by which a spring resists the opening,
+   !> Add what faces that press on each other by interface points contribute to both integrals: the force f by which an interface point resists the opening,
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
    !>
-   !> In the last cells the slope of a is largest, and the layer of springs, which gives way where the tip does not, carries too little
+   !> In the last cells the slope of a is largest, and the layer of interface points, which gives way where the tip does not, carries too little
    !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, and they slide as K_II has it.
-   pure subroutine add_faces_on_springs(domain, springs, closed, total_frame, q, j, k, by_closed, k_doubt)
+   pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_doubt)
       type(tip_domain_t), intent(in) :: domain
-      type(face_springs_t), intent(in) :: springs
+      type(interfaces_t), intent(in) :: interfaces
       type(closed_faces_t), intent(in) :: closed
-      logical, intent(in) :: total_frame         !! whether springs are where their faces were in the reference configuration
+      logical, intent(in) :: total_frame         !! whether interface points are where their faces were in the reference configuration
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
-      real(dp), intent(inout) :: k_doubt(:, :)   !! the part in doubt of what other tractions than the springs' own make of k
+      real(dp), intent(inout) :: k_doubt(:, :)   !! the part in doubt of what other tractions than the interface points' own make of k
       real(dp), parameter :: in_doubt = 0.5_dp
       real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), doubt(ndim)
       logical :: is_there, is_closed
       integer :: n, i, mode
       direction = domain%direction
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
-      do n = 1, springs%n
+      do n = 1, interfaces%n
          at_point = 0
-         do i = 1, count(springs%list(n)%node > 0)    ! the mean of both faces, of which the right one has the other sign
-            associate (spring => springs%list(n))
-               at_point = at_point + sign(0.5_dp, spring%n_left - i + 0.5_dp)*spring%share(i)*q(:, spring%node(i))
+         do i = 1, count(interfaces%list(n)%node > 0)    ! the mean of both faces, of which the right one has the other sign
+            associate (point => interfaces%list(n))
+               at_point = at_point + sign(0.5_dp, point%n_left - i + 0.5_dp)*point%share(i)*q(:, point%node(i))
             end associate
          end do
          if (.not. any(at_point > 0)) cycle
          doubt = 0
-         call look_at_faces(springs, n, direction, force, slope, is_there)
-         is_closed = closed%has(springs%list(n))
+         call look_at_faces(interfaces, n, direction, force, slope, is_there)
+         is_closed = closed%has(interfaces%list(n))
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
             doubt = force
-            force = springs%list(n)%length*closed%traction_at(springs%list(n))
+            force = interfaces%list(n)%length*closed%traction_at(interfaces%list(n))
             doubt = in_doubt*(force - doubt)
          else if (.not. is_there) then
             cycle
          end if
-         normal = domain%from_tip(domain%tip + springs%list(n)%normal, total_frame)
+         normal = domain%from_tip(domain%tip + interfaces%list(n)%normal, total_frame)
          force = sign(1.0_dp, normal(2))*domain%in_axes(force)
          doubt = sign(1.0_dp, normal(2))*domain%in_axes(doubt)
-         x = domain%from_tip(springs%list(n)%place, total_frame)
+         x = domain%from_tip(interfaces%list(n)%place, total_frame)
          do mode = 1, modes
-            of_unit = 2*mean_slope_of_face(domain, mode, -x(1), springs%list(n)%length/2)
+            of_unit = 2*mean_slope_of_face(domain, mode, -x(1), interfaces%list(n)%length/2)
             k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
             if (is_closed) by_closed(mode, :) = by_closed(mode, :) + dot_product(force, of_unit)*at_point
             k_doubt(mode, :) = k_doubt(mode, :) + dot_product(doubt, of_unit)*at_point
          end do
       end do
-   end subroutine add_faces_on_springs
+   end subroutine add_faces_on_interfaces
 
    !> Add what the tractions of a load on the faces contribute to both integrals.
    pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, c, j, k)

@@ -272,8 +272,8 @@ contains
       of_k = of_j
       if (.not. tip%nodes%in_cell) return
       by_bonds = 0
-      associate (softer => 1/m%springs%weakest - 1, size_of_cells => merge(0.5_dp, 1.0_dp, m%grid%is_quadratic()))
-         if (m%springs%n > 0) by_bonds = softer/(softer + as_soft_as_a_cell)
+      associate (softer => 1/m%interfaces%weakest - 1, size_of_cells => merge(0.5_dp, 1.0_dp, m%grid%is_quadratic()))
+         if (m%interfaces%n > 0) by_bonds = softer/(softer + as_soft_as_a_cell)
          of_j = size_of_cells*astray_of_j + by_bonds
          of_k = size_of_cells*astray_of_k + by_bonds
       end associate

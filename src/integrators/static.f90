@@ -86,7 +86,7 @@ contains
       class(static_t), intent(in) :: self
       type(motion_t), intent(inout) :: m
       if (m%audit) m%numerical_loss = m%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
-                                      - m%springs%loss - m%fracture_energy
+                                      - m%interfaces%loss - m%fracture_energy
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.

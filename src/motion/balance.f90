@@ -11,7 +11,7 @@
 !> 587-596 (block principal pivoting, with Murty's method where it cycles).
 module hampm_balance
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: settle_slip
+   use hampm_interface_points, only: settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_instant, only: instant_t, remember, go_back_to
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
@@ -139,7 +139,7 @@ contains
    !> Whether faces or supports may open and close.
    pure logical function is_in_touch(m)
       type(motion_t), intent(in) :: m
-      is_in_touch = m%contact%n > 0 .or. m%springs%n_contact > 0 .or. m%constraints%only_push()
+      is_in_touch = m%contact%n > 0 .or. m%interfaces%n_contact > 0 .or. m%constraints%only_push()
    end function is_in_touch
 
    !> Whether internal forces are linear in the displacement, so that one solution is a step.
@@ -172,7 +172,7 @@ contains
          if (failure%failed()) return
          call change_touch(self, m, in_vain > most_in_vain, pins, wrong)
          if (wrong == 0) then
-            call settle_slip(m%springs)
+            call settle_slip(m%interfaces)
             return
          end if
          in_vain = merge(0, in_vain + 1, wrong < fewest)
@@ -243,7 +243,7 @@ contains
    subroutine begin_at(m, start)
       type(motion_t), intent(in) :: m
       type(start_t), intent(inout) :: start
-      start%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
+      start%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call remember(m, start%instant)
    end subroutine begin_at
 

@@ -11,7 +11,7 @@ module hampm_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
-   use hampm_face_springs, only: along, relax_springs, have_friction
+   use hampm_interface_points, only: along, relax_interfaces, have_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: out_of_balance, displace, work_of
@@ -124,7 +124,7 @@ contains
       type(drive_t) :: drive
       real(dp) :: work, at_once
       logical :: remembers                       ! whether the state depends on the way to it
-      remembers = any(m%materials%has_history()) .or. have_friction(m%springs) .and. m%steps > 0
+      remembers = any(m%materials%has_history()) .or. have_friction(m%interfaces) .and. m%steps > 0
       if (remembers .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain))) then
          call carry_over(m)
          call find_drive(m, m%time, drive)
@@ -148,7 +148,7 @@ contains
       m%particles%displacement = 0
       m%particles%gradient = 0
       if (allocated(m%particles%widening)) m%particles%widening = 0
-      call relax_springs(m%springs)
+      call relax_interfaces(m%interfaces)
       m%external_work = 0
       call press_on_supports(m%constraints)
       call displace(m, 0*m%nodal_displacement)
@@ -251,7 +251,7 @@ contains
    pure logical function tells_work(m)
       type(motion_t), intent(in) :: m
       tells_work = is_in_touch(m) .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain)
-      if (m%springs%n_contact > 0) tells_work = tells_work .and. .not. any(m%springs%list(:m%springs%n)%friction > 0)
+      if (m%interfaces%n_contact > 0) tells_work = tells_work .and. .not. any(m%interfaces%list(:m%interfaces%n)%friction > 0)
    end function tells_work
 
    !> Fail where the equilibrium that was found is not stable, or not on a path of states at rest from the start.
@@ -263,7 +263,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: work, stored
       work = m%external_work - start%instant%external_work
-      stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss - start%stored
+      stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - start%stored
       if (.not. self%newton%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')
       else if (.not. relaxes .and. abs(work - stored) > off_path*max(abs(work), abs(stored))) then
@@ -282,16 +282,16 @@ contains
          m%particles%displacement = 0
          m%particles%gradient = 0
          if (allocated(m%particles%widening)) m%particles%widening = 0
-         do k = 1, m%springs%n                   ! what friction holds stays
-            associate (spring => m%springs%list(k))
-               spring%slip = spring%slip - dot_product(along(spring), spring%opening)
-               spring%opening = 0
+         do k = 1, m%interfaces%n                   ! what friction holds stays
+            associate (point => m%interfaces%list(k))
+               point%slip = point%slip - dot_product(along(point), point%opening)
+               point%opening = 0
             end associate
          end do
          call displace(m, u)
-         do k = 1, m%springs%n
-            associate (spring => m%springs%list(k))
-               spring%slip = spring%slip + dot_product(along(spring), spring%opening)
+         do k = 1, m%interfaces%n
+            associate (point => m%interfaces%list(k))
+               point%slip = point%slip + dot_product(along(point), point%opening)
             end associate
          end do
          if (m%constraints%only_push()) call lift_by(m, u)

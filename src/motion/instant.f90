@@ -3,17 +3,17 @@ module hampm_instant
    use hampm_kinds, only: dp, long
    use hampm_constraints, only: constraints_t
    use hampm_driven_nodes, only: driven_work_t
-   use hampm_face_springs, only: face_springs_t
+   use hampm_interface_points, only: interfaces_t
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    implicit none
    private
    public :: instant_t, remember, go_back_to
 
-   !> State of particles, springs, constraints, faces and nodes, and what has been booked.
+   !> State of particles, interface points, constraints, faces and nodes, and what has been booked.
    type :: instant_t
       type(particles_t) :: particles
-      type(face_springs_t) :: springs
+      type(interfaces_t) :: interfaces
       type(constraints_t) :: constraints
       real(dp), allocatable :: gap(:)            !! of pairs of nodes on faces [m]
       logical, allocatable :: touches(:)
@@ -30,7 +30,7 @@ contains
       type(motion_t), intent(in) :: m
       type(instant_t), intent(inout) :: instant
       instant%particles = m%particles
-      instant%springs = m%springs
+      instant%interfaces = m%interfaces
       instant%constraints = m%constraints
       if (m%contact%n > 0) instant%gap = m%contact%gap
       if (m%contact%n > 0) instant%touches = m%contact%touches
@@ -52,7 +52,7 @@ contains
       type(instant_t), intent(in) :: instant
       type(motion_t), intent(inout) :: m
       m%particles = instant%particles
-      m%springs = instant%springs
+      m%interfaces = instant%interfaces
       m%constraints = instant%constraints
       if (m%contact%n > 0) m%contact%gap = instant%gap
       if (m%contact%n > 0) m%contact%touches = instant%touches

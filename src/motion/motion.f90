@@ -23,7 +23,7 @@ module hampm_motion
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
-   use hampm_face_springs, only: face_springs_t, spring_energy, energy_of_rates, mass_ties_of, add_spring_momentum
+   use hampm_interface_points, only: interfaces_t, interface_energy, energy_of_rates, mass_ties_of, add_interface_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
@@ -38,7 +38,7 @@ module hampm_motion
    use hampm_quadratic_points, only: weigh_points
    use hampm_small_pieces, only: enough_alone
    use hampm_sorting, only: sorting_t, sort_into_cells
-   use hampm_spring_placement, only: rebuild_springs
+   use hampm_interface_placement, only: rebuild_interfaces
    use hampm_text, only: to_text
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
@@ -62,7 +62,7 @@ module hampm_motion
       type(contact_t) :: contact                 !! of the faces of cuts
       type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
-      type(face_springs_t) :: springs            !! between the sides of cracks that cut cells
+      type(interfaces_t) :: interfaces            !! between the sides of cracks that cut cells
       real(dp), allocatable :: nodal_displacement(:, :) !! that the nodes keep between equilibria and implicit steps, since the start; at rest
                                                  !! from material without loads [m], (ndim, n_points)
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
@@ -128,8 +128,8 @@ contains
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
-      call rebuild_springs(m%springs, m%matter_t)
-      if (m%springs%alone > 0) call report_thin_piece(m, failure)
+      call rebuild_interfaces(m%interfaces, m%matter_t)
+      if (m%interfaces%alone > 0) call report_thin_piece(m, failure)
       if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
@@ -149,17 +149,17 @@ contains
    subroutine report_thin_piece(m, failure)
       type(motion_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
-      associate (x => m%grid%element_lower(:, m%springs%alone) + m%grid%leaf_size(m%springs%alone)/2)
+      associate (x => m%grid%element_lower(:, m%interfaces%alone) + m%grid%leaf_size(m%interfaces%alone)/2)
          call failure%report(exit_computation, 'the material around ('//to_text(x(1))//', '//to_text(x(2))//') m is less than '// &
                              to_text(enough_alone)//' of a quadratic cell wide, too little to move. Use smaller cells, &grid '// &
                              'order = 1, or time = ''static''')
       end associate
    end subroutine report_thin_piece
 
-   !> Give the mass matrix the masses of springs, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
+   !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
    subroutine give_ties(m)
       type(motion_t), intent(inout) :: m
-      m%fields%mass_matrix%ties = mass_ties_of(m%springs)
+      m%fields%mass_matrix%ties = mass_ties_of(m%interfaces)
       if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
          allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
    end subroutine give_ties
@@ -170,7 +170,7 @@ contains
       type(motion_t), intent(in) :: m
       real(dp), allocatable :: mass(:), momentum(:, :)
       if (.not. allocated(m%nodal_velocity)) then
-         energy = energy_of_particles(m%particles) + energy_of_rates(m%springs)
+         energy = energy_of_particles(m%particles) + energy_of_rates(m%interfaces)
          return
       end if
       allocate (momentum, mold=m%nodal_velocity)
@@ -182,7 +182,7 @@ contains
    !> Energy that the material stores, with that of bonds [J].
    real(dp) function stored_energy(m)
       type(motion_t), intent(in) :: m
-      stored_energy = strain_energy(m%particles, m%materials) + spring_energy(m%springs)
+      stored_energy = strain_energy(m%particles, m%materials) + interface_energy(m%interfaces)
    end function stored_energy
 
    !> Energy that plastic flow and viscosity have taken [J].
@@ -259,7 +259,7 @@ contains
       else
          call assemble(m%grid, m%blocks, m%fields, mass, momentum, force)
       end if
-      if (momentum .and. m%springs%n > 0) call add_spring_momentum(m%springs, m%fields%momentum)
+      if (momentum .and. m%interfaces%n > 0) call add_interface_momentum(m%interfaces, m%fields%momentum)
    end subroutine assemble_sums
 
    !> Find the cells that are passed without their particles, and their operators, from particles and contributions that fit each
@@ -347,7 +347,7 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp) :: fill(m%grid%n_elements)
       integer :: i
-      if (.not. (allocated(m%grid%bodies) .and. m%springs%are_bounded) .or. m%grid%is_quadratic()) return
+      if (.not. (allocated(m%grid%bodies) .and. m%interfaces%are_bounded) .or. m%grid%is_quadratic()) return
       fill = 0
       associate (p => m%particles, grid => m%grid)
          do i = 1, p%n

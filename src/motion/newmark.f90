@@ -44,7 +44,7 @@ module hampm_newmark
    use hampm_outer_forces, only: drive_t, find_drive
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_face_springs, only: stretch_springs, open_springs, kick_springs, spring_energy
+   use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy
    use hampm_stiffness, only: local_of
    use hampm_supports, only: lift_by
    use hampm_whereabouts, only: when
@@ -128,9 +128,10 @@ contains
          call give(m, first%v, m%nodal_velocity)
          call give(m, first%a, m%nodal_acceleration)
          call follow_nodes(m, m%nodal_velocity)
-         opened = spring_energy(m%springs)
-         call open_springs(m%springs, m%nodal_displacement)
-         if (m%audit) m%numerical_loss = m%numerical_loss + opened - spring_energy(m%springs) + self%kinetic - kinetic_energy(m)
+         opened = interface_energy(m%interfaces)
+         call open_interfaces(m%interfaces, m%nodal_displacement)
+         if (m%audit) m%numerical_loss = m%numerical_loss + opened - interface_energy(m%interfaces) + self%kinetic &
+                                         - kinetic_energy(m)
          self%is_carried = .true.
       else
          associate (mass => self%outer%mass, matrix => m%fields%mass_matrix)
@@ -257,7 +258,7 @@ contains
       self%v_du = gamma/(beta*dt)
       call internal_force(m, self%r)
       if (.not. self%past%is_now) call forces_at_start(self, m, self%past%r)
-      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%springs%loss
+      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call find_drive(m, time, drive)
       call find_driven(m, self%now%way, time, dt, self%driven)
       associate (v => m%nodal_velocity, a => m%nodal_acceleration, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
@@ -381,9 +382,9 @@ contains
       else
          call pass_over_all(follow, dt, m%matter_t, m%fields, report)
       end if
-      call kick_springs(m%springs, m%fields%acceleration, dt, unused)
+      call kick_interfaces(m%interfaces, m%fields%acceleration, dt, unused)
       if (have_moved) return
-      call stretch_springs(m%springs, du, 1.0_dp)
+      call stretch_interfaces(m%interfaces, du, 1.0_dp)
       m%operators%is_behind = m%operators%is_active
    end subroutine move_particles
 
@@ -414,8 +415,8 @@ contains
             call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
             m%damping_loss = m%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
-         taken = work_of_release(m%springs, du, du, 1.0_dp)
-         if (self%past%is_now) taken = (taken + work_of_release(m%springs, du, du, 1.0_dp, self%past%instant%springs))/2
+         taken = work_of_release(m%interfaces, du, du, 1.0_dp)
+         if (self%past%is_now) taken = (taken + work_of_release(m%interfaces, du, du, 1.0_dp, self%past%instant%interfaces))/2
          m%fracture_energy = m%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
          allocate (gain, mold=du)
@@ -427,7 +428,7 @@ contains
          work = merge(gain(:, :n), merge((drive%way - self%now%way)*work, 0.0_dp, fixed .or. self%fixed), fixed .and. self%fixed)
          m%external_work = m%external_work + sum(work)
          if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) - taken &
-                                         - (stored_energy(m) + dissipated_energy(m) + m%springs%loss - self%stored)
+                                         - (stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - self%stored)
       end associate
    end subroutine book
 

@@ -15,7 +15,7 @@ module hampm_newton
    use hampm_cell_blocks, only: of_force
    use hampm_contact, only: pressed_pairs
    use hampm_energy, only: determinant_of, most_crushed_particle
-   use hampm_face_springs, only: stretch_springs, add_spring_resistance, spring_states, have_friction, hold_friction
+   use hampm_interface_points, only: stretch_interfaces, add_interface_resistance, interface_states, have_friction, hold_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t
    use hampm_outer_forces, only: outer_forces_t
@@ -31,7 +31,7 @@ module hampm_newton
    public :: newton_t, out_of_balance, largest_force, displace, work_of
 
    integer, parameter :: most_iterations = 25
-   integer, parameter :: most_with_contact = 200 !! with springs between faces that close, open and slide
+   integer, parameter :: most_with_contact = 200 !! with interface points between faces that close, open and slide
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
@@ -53,8 +53,8 @@ module hampm_newton
       integer, private :: layout = 0             !! of the blocks for which it was
       logical, allocatable, private :: tied(:)   !! the pairs that touched
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
-      integer, allocatable, private :: states(:) !! and what springs did
-      real(dp), private :: caution = 0           !! see `face_springs_t`
+      integer, allocatable, private :: states(:) !! and what interface points did
+      real(dp), private :: caution = 0           !! see `interfaces_t`
       real(dp), private :: mass_factor = 0       !! of the matrix [1/s2]
    contains
       procedure :: balance
@@ -82,15 +82,15 @@ contains
       real(dp) :: largest, scale, at_first, when_held
       real(dp) :: last(size(pins))               ! forces on pins before they were turned last [N]
       integer :: iteration, most
-      most = merge(most_with_contact, most_iterations, m%springs%n_contact > 0)
-      rubs = have_friction(m%springs)
+      most = merge(most_with_contact, most_iterations, m%interfaces%n_contact > 0)
+      rubs = have_friction(m%interfaces)
       at_first = 0
       self%residuals = [real(dp) ::]
       when_held = huge(when_held)
       done = .false.
       last = huge(last)
       do iteration = 1, most
-         if (rubs .and. iteration == 1) call hold_friction(m%springs)
+         if (rubs .and. iteration == 1) call hold_friction(m%interfaces)
          call internal_force(m, r)
          call less_offset(m, outer, way, moved, r, offset, has_offset)
          call factorise_now(self, m, outer, pins, failure)
@@ -98,7 +98,7 @@ contains
          largest = maxval(abs(self%k%on_unknowns(r)))
          scale = largest_force(m, r)
          if (rubs .and. iteration > 1 .and. largest <= max(settled*when_held, balanced*scale)) then
-            call hold_friction(m%springs)
+            call hold_friction(m%interfaces)
             call internal_force(m, r)
             call less_offset(m, outer, way, moved, r, offset, has_offset)
             call factorise_now(self, m, outer, pins, failure)
@@ -125,7 +125,7 @@ contains
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
          if (all(m%materials%linear)) then
             call displace(m, du)
-            if (m%springs%n_contact > 0 .and. .not. has_offset) call go_back_to_least(m, outer, moved, work_of(m, r, du), du)
+            if (m%interfaces%n_contact > 0 .and. .not. has_offset) call go_back_to_least(m, outer, moved, work_of(m, r, du), du)
          else
             call displace_with_care(self, m, outer, moved, work_of(m, r, du - offset), has_offset, du, failure)
          end if
@@ -134,8 +134,8 @@ contains
          call follow_gaps(m, du)
          if (m%constraints%only_push()) m%constraints%lift = m%constraints%lift + du(:, :m%grid%n_nodes)
       end do
-      if (m%springs%n > 0) m%springs%list%most_held = -1  ! what friction holds follows the pressure again
-      m%springs%caution = 0
+      if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! what friction holds follows the pressure again
+      m%interfaces%caution = 0
       if (failure%failed()) return
       call check_pins(m, pins, r, sqrt(balanced)*scale, failure)
       if (done) then
@@ -195,7 +195,7 @@ contains
             call turn_with(m, pins(k), turn)
             if (abs(work_of(m, outer%applied, turn)) > abs(force)/2) cycle
             call forces_of(m, turn, resisting)
-            call add_spring_resistance(m%springs, turn, resisting)
+            call add_interface_resistance(m%interfaces, turn, resisting)
             call self%k%solve(m, -resisting, follow, failure)
             if (failure%failed()) return
             turn = turn + follow
@@ -236,10 +236,10 @@ contains
       type(motion_t), intent(in) :: m
       character(:), allocatable :: text
       text = ''
-      if (have_friction(m%springs)) then
+      if (have_friction(m%interfaces)) then
          text = '. Likely cause: what friction holds between faces of a crack and the pressure on them drive each other up '// &
                 'there; use a lower &crack friction, or finer cells'
-      else if (m%springs%n_contact > 0) then
+      else if (m%interfaces%n_contact > 0) then
          return
       else if (m%grid%cut_cells%are_there()) then
          text = '. Likely cause: a crack cuts off a piece of a cell with one or two particles there, which can move without '// &
@@ -263,12 +263,12 @@ contains
              .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
       if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
-      if (fits) fits = all(self%states == spring_states(m%springs)) .and. .not. abs(self%caution - m%springs%caution) > 0
+      if (fits) fits = all(self%states == interface_states(m%interfaces)) .and. .not. abs(self%caution - m%interfaces%caution) > 0
       if (fits) return
       self%tied = pressed_pairs(m%contact)
       self%fixed = m%constraints%fixed
-      self%states = spring_states(m%springs)
-      self%caution = m%springs%caution
+      self%states = interface_states(m%interfaces)
+      self%caution = m%interfaces%caution
       self%layout = m%fields%layout
       self%mass_factor = outer%mass_factor
       call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins, outer%mass_factor), self%tied, self%k, &
@@ -314,7 +314,7 @@ contains
       r = r + outer%at(m, moved + offset)
       if (.not. has_offset) return
       call forces_of(m, offset, resisting)
-      call add_spring_resistance(m%springs, offset, resisting)
+      call add_interface_resistance(m%interfaces, offset, resisting)
       r = r - resisting
    end subroutine less_offset
 
@@ -331,7 +331,7 @@ contains
       real(dp), intent(in) :: r(:, :)            !! what is out of balance [N]
       real(dp) :: thickness
       integer :: k
-      thickness = m%springs%thickness%at(maxval(m%grid%node_position, dim=2))
+      thickness = m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
       largest_force = max(maxval(abs(r)), tiny(1.0_dp))
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
@@ -373,7 +373,7 @@ contains
       m%fields%velocity(:, :, v_next) = du
       call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, keeps_history=.false., move=.true., map_force=.true.), &
                          1.0_dp, m%matter_t, m%fields, report)
-      call stretch_springs(m%springs, du, 1.0_dp)
+      call stretch_interfaces(m%interfaces, du, 1.0_dp)
       m%fields%velocity(:, :, v_next) = 0
    end subroutine displace
 
@@ -453,10 +453,10 @@ contains
       end do
       du = part*du
       if (part < hardly) then                    ! something would move far that nothing but the faces holds
-         m%springs%caution = min(max(10*m%springs%caution, least_caution), 1.0_dp)
-      else if (m%springs%caution > 0) then
-         m%springs%caution = m%springs%caution/10
-         if (m%springs%caution < least_caution) m%springs%caution = 0
+         m%interfaces%caution = min(max(10*m%interfaces%caution, least_caution), 1.0_dp)
+      else if (m%interfaces%caution > 0) then
+         m%interfaces%caution = m%interfaces%caution/10
+         if (m%interfaces%caution < least_caution) m%interfaces%caution = 0
       end if
    end subroutine go_back_to_least
 

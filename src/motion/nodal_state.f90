@@ -9,7 +9,7 @@ module hampm_nodal_state
    use hampm_nodal_fields, only: v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
-   use hampm_face_springs, only: add_spring_forces
+   use hampm_interface_points, only: add_interface_forces
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -119,7 +119,7 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 
-   !> Internal forces of the particles, and of springs between faces, as they are now; schemes that strain first have mapped those of
+   !> Internal forces of the particles, and of interface points between faces, as they are now; schemes that strain first have mapped those of
    !> the last step.
    subroutine gather_stress(m)
       type(motion_t), intent(inout) :: m
@@ -127,7 +127,7 @@ contains
       type(failure_t) :: none                    ! nothing moves here
       if (.not. m%scheme%map_at_start%map_force) call do_pass(m, pass_t(map_force=.true.), 0.0_dp, report, none)
       call assemble_sums(m, mass=.false., momentum=.false., force=.true.)
-      call add_spring_forces(m%springs, m%fields%force)
+      call add_interface_forces(m%interfaces, m%fields%force)
    end subroutine gather_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.

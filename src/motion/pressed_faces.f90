@@ -62,7 +62,7 @@ contains
       integer :: i, n
       chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
       n = size(chosen)
-      of_edge = [(edges%length(i)*m%springs%thickness%at(m%particles%reference(edges%host(i), :) + edges%offset(:, i)), &
+      of_edge = [(edges%length(i)*m%interfaces%thickness%at(m%particles%reference(edges%host(i), :) + edges%offset(:, i)), &
                   i=1, edges%n)]
       of_edge = of_edge(chosen)
       area = sum(of_edge)

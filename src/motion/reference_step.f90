@@ -13,12 +13,12 @@
 !>   6. G2P     displacements of the particles by v^(n+1).
 !>
 !> A particle acts on the nodes of its support, the four of a bilinear or the nine of a quadratic cell, by their shape functions N_i.
-!> Here masses are lumped, and the faces of cracks do not touch: at most springs hold them, ahead of a tip. A hanging node has no
+!> Here masses are lumped, and the faces of cracks do not touch: at most interface points hold them, ahead of a tip. A hanging node has no
 !> equation of motion: what is summed there goes to its masters, and its values are means of theirs.
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
-   use hampm_face_springs, only: add_spring_forces, stretch_springs
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_remembering, only: remember, hoop_resistance
    use hampm_motion, only: motion_t
@@ -55,10 +55,10 @@ contains
       if (m%scheme%name == 'musl' .or. m%scheme%name == 'usavg') then
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
-         call stretch_springs(m%springs, v_mapped, dt)
+         call stretch_interfaces(m%interfaces, v_mapped, dt)
          call book_work(m%loads, m%time, dt, v_mapped, work)
       else
-         call stretch_springs(m%springs, v_next, dt)
+         call stretch_interfaces(m%interfaces, v_next, dt)
          call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, v, work)
       end if
       do i = 1, m%particles%n
@@ -139,7 +139,7 @@ contains
       real(dp), intent(out) :: a(:, :)           !! (ndim, n_points)
       a = force
       call condense(m, ndim, a)
-      call add_spring_forces(m%springs, a)
+      call add_interface_forces(m%interfaces, a)
       call divide_by_mass(m, mass, a)
       a = a - m%damping_rate*v
    end subroutine find_acceleration

@@ -90,12 +90,12 @@ contains
             x = x/sqrt(sum(mass*x**2))
             call k%solve(m, mass*x, y)
             call take_out_translation(m, mass, y)
-            square = sum(mass*x*y)/sum(mass*y**2) - k%spring
+            square = sum(mass*x*y)/sum(mass*y**2) - k%point
             x = y
             if (abs(square - last) <= settled*square) exit
             last = square
          end do
-         if (square > 100*k%spring) frequency = sqrt(square)
+         if (square > 100*k%point) frequency = sqrt(square)
       end if
       call k%release()
    end subroutine find_lowest_frequency

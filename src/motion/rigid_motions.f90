@@ -266,9 +266,9 @@ contains
       do k = 1, m%contact%n
          call sets%join(m%contact%node(1, k), m%contact%node(2, k))
       end do
-      do k = 1, m%springs%n
-         do j = 2, count(m%springs%list(k)%node > 0)
-            call sets%join(m%springs%list(k)%node(1), m%springs%list(k)%node(j))
+      do k = 1, m%interfaces%n
+         do j = 2, count(m%interfaces%list(k)%node > 0)
+            call sets%join(m%interfaces%list(k)%node(1), m%interfaces%list(k)%node(j))
          end do
       end do
       piece = [(sets%least_of(k), k=1, m%grid%n_nodes)]

@@ -21,7 +21,7 @@ module hampm_step
    use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, step_in_tiles
-   use hampm_face_springs, only: add_spring_forces, stretch_springs, settle_slip, spring_energy, kick_springs
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, settle_slip, interface_energy, kick_interfaces
    use hampm_whereabouts, only: when, origin
    implicit none
    private
@@ -50,7 +50,7 @@ contains
       new_masses = .not. (m%weighed .and. m%particles%total_frame)
       m%weighed = .true.
       if (m%body_contact%wanted) call look_around(m)
-      if (size(m%loads) + m%springs%n > 0) call find_external_force(m)
+      if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
       if (is_local(m)) then
          call step_through_tiles(m, dt, new_masses, report)
       else
@@ -59,7 +59,7 @@ contains
       m%operators%is_behind = m%operators%is_active
       if (report%jumped) call report_jump(m, failure)
       if (size(m%loads) > 0) call book_loads(m, dt)
-      if (m%springs%n > 0) call follow_springs(m, dt)
+      if (m%interfaces%n > 0) call follow_interfaces(m, dt)
       if (.not. failure%failed()) call end_step(m, dt, 1, report%left_cell, failure)
    end subroutine take_step
 
@@ -70,7 +70,7 @@ contains
       call find_gaps(m%body_contact, m%grid, m%particles, m%blocks, m%corners)
    end subroutine look_around
 
-   !> Nodal forces of the loads, and of springs between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
+   !> Nodal forces of the loads, and of interface points between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
    !> path the step takes and whenever it strains the particles, these are the forces that act in it.
    subroutine find_external_force(m)
       type(motion_t), intent(inout) :: m
@@ -78,7 +78,7 @@ contains
       call place_loads(m%loads, m%grid, m%particles)
       call add_loads(m%loads, m%time, m%fields%external)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
-      call add_spring_forces(m%springs, m%fields%external)
+      call add_interface_forces(m%interfaces, m%fields%external)
    end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
@@ -126,7 +126,7 @@ contains
             call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
             if (m%body_contact%wanted .and. pass%map_mass) call look_around(m)
             if (pass%map_momentum) call solve_velocity(m, merge(v_n, v_mapped, pass%map_force), v_next, failure)
-            if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%springs%n > 0) call find_external_force(m)
+            if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
             if (pass%map_force) call solve_acceleration(m, dt, failure)
          end associate
       end do
@@ -149,7 +149,7 @@ contains
          call do_pass(m, audited, dt, report, failure)
       end if
       kick_energy = 0
-      if (pass%kick .and. m%springs%n > 0) call kick_springs(m%springs, m%fields%acceleration, dt, kick_energy)
+      if (pass%kick .and. m%interfaces%n > 0) call kick_interfaces(m%interfaces, m%fields%acceleration, dt, kick_energy)
       if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - kick_energy - report%stress_work
    end subroutine pass_and_book
 
@@ -185,7 +185,7 @@ contains
       real(dp), allocatable :: driven(:, :), force(:, :)
       real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
-      if (size(m%loads) + m%springs%n > 0) m%fields%force = m%fields%force + m%fields%external
+      if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
       if (m%constraints%move()) then
          driven = driven_acceleration(m%constraints, m%grid, m%time, dt, m%fields)
          force = m%fields%force
@@ -225,21 +225,21 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + work
    end subroutine book_loads
 
-   !> Let springs follow the velocities that strain the particles; what they store, friction takes and bonds take that let go is no
+   !> Let interface points follow the velocities that strain the particles; what they store, friction takes and bonds take that let go is no
    !> loss of the method.
-   subroutine follow_springs(m, dt)
+   subroutine follow_interfaces(m, dt)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: before, taken
-      before = spring_energy(m%springs) + m%springs%loss
+      before = interface_energy(m%interfaces) + m%interfaces%loss
       associate (velocity => m%fields%velocity, after => merge(v_mapped, v_next, m%scheme%remaps))
-         taken = work_of_release(m%springs, velocity(:, :, v_n), velocity(:, :, after), dt)
-         call stretch_springs(m%springs, velocity(:, :, after), dt)
+         taken = work_of_release(m%interfaces, velocity(:, :, v_n), velocity(:, :, after), dt)
+         call stretch_interfaces(m%interfaces, velocity(:, :, after), dt)
       end associate
-      call settle_slip(m%springs)
+      call settle_slip(m%interfaces)
       m%fracture_energy = m%fracture_energy + taken
-      if (m%audit) m%numerical_loss = m%numerical_loss - (spring_energy(m%springs) + m%springs%loss - before + taken)
-   end subroutine follow_springs
+      if (m%audit) m%numerical_loss = m%numerical_loss - (interface_energy(m%interfaces) + m%interfaces%loss - before + taken)
+   end subroutine follow_interfaces
 
    !> Count a step, and sort the particles if any has left its cell. Particles may have moved for several `dt` at once.
    subroutine end_step(m, dt, steps, left_cell, failure)

@@ -1,7 +1,7 @@
 !> The stiffness of a motion's material at small strain, by its particles as they stand in the grid, and solutions of K u = f with it:
 !> the place at which the motion comes to rest, if it does, and what changes there by other forces.
 !>
-!> Where nothing holds a body, a part of K is singular. So K may be that of bodies on very soft springs, everywhere in proportion
+!> Where nothing holds a body, a part of K is singular. So K may be that of bodies on very soft interface points, everywhere in proportion
 !> to the mass: forces that balance each other do not feel them, others accelerate the body as a whole.
 !>
 !> Of axisymmetric material N_a/R is a third derivative of a shape function, by which displacements in direction 1 give H_33: displacement gradients and
@@ -16,7 +16,7 @@ module hampm_stiffness
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
-   use hampm_face_springs, only: spring_stiffness
+   use hampm_interface_points, only: interface_stiffness
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_product, only: has_matrix, find_concentrated_mass
@@ -32,7 +32,7 @@ module hampm_stiffness
    public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads, stiff_points, gradient_at, &
              derivatives_at, n_derivatives, local_of
 
-   !> Squared frequency of the springs over that of a wave that crosses the bodies: far below that of the first bending of an arm
+   !> Squared frequency of the interface points over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
    real(dp), parameter :: softness = 1.0e-8_dp
    real(dp), parameter :: hardly = 1e-10_dp      !! over the stiffness of a piece of a cell, that which keeps it from being singular
@@ -41,7 +41,7 @@ module hampm_stiffness
    type :: stiffness_kind_t
       logical :: is_tangent = .false.            !! that of the present state, with every particle as one point; else that of small
                                                  !! strain, where a particle alone in its cell is four points
-      logical :: on_springs = .true.             !! see above
+      logical :: on_interfaces = .true.             !! see above
       character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       type(pin_t), allocatable :: pins(:)        !! what is held beside what the constraints hold
       real(dp) :: mass_factor = 0                !! c of K + c M, M being the mass matrix of the run [1/s2]
@@ -52,7 +52,7 @@ module hampm_stiffness
       type(stiffness_kind_t), private :: kind
       integer, allocatable, private :: nodes(:)  !! those of occupied cells
       type(numbering_t), private :: unknowns
-      real(dp) :: spring = 0                     !! squared frequency of the springs [1/s2]
+      real(dp) :: point = 0                     !! squared frequency of the interface points [1/s2]
       type(factorisation_t), private :: factorised
       type(sparse_t), private :: matrix          !! of which the pattern alone is kept where it is factorised
    contains
@@ -64,7 +64,7 @@ module hampm_stiffness
 
 contains
 
-   !> Assemble and factorise the stiffness of small strain on springs, of at most so many unknowns. Of the pairs of the contact those
+   !> Assemble and factorise the stiffness of small strain on interface points, of at most so many unknowns. Of the pairs of the contact those
    !> that are `tied` move alike in the direction normal to their faces. `done` is false where there are more unknowns or memory does
    !> not suffice.
    subroutine new_stiffness(m, most_unknowns, tied, stiffness, done)
@@ -104,7 +104,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
-         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_springs(m))
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_interfaces(m))
          call fill(m, cells, stiffness, matrix)
       end associate
       if (stiffness%kind%solver /= 'cg') then
@@ -152,9 +152,9 @@ contains
       real(dp) :: by_corner(ndim*m%grid%n_functions, ndim*m%grid%n_functions), &
                   by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
       integer :: masters(most_nodes_of_leaf), n, k, d
-      stiffness%spring = 0
-      if (stiffness%kind%on_springs) &
-         stiffness%spring = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
+      stiffness%point = 0
+      if (stiffness%kind%on_interfaces) &
+         stiffness%point = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
       do k = 1, size(cells)
          call element_stiffness(m, cells(k), stiffness, by_corner)
          if (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(k))) then
@@ -175,7 +175,7 @@ contains
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
-      call add_springs(m, stiffness%kind%mass_factor, stiffness%unknowns, matrix)
+      call add_interfaces(m, stiffness%kind%mass_factor, stiffness%unknowns, matrix)
    end subroutine fill
 
    !> Whether nodes of an element may move without straining a particle: of a piece of a leaf, as a crack or the edge of a body cuts it, and
@@ -190,26 +190,26 @@ contains
       end associate
    end function may_be_loose
 
-   !> The nodes that each spring between faces couples, 0 behind the last.
-   pure function nodes_of_springs(m) result(nodes)
+   !> The nodes that each interface point between faces couples, 0 behind the last.
+   pure function nodes_of_interfaces(m) result(nodes)
       type(motion_t), intent(in) :: m
-      integer :: nodes(2*most_nodes_of_leaf, m%springs%n), k
-      do k = 1, m%springs%n
-         nodes(:, k) = m%springs%list(k)%node
+      integer :: nodes(2*most_nodes_of_leaf, m%interfaces%n), k
+      do k = 1, m%interfaces%n
+         nodes(:, k) = m%interfaces%list(k)%node
       end do
-   end function nodes_of_springs
+   end function nodes_of_interfaces
 
-   !> Add the stiffness of springs between faces: c_i c_j times that of the opening, and so many times their masses.
-   subroutine add_springs(m, mass_factor, unknowns, matrix)
+   !> Add the stiffness of interface points between faces: c_i c_j times that of the opening, and so many times their masses.
+   subroutine add_interfaces(m, mass_factor, unknowns, matrix)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: mass_factor        !! [1/s2]
       type(numbering_t), intent(in) :: unknowns
       type(sparse_t), intent(inout) :: matrix
       real(dp) :: tangent(ndim, ndim)
       integer :: k, i, j, d, c
-      do k = 1, m%springs%n
-         tangent = spring_stiffness(m%springs%list(k), m%springs%caution) + mass_factor*m%springs%list(k)%mass*identity
-         associate (node => m%springs%list(k)%node, share => m%springs%list(k)%share)
+      do k = 1, m%interfaces%n
+         tangent = interface_stiffness(m%interfaces%list(k), m%interfaces%caution) + mass_factor*m%interfaces%list(k)%mass*identity
+         associate (node => m%interfaces%list(k)%node, share => m%interfaces%list(k)%share)
             do j = 1, count(node > 0)
                do i = 1, count(node > 0)
                   do d = 1, ndim
@@ -222,7 +222,7 @@ contains
             end do
          end associate
       end do
-   end subroutine add_springs
+   end subroutine add_interfaces
 
    !> Add what of the mass matrix is on its diagonal beside the matrices of the cells.
    subroutine add_concentrated_mass(m, stiffness, matrix)
@@ -256,7 +256,7 @@ contains
    pure subroutine element_stiffness(m, e, stiffness, matrix)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: e
-      type(stiffness_t), intent(in) :: stiffness !! its kind and its springs
+      type(stiffness_t), intent(in) :: stiffness !! its kind and its interface points
       real(dp), intent(out) :: matrix(:, :)
       real(dp), allocatable :: gradient(:, :, :)
       real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions), h(ndim, ndim), hoop, &
@@ -284,7 +284,7 @@ contains
                call sum_products(p%volume(i)/size(gradient, 3), gradient(:, :, k), products)
             end do
             do k = 1, size(matrix, 1)
-               matrix(k, k) = matrix(k, k) + stiffness%spring*p%mass(i)/m%grid%n_functions
+               matrix(k, k) = matrix(k, k) + stiffness%point*p%mass(i)/m%grid%n_functions
             end do
             associate (material => m%materials(p%material(i)))
                is_last = i == b%last_in(e) .or. is_tangent .and. .not. material%linear
@@ -604,7 +604,7 @@ contains
       is_stable = self%unknowns%n == 0 .or. self%kind%solver == 'cg' .or. self%factorised%is_definite
    end function is_stable
 
-   !> Forces by which the nodes resist a small displacement from the present state, K u, without springs, condensed [N].
+   !> Forces by which the nodes resist a small displacement from the present state, K u, without interface points, condensed [N].
    subroutine forces_of(m, u, force)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)

@@ -13,7 +13,7 @@ module hampm_largest_step
    use hampm_quadratic_points, only: fewest_points
    use hampm_scene, only: scene_t, body_t, cuts_cells
    use hampm_scene_materials, only: materials_of, material_of
-   use hampm_spring_placement, only: shorter_step
+   use hampm_interface_placement, only: shorter_step
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part, &

@@ -10,7 +10,7 @@
 !> split (`hampm_matching`).
 !>
 !> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and bonds
-!> (`hampm_face_springs`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
+!> (`hampm_interface_points`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons

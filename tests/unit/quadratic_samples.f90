@@ -36,7 +36,7 @@ contains
       call build_grid(forest, m%grid, failure, solids=solids)
       call new_particles(n**2*forest%leaf_count(), m%particles, failure)
       m%particles%total_frame = .true.
-      m%springs%thickness = thickness_t(thickness)
+      m%interfaces%thickness = thickness_t(thickness)
       m%particles%thickness = thickness_t(thickness)
       m%materials = [new_material('sample', 'linear_elastic', .true., 2.0_dp, 0.3_dp, density)]
       do leaf = 1, forest%leaf_count()

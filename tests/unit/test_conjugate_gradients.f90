@@ -13,7 +13,7 @@ program test_conjugate_gradients
    real(dp) :: x(n), solution(n)
    integer :: i
 
-   ! A string of n springs that is held at both ends, under its weight: a parabola at its nodes, exactly
+   ! A string of n interface points that is held at both ends, under its weight: a parabola at its nodes, exactly
    call new_string(2.0_dp, string)
    call solve_by_cg(string, [(1.0_dp, i=1, n)], x, failure)
    solution = [(0.5_dp*i*(n + 1 - i), i=1, n)]

@@ -1,6 +1,6 @@
 !> The full mass matrix of quadratic cells that edges and cracks cut, with cells of several sizes: a velocity that is quadratic in the
 !> coordinates comes back from the momentum of its particles at all nodes, however little of a cell is left, and with it linear momentum and
-!> energy. So its condition is that of whole cells, and the masses of springs have no part of such a motion.
+!> energy. So its condition is that of whole cells, and the masses of interface points have no part of such a motion.
 program test_cut_mass
    use hampm_kinds, only: dp, ndim
    use hampm_energy, only: kinetic_energy, linear_momentum

@@ -132,7 +132,7 @@ contains
       call multiply_by_mass(m%grid, m%fields%mass_matrix, mass, field, y)
       call check_close(maxval(abs(y(:, :m%grid%n_nodes) - matmul(field(:, :m%grid%n_nodes), a))), 0.0_dp, 1.0e-14_dp, &
                        what//'the product with M')
-      kind = stiffness_kind_t(is_tangent=.true., on_springs=.false., mass_factor=c)
+      kind = stiffness_kind_t(is_tangent=.true., on_interfaces=.false., mass_factor=c)
       call factorise_stiffness(m, kind, [logical ::], k, failure)
       call check(.not. failure%failed(), what//'K + c M is factorised')
       call k%solve(m, b, u)

@@ -191,8 +191,8 @@ contains
       call unbalanced_force(m, force, internal)
    end subroutine force_of
 
-   !> Of a body that nothing holds the stiffness is only that of the springs: a force on each particle in proportion to its mass and
-   !> to a rigid motion moves the body by that motion, 1/spring as far. Any part of K that resists it would be seen as if it were
+   !> Of a body that nothing holds the stiffness is only that of the interface points: a force on each particle in proportion to its mass and
+   !> to a rigid motion moves the body by that motion, 1/interface point as far. Any part of K that resists it would be seen as if it were
    !> a hundred million times as large.
    subroutine resists_no_rigid_motion(mesh)
       integer, intent(in) :: mesh
@@ -206,7 +206,7 @@ contains
       call factorise(m, k, .false.)
       do i = 1, size(names)
          motion = linear_field(m, real(merge([1, 0], [0, 1], i == 1), dp)*merge(1, 0, i < 3), merge(turn, none, i == 3))
-         call k%solve(m, k%spring*quarters_of_mass(m)*motion, u)
+         call k%solve(m, k%point*quarters_of_mass(m)*motion, u)
          call check_close(maxval(abs(u - motion)), 0.0_dp, 1e-4_dp, trim(meshes(mesh))//': nothing resists '//trim(names(i)))
       end do
       call k%release()
@@ -278,7 +278,7 @@ contains
    end subroutine stretched
 
    !> The bar in two halves, one beside the other: tied they shrink under a pressure as one piece does; apart, nothing but the soft
-   !> springs stops the one that is pushed.
+   !> interface points stops the one that is pushed.
    subroutine pressed_halves(mesh)
       integer, intent(in) :: mesh
       type(motion_t) :: m

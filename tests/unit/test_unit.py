@@ -12,7 +12,7 @@ LONG = {("test_contact", "checked"), ("test_manufactured", "checked"), ("test_ma
         ("test_element_operators", "checked"), ("test_reference_step", "release"), ("test_cut_mass", "release"),
         ("test_crossing_levels", "checked"), ("test_patch", "checked"), ("test_cut_cells", "release"), ("test_newmark", "release"),
         ("test_changing_cells", "release"), ("test_quadratic_children", "release"), ("test_quadratic_cells", "release"), ("test_threads", "release"),
-        ("test_local_leapfrog", "release"), ("test_transition", "release"), ("test_domain_integral", "release"), ("test_face_springs", "release")}
+        ("test_local_leapfrog", "release"), ("test_transition", "release"), ("test_domain_integral", "release"), ("test_interface_points", "release")}
 
 
 @pytest.mark.parametrize(("program", "build"), [

@@ -1,4 +1,4 @@
-!> How the bonds ahead of a tip that grows in motion (`hampm_face_springs`) let go, and what this takes.
+!> How the bonds ahead of a tip that grows in motion (`hampm_interface_points`) let go, and what this takes.
 !>
 !> A node that were let go at once would ring. A bond that the tip has come to keeps the force that it has then, and this falls
 !>
@@ -10,8 +10,8 @@
 !> before and after.
 module hampm_bond_release
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: face_springs_t, spring_t, along, force_of, energy_of
-   use hampm_spring_placement, only: release_length
+   use hampm_interface_points, only: interfaces_t, interface_point_t, along, force_of, energy_of
+   use hampm_interface_placement, only: release_length
    implicit none
    private
    public :: let_go_behind, let_go_beyond, way_at, soften_released, work_of_release, foremost_released
@@ -20,26 +20,26 @@ contains
 
    !> Let the bonds go that a tip has passed; the force of those that have fades with its way and, once it has come to rest, goes on doing so.
    !> `taken` is the energy that they had stored.
-   pure subroutine let_go_behind(springs, tip, way, further, taken)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine let_go_behind(interfaces, tip, way, further, taken)
+      type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: way                !! that it has moved so far [m]
       real(dp), intent(in) :: further            !! by which forces fade beyond that [m]
       real(dp), intent(out) :: taken             !! [J]
       integer :: k
       taken = 0
-      do k = 1, springs%n
-         if (springs%list(k)%tip /= tip .or. springs%list(k)%way > way) cycle
-         if (.not. springs%list(k)%lets_go) call let_go(springs%list(k), taken)
-         springs%list(k)%kept = min(springs%list(k)%kept, max(0.0_dp, 1 - (way + further - springs%list(k)%way) &
-                                                                /(release_length*springs%list(k)%cell)))
+      do k = 1, interfaces%n
+         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%way > way) cycle
+         if (.not. interfaces%list(k)%lets_go) call let_go(interfaces%list(k), taken)
+         interfaces%list(k)%kept = min(interfaces%list(k)%kept, max(0.0_dp, 1 - (way + further - interfaces%list(k)%way) &
+                                                                /(release_length*interfaces%list(k)%cell)))
       end do
    end subroutine let_go_behind
 
    !> Let the bonds of a tip go whose traction is beyond a strength, up to a way of the tip. `taken` is the energy that they had stored. Beyond
    !> that way bonds hold: the tip has to come near first. `overload` is the largest traction over the strength of those.
-   pure subroutine let_go_beyond(springs, tip, strength, last, taken, overload)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine let_go_beyond(interfaces, tip, strength, last, taken, overload)
+      type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: strength           !! times the root of the size of the cell [Pa sqrt(m)]
       real(dp), intent(in) :: last               !! way up to which bonds let go [m]
@@ -49,122 +49,124 @@ contains
       integer :: k
       taken = 0
       overload = 0
-      do k = 1, springs%n
-         if (springs%list(k)%tip /= tip .or. springs%list(k)%lets_go) cycle
-         force = force_of(springs%list(k))
-         across = dot_product(force, springs%list(k)%normal)
-         force = force - min(across, 0.0_dp)*springs%list(k)%normal
-         traction = norm2(force)/(springs%thickness%at(springs%list(k)%place)*springs%list(k)%length &
-                                  *strength/sqrt(springs%list(k)%cell))
-         if (springs%list(k)%way > last) then
+      do k = 1, interfaces%n
+         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%lets_go) cycle
+         force = force_of(interfaces%list(k))
+         across = dot_product(force, interfaces%list(k)%normal)
+         force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
+         traction = norm2(force)/(interfaces%thickness%at(interfaces%list(k)%place)*interfaces%list(k)%length &
+                                  *strength/sqrt(interfaces%list(k)%cell))
+         if (interfaces%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
-            call let_go(springs%list(k), taken)
+            call let_go(interfaces%list(k), taken)
          end if
       end do
    end subroutine let_go_beyond
 
    !> Let a bond go.
-   pure subroutine let_go(spring, taken)
-      type(spring_t), intent(inout) :: spring
+   pure subroutine let_go(point, taken)
+      type(interface_point_t), intent(inout) :: point
       real(dp), intent(inout) :: taken           !! [J]
       real(dp) :: force(ndim), across, hold, stored
-      force = force_of(spring)
-      stored = energy_of(spring)
-      if (spring%line > 0) then                  ! pressure stays, and friction
-         across = min(0.0_dp, dot_product(force, spring%normal))
-         hold = dot_product(force, along(spring))
-         hold = sign(min(abs(hold), -spring%friction*across), hold)
-         force = force - across*spring%normal - hold*along(spring)
-         spring%touch = 0
-         if (across < 0) spring%touch = dot_product(spring%normal, spring%opening) - across/spring%stiffness
-         spring%slip = dot_product(along(spring), spring%opening) - hold/spring%stiffness
-         spring%pressed = -across/spring%stiffness
+      force = force_of(point)
+      stored = energy_of(point)
+      if (point%line > 0) then                  ! pressure stays, and friction
+         across = min(0.0_dp, dot_product(force, point%normal))
+         hold = dot_product(force, along(point))
+         hold = sign(min(abs(hold), -point%friction*across), hold)
+         force = force - across*point%normal - hold*along(point)
+         point%touch = 0
+         if (across < 0) point%touch = dot_product(point%normal, point%opening) - across/point%stiffness
+         point%slip = dot_product(along(point), point%opening) - hold/point%stiffness
+         point%pressed = -across/point%stiffness
       end if
-      spring%held = force
-      spring%start = spring%opening
-      spring%reached = 0
-      spring%lets_go = .true.
-      spring%stored = stored - energy_of(spring)
-      taken = taken + spring%stored
+      point%held = force
+      point%start = point%opening
+      point%reached = 0
+      point%lets_go = .true.
+      point%stored = stored - energy_of(point)
+      taken = taken + point%stored
    end subroutine let_go
 
    !> Length of crack for which the bonds of a tip that have let go would take a toughness now, by how they have opened since the step before [m]:
    !> a bond that keeps a part of its force has taken 1 less the square of this part.
-   pure real(dp) function way_at(springs, tip, toughness) result(way)
-      type(face_springs_t), intent(in) :: springs
+   pure real(dp) function way_at(interfaces, tip, toughness) result(way)
+      type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: toughness          !! [J/m2]
       integer :: k
       way = 0
-      do k = 1, springs%n
-         if (springs%list(k)%tip /= tip .or. .not. springs%list(k)%lets_go) cycle
-         associate (spring => springs%list(k))
-            way = way + spring%length*(spring%kept**2 - kept_at(spring, springs%thickness%at(spring%place)*toughness)**2)
+      do k = 1, interfaces%n
+         if (interfaces%list(k)%tip /= tip .or. .not. interfaces%list(k)%lets_go) cycle
+         associate (point => interfaces%list(k))
+            way = way + point%length*(point%kept**2 - kept_at(point, interfaces%thickness%at(point%place)*toughness)**2)
          end associate
       end do
    end function way_at
 
    !> Part of its force that a bond keeps now.
-   pure real(dp) function kept_at(spring, toughness) result(kept)
-      type(spring_t), intent(in) :: spring
+   pure real(dp) function kept_at(point, toughness) result(kept)
+      type(interface_point_t), intent(in) :: point
       real(dp), intent(in) :: toughness          !! times the thickness [J/m]
       real(dp) :: further, all
-      kept = spring%kept
+      kept = point%kept
       if (.not. kept > 0) return
-      associate (held => norm2(spring%held))
-         all = 2*(toughness*spring%length - spring%stored)
+      associate (held => norm2(point%held))
+         all = 2*(toughness*point%length - point%stored)
          if (.not. (held > 0 .and. all > 0)) then
             kept = 0
             return
          end if
-         further = opening_along(spring) - spring%reached
+         further = opening_along(point) - point%reached
          if (further > 0) kept = max(0.0_dp, kept - held*further/all)
       end associate
    end function kept_at
 
    !> How far a bond has opened along its force since it has let go [m].
-   pure real(dp) function opening_along(spring) result(opening)
-      type(spring_t), intent(in) :: spring
-      opening = dot_product(spring%opening - spring%start, spring%held)/norm2(spring%held)
+   pure real(dp) function opening_along(point) result(opening)
+      type(interface_point_t), intent(in) :: point
+      opening = dot_product(point%opening - point%start, point%held)/norm2(point%held)
    end function opening_along
 
    !> Let the forces of bonds that have let go follow their openings, at a toughness. `has_parted` tells whether any
    !> has lost all of its force.
-   pure subroutine soften_released(springs, tip, toughness, has_parted)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine soften_released(interfaces, tip, toughness, has_parted)
+      type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: toughness          !! [J/m2]
       logical, intent(out) :: has_parted
       integer :: k
       has_parted = .false.
-      do k = 1, springs%n
-         if (springs%list(k)%tip /= tip .or. .not. springs%list(k)%lets_go) cycle
-         springs%list(k)%kept = kept_at(springs%list(k), springs%thickness%at(springs%list(k)%place)*toughness)
-         if (norm2(springs%list(k)%held) > 0) springs%list(k)%reached = max(springs%list(k)%reached, opening_along(springs%list(k)))
-         has_parted = has_parted .or. .not. springs%list(k)%kept > 0
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%tip /= tip .or. .not. point%lets_go) cycle
+            point%kept = kept_at(point, interfaces%thickness%at(point%place)*toughness)
+            if (norm2(point%held) > 0) point%reached = max(point%reached, opening_along(point))
+            has_parted = has_parted .or. .not. point%kept > 0
+         end associate
       end do
    end subroutine soften_released
 
    !> What the forces of bonds that have let go take in a step [J]; where what they were at its start is given, with the forces that they had then.
-   pure real(dp) function work_of_release(springs, before, after, dt, start) result(work)
-      type(face_springs_t), intent(in) :: springs
+   pure real(dp) function work_of_release(interfaces, before, after, dt, start) result(work)
+      type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: before(:, :), after(:, :) !! velocities of the nodes that the forces of the step have changed [m/s],
                                                  !! (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
-      type(face_springs_t), intent(in), optional :: start
+      type(interfaces_t), intent(in), optional :: start
       real(dp) :: way(ndim), force(ndim)
       integer :: k, j
       work = 0
-      do k = 1, springs%n
-         if (.not. springs%list(k)%lets_go) cycle
-         force = fading_force(springs%list(k))
+      do k = 1, interfaces%n
+         if (.not. interfaces%list(k)%lets_go) cycle
+         force = fading_force(interfaces%list(k))
          if (present(start)) force = fading_force(start%list(k))
          if (.not. any(abs(force) > 0)) cycle
          way = 0
-         do j = 1, count(springs%list(k)%node > 0)
-            associate (node => springs%list(k)%node(j))
-               way = way + dt*springs%list(k)%share(j)*(before(:, node) + after(:, node))/2
+         do j = 1, count(interfaces%list(k)%node > 0)
+            associate (node => interfaces%list(k)%node(j))
+               way = way + dt*interfaces%list(k)%share(j)*(before(:, node) + after(:, node))/2
             end associate
          end do
          work = work + dot_product(force, way)
@@ -172,22 +174,22 @@ contains
    end function work_of_release
 
    !> What is left of the force of a bond that has let go, without that of faces that touch; the whole force of one that has not [N].
-   pure function fading_force(spring) result(force)
-      type(spring_t), intent(in) :: spring
+   pure function fading_force(point) result(force)
+      type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
-      force = force_of(spring)
-      if (spring%lets_go) force = spring%kept*spring%held
+      force = force_of(point)
+      if (point%lets_go) force = point%kept*point%held
    end function fading_force
 
    !> Way of a tip to the foremost bond that has let go [m]; 0 where none has.
-   pure real(dp) function foremost_released(springs, tip) result(way)
-      type(face_springs_t), intent(in) :: springs
+   pure real(dp) function foremost_released(interfaces, tip) result(way)
+      type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number
       integer :: k
       way = 0
-      do k = 1, springs%n
-         associate (spring => springs%list(k))
-            if (spring%tip == tip .and. spring%lets_go) way = max(way, spring%way + spring%length/2)
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%tip == tip .and. point%lets_go) way = max(way, point%way + point%length/2)
          end associate
       end do
    end function foremost_released

@@ -2,7 +2,7 @@
 !> of a piece may move, and a load on it would move these without end.
 !>
 !> On a side that a small piece has in common with another one, the jump of the derivative of the displacement normal to the side is held by
-!> springs, at the points of Gauss:
+!> interface points, at the points of Gauss:
 !>
 !>    energy = gamma E' t h/3 integral over the side of |du/dn of one - du/dn of the other|**2 ds/2,
 !>
@@ -16,7 +16,7 @@
 module hampm_ghost_penalty
    use hampm_kinds, only: dp, ndim, corners
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_face_springs, only: face_springs_t, bond, add_spring
+   use hampm_interface_points, only: interfaces_t, ghost, add_interface_point
    use hampm_forest, only: corner_offset
    use hampm_grid, only: grid_t
    use hampm_matter, only: matter_t
@@ -51,9 +51,9 @@ contains
       fill = part_of_cell(fill)
    end function fills_of_pieces
 
-   !> Add the springs on the sides of small pieces.
-   pure subroutine hold_small_pieces(springs, m)
-      type(face_springs_t), intent(inout) :: springs
+   !> Add the interface points on the sides of small pieces.
+   pure subroutine hold_small_pieces(interfaces, m)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp) :: fill(m%grid%n_elements), modulus(m%grid%n_elements), gamma(m%grid%n_elements)
       logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements)
@@ -84,7 +84,7 @@ contains
             do k = 1, size(others)
                associate (other => others(k))
                   if (max(gamma(e), gamma(other)) > 0 .and. is_held(e) .and. is_held(other)) &
-                     call hold_side(springs, m%grid, max(gamma(e), gamma(other))*max(modulus(e), modulus(other)), e, other, side)
+                     call hold_side(interfaces, m%grid, max(gamma(e), gamma(other))*max(modulus(e), modulus(other)), e, other, side)
                end associate
             end do
          end do
@@ -138,8 +138,8 @@ contains
    end function ends_of_side
 
    !> Hold the jump of the normal derivative on a side between two elements.
-   pure subroutine hold_side(springs, grid, modulus, e, other, direction)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine hold_side(interfaces, grid, modulus, e, other, direction)
+      type(interfaces_t), intent(inout) :: interfaces
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: modulus            !! gamma E' [Pa]
       integer, intent(in) :: e, other            !! below the side, and beyond it
@@ -147,22 +147,22 @@ contains
       real(dp) :: weight(corners, most_nodes_of_leaf), xi(ndim)
       integer :: master(most_nodes_of_leaf), n, j, k
       do k = 1, size(gauss)
-         call add_spring(springs, bond)
-         associate (s => springs%n)
+         call add_interface_point(interfaces, ghost)
+         associate (s => interfaces%n)
             xi(direction) = 1
             xi(3 - direction) = gauss(k)
-            springs%list(s)%place = grid%element_lower(:, e) + xi*grid%element_size(e)
+            interfaces%list(s)%place = grid%element_lower(:, e) + xi*grid%element_size(e)
             call grid%dofs%masters_of(grid%element_nodes(:, e), n, master, weight)
-            springs%list(s)%node(:n) = master(:n)
-            springs%list(s)%share(:n) = normal_derivative(e, xi, weight(:, :n))
-            springs%list(s)%n_left = n
+            interfaces%list(s)%node(:n) = master(:n)
+            interfaces%list(s)%share(:n) = normal_derivative(e, xi, weight(:, :n))
+            interfaces%list(s)%n_left = n
             xi(direction) = 0
             call grid%dofs%masters_of(grid%element_nodes(:, other), j, master, weight)
-            springs%list(s)%node(n + 1:n + j) = master(:j)
-            springs%list(s)%share(n + 1:n + j) = -normal_derivative(other, xi, weight(:, :j))
-            springs%list(s)%stiffness = modulus*springs%thickness%at(springs%list(s)%place)/(3*size(gauss))
-            springs%list(s)%length = grid%element_size(e)/size(gauss)
-            springs%list(s)%cell = grid%leaf_size(e)
+            interfaces%list(s)%node(n + 1:n + j) = master(:j)
+            interfaces%list(s)%share(n + 1:n + j) = -normal_derivative(other, xi, weight(:, :j))
+            interfaces%list(s)%stiffness = modulus*interfaces%thickness%at(interfaces%list(s)%place)/(3*size(gauss))
+            interfaces%list(s)%length = grid%element_size(e)/size(gauss)
+            interfaces%list(s)%cell = grid%leaf_size(e)
          end associate
       end do
    contains

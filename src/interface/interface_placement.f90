@@ -1,8 +1,8 @@
-!> Where the springs between the sides of cracks are (`hampm_face_springs`), on each new grid: layers of them in the leaves that
+!> Where the interface points between the sides of cracks are (`hampm_interface_points`), on each new grid: layers of them in the leaves that
 !> cracks end in, as bonds, and along cracks whose faces may touch, as contact.
 !>
-!> A node with little mass would tremble faster than any cell does: in explicit steps springs are weaker where they must be, so that
-!> with M the lumped masses the largest eigenvalue of M**-1 K of all springs by themselves is at most a part of that of the cells. With quadratic
+!> A node with little mass would tremble faster than any cell does: in explicit steps interface points are weaker where they must be, so that
+!> with M the lumped masses the largest eigenvalue of M**-1 K of all interface points by themselves is at most a part of that of the cells. With quadratic
 !> cells, whose masses where they are cut are not lumped, they are as at rest (docs/quadratic.md).
 !>
 !> The forces with which bonds begin where cells are cut through material that bears something: such that the cut changes nothing at that moment.
@@ -17,14 +17,14 @@
 !> cell: what is behind the tip is free. Least squares of x over the lengths of the bonds, damped where bonds
 !> are much shorter than a cell and could hold nodes only by tractions without bounds.
 !>
-!> Lumped masses of the nodes that springs between the faces of cracks hang on, and the forces on these.
-module hampm_spring_placement
+!> Lumped masses of the nodes that interface points between the faces of cracks hang on, and the forces on these.
+module hampm_interface_placement
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_face_springs, only: face_springs_t, spring_t, bond, contact, along, add_spring, force_of, face_force, overlap_of, &
-                                 energy_of, is_half, add_spring_forces
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, along, add_interface_point, force_of, &
+                                     face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_material, only: material_t
@@ -34,7 +34,7 @@ module hampm_spring_placement
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
-   public :: rebuild_springs, look_at_openings, shorter_step, eigenvalue_left, part_for, release_length
+   public :: rebuild_interfaces, look_at_openings, shorter_step, eigenvalue_left, part_for, release_length
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -52,21 +52,21 @@ module hampm_spring_placement
    !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_bond_release`).
    real(dp), parameter :: release_length = 2
 
-   !> The largest eigenvalue of the springs, over (c/h)**2 with c the speed of pressure waves; that of cells is 4 at least.
+   !> The largest eigenvalue of the interface points, over (c/h)**2 with c the speed of pressure waves; that of cells is 4 at least.
    real(dp), parameter :: most_of_cells = 1.2_dp
 
    !> Factor of the time step that is stable for whole cells, with cells that are cut, which multiply the largest eigenvalue by 1.27
-   !> at most, and with springs: 1/sqrt(1.27 + 1.2/4). Shorter steps leave springs more.
+   !> at most, and with interface points: 1/sqrt(1.27 + 1.2/4). Shorter steps leave interface points more.
    real(dp), parameter :: shorter_step = 0.79_dp
    real(dp), parameter :: of_cut_cells = 1.27_dp
 
-   !> A straight part of a line within a leaf, and the springs that are to be there.
+   !> A straight part of a line within a leaf, and the interface points that are to be there.
    type :: layer_t
-      integer :: kind = bond                     !! or `contact`
+      integer :: law = bonded                      !! or `contact`
       real(dp) :: from(ndim) = 0                 !! [m]
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
-      logical :: certain = .false.               !! whether springs are only to be where both pieces have particles of their own
+      logical :: certain = .false.               !! whether interface points are only to be where both pieces have particles of their own
       integer :: line = 0                        !! number of the crack, of `contact`
       integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
       real(dp) :: way = 0                        !! of that tip to `from` [m]
@@ -75,116 +75,116 @@ module hampm_spring_placement
 
 contains
 
-   !> Find the springs of a new grid. The openings of those that are new there are those of the particles beside them.
-   pure subroutine rebuild_springs(springs, m)
-      type(face_springs_t), intent(inout) :: springs
+   !> Find the interface points of a new grid. The openings of those that are new there are those of the particles beside them.
+   pure subroutine rebuild_interfaces(interfaces, m)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      type(face_springs_t) :: old
-      if (springs%n > 0) old = springs
-      springs%n = 0
-      springs%n_contact = 0
+      type(interfaces_t) :: old
+      if (interfaces%n > 0) old = interfaces
+      interfaces%n = 0
+      interfaces%n_contact = 0
       if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
-      if (m%grid%cut_cells%are_there()) call add_springs_of_cracks(springs, m, old)
+      if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       if (m%grid%is_quadratic()) then
-         call tie_small_pieces(springs, m)
-      else if (.not. springs%are_bounded) then
-         call hold_small_pieces(springs, m)
+         call tie_small_pieces(interfaces, m)
+      else if (.not. interfaces%are_bounded) then
+         call hold_small_pieces(interfaces, m)
       end if
-      if (springs%n > 0 .and. springs%are_bounded .and. .not. m%grid%is_quadratic()) call soften(springs, m)
-      call go_on(springs, old)
-   end subroutine rebuild_springs
+      if (interfaces%n > 0 .and. interfaces%are_bounded .and. .not. m%grid%is_quadratic()) call soften(interfaces, m)
+      call go_on(interfaces, old)
+   end subroutine rebuild_interfaces
 
    !> Add the bonds of all tips and the contact of all faces.
-   pure subroutine add_springs_of_cracks(springs, m, old)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine add_interfaces_of_cracks(interfaces, m, old)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      type(face_springs_t), intent(in) :: old    !! the bonds of tips that move, as they were
+      type(interfaces_t), intent(in) :: old    !! the bonds of tips that move, as they were
       logical, allocatable :: begins(:)
       integer :: k, s
       do k = 1, size(m%grid%cut_cells%ends)
          associate (end => m%grid%cut_cells%ends(k))
             associate (line => m%grid%cut_cells%lines(end%line))
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
-                  call add_bonds_of_way(springs, m, k, old)
+                  call add_bonds_of_way(interfaces, m, k, old)
                else if (end%leaf > 0) then
-                  call add_along(springs, m, reshape([end%tip, end%front], [ndim, 2]), &
-                                 layer_t(bond, tip=merge(0, k, m%particles%total_frame), face=line%face))
+                  call add_along(interfaces, m, reshape([end%tip, end%front], [ndim, 2]), &
+                                 layer_t(bonded, tip=merge(0, k, m%particles%total_frame), face=line%face))
                end if
             end associate
          end associate
       end do
-      allocate (begins(springs%n), source=.false.)
-      do s = 1, springs%n
-         if (springs%list(s)%tip == 0) cycle
-         associate (end => m%grid%cut_cells%ends(springs%list(s)%tip))
-            call begin_bond(springs%list(s), springs%thickness%at(springs%list(s)%place), old, &
+      allocate (begins(interfaces%n), source=.false.)
+      do s = 1, interfaces%n
+         if (interfaces%list(s)%tip == 0) cycle
+         associate (end => m%grid%cut_cells%ends(interfaces%list(s)%tip))
+            call begin_bond(interfaces%list(s), interfaces%thickness%at(interfaces%list(s)%place), old, &
                             m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
          end associate
       end do
-      if (.not. m%particles%total_frame .and. any(begins)) call balance_bonds(springs, begins, m)
+      if (.not. m%particles%total_frame .and. any(begins)) call balance_bonds(interfaces, begins, m)
       do k = 1, size(m%grid%cut_cells%lines)
          if (.not. m%grid%cut_cells%lines(k)%contact) cycle
-         s = springs%n
-         call add_contact(springs, m, k, certain=.false.)
-         call leave_to_bonds(springs, s)
+         s = interfaces%n
+         call add_contact(interfaces, m, k, certain=.false.)
+         call leave_to_bonds(interfaces, s)
       end do
-   end subroutine add_springs_of_cracks
+   end subroutine add_interfaces_of_cracks
 
    !> Drop contact where bonds are that have let go, whose faces press on each other by themselves.
-   pure subroutine leave_to_bonds(springs, n)
-      type(face_springs_t), intent(inout) :: springs
-      integer, intent(in) :: n                   !! number of springs before the contact was added
+   pure subroutine leave_to_bonds(interfaces, n)
+      type(interfaces_t), intent(inout) :: interfaces
+      integer, intent(in) :: n                   !! number of interface points before the contact was added
       real(dp), parameter :: reach = 0.55_dp     ! part of the length for which a bond stands that is on either side of it
       integer :: k, s, kept
       kept = n
-      do s = n + 1, springs%n
-         associate (spring => springs%list(s))
-            if (any([(springs%list(k)%lets_go .and. springs%list(k)%line == spring%line .and. &
-                      norm2(springs%list(k)%place - spring%place) <= reach*springs%list(k)%length, k=1, n)])) cycle
+      do s = n + 1, interfaces%n
+         associate (point => interfaces%list(s))
+            if (any([(interfaces%list(k)%lets_go .and. interfaces%list(k)%line == point%line .and. &
+                      norm2(interfaces%list(k)%place - point%place) <= reach*interfaces%list(k)%length, k=1, n)])) cycle
          end associate
          kept = kept + 1
-         springs%list(kept) = springs%list(s)
+         interfaces%list(kept) = interfaces%list(s)
       end do
-      springs%n_contact = springs%n_contact - (springs%n - kept)
-      springs%n = kept
+      interfaces%n_contact = interfaces%n_contact - (interfaces%n - kept)
+      interfaces%n = kept
    end subroutine leave_to_bonds
 
-   !> The largest eigenvalue over (c/h)**2 that steps leave to springs which are a part of those that `shorter_step` is for: with it
-   !> lambda_cells 1.27 + lambda_springs is what it is in these [-].
+   !> The largest eigenvalue over (c/h)**2 that steps leave to interface points which are a part of those that `shorter_step` is for: with it
+   !> lambda_cells 1.27 + lambda_interfaces is what it is in these [-].
    pure real(dp) function eigenvalue_left(part) result(most)
       real(dp), intent(in) :: part               !! [-]
       most = max(most_of_cells, 4*((of_cut_cells + most_of_cells/4)/part**2 - of_cut_cells))
    end function eigenvalue_left
 
-   !> The part of the present steps with which no spring would have to be weaker [-].
-   pure real(dp) function part_for(springs) result(part)
-      type(face_springs_t), intent(in) :: springs
-      part = sqrt((of_cut_cells + max(springs%most, most_of_cells)/4)/(of_cut_cells + springs%wanted/4))
+   !> The part of the present steps with which no interface point would have to be weaker [-].
+   pure real(dp) function part_for(interfaces) result(part)
+      type(interfaces_t), intent(in) :: interfaces
+      part = sqrt((of_cut_cells + max(interfaces%most, most_of_cells)/4)/(of_cut_cells + interfaces%wanted/4))
    end function part_for
 
-   !> Let springs that are where some have been before go on as these: particles tell of the opening only what a linear field between the
-   !> nodes would, and a mesh that changes somewhere else again and again would let springs forget the rest of it, and give back other work
+   !> Let interface points that are where some have been before go on as these: particles tell of the opening only what a linear field between the
+   !> nodes would, and a mesh that changes somewhere else again and again would let interface points forget the rest of it, and give back other work
    !> than they took. Faces that press on each other go on between new places too, with the pressure and the friction of the nearest.
-   pure subroutine go_on(springs, old)
-      type(face_springs_t), intent(inout) :: springs
-      type(face_springs_t), intent(in) :: old    !! those on the grid before
+   pure subroutine go_on(interfaces, old)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(interfaces_t), intent(in) :: old    !! those on the grid before
       real(dp), parameter :: same = 1e-9_dp      ! distance within which places are the same [cells]
       real(dp) :: distance, least
       integer :: s, k, i, nearest
       logical :: is_same
       k = 0
-      do s = 1, springs%n
-         associate (spring => springs%list(s))
-            if (spring%tip > 0 .and. .not. (spring%lets_go .and. spring%line > 0)) cycle ! see `begin_bond`
+      do s = 1, interfaces%n
+         associate (point => interfaces%list(s))
+            if (point%tip > 0 .and. .not. (point%lets_go .and. point%line > 0)) cycle ! see `begin_bond`
             least = huge(least)
             is_same = .false.
             do i = 1, old%n                      ! most follow each other as before
                k = k + 1
                if (k > old%n) k = 1
                associate (before => old%list(k))
-                  if (.not. is_before(before, spring)) cycle
-                  distance = norm2(before%place - spring%place)
-                  is_same = max(distance, abs(before%length - spring%length)) <= same*spring%cell
+                  if (.not. is_before(before, point)) cycle
+                  distance = norm2(before%place - point%place)
+                  is_same = max(distance, abs(before%length - point%length)) <= same*point%cell
                   if (.not. is_same .and. distance >= least) cycle
                   least = distance
                   nearest = k
@@ -193,62 +193,62 @@ contains
             end do
             if (.not. least < huge(least)) cycle
             associate (before => old%list(nearest))
-               if (is_same .and. spring%tip == 0) then
-                  spring%opening = way_round(spring, before)*before%opening
-                  spring%rate = way_round(spring, before)*before%rate
-               else if (spring%line == 0 .or. least > before%length) then
+               if (is_same .and. point%tip == 0) then
+                  point%opening = way_round(point, before)*before%opening
+                  point%rate = way_round(point, before)*before%rate
+               else if (point%line == 0 .or. least > before%length) then
                   cycle
                end if
-               if (spring%line > 0) call press_on(spring, before)
+               if (point%line > 0) call press_on(point, before)
             end associate
          end associate
       end do
    end subroutine go_on
 
-   !> Whether a spring that was there can be what another one goes on as: faces that press on each other may have been a bond that has let go.
-   pure logical function is_before(before, spring)
-      type(spring_t), intent(in) :: before, spring
-      is_before = before%line == spring%line
+   !> Whether an interface point that was there can be what another one goes on as: faces that press on each other may have been a bond that has let go.
+   pure logical function is_before(before, point)
+      type(interface_point_t), intent(in) :: before, point
+      is_before = before%line == point%line
       if (.not. is_before) return
-      if (spring%tip > 0) then
-         is_before = before%tip == spring%tip .and. before%lets_go
+      if (point%tip > 0) then
+         is_before = before%tip == point%tip .and. before%lets_go
       else
-         is_before = merge(before%tip == 0, before%lets_go, before%kind == spring%kind)
+         is_before = merge(before%tip == 0, before%lets_go, before%law == point%law)
       end if
    end function is_before
 
-   !> 1 where two springs have the same left face, else -1: bonds follow the way of their tip, contact the points of its crack.
+   !> 1 where two interface points have the same left face, else -1: bonds follow the way of their tip, contact the points of its crack.
    pure real(dp) function way_round(one, other)
-      type(spring_t), intent(in) :: one, other
+      type(interface_point_t), intent(in) :: one, other
       way_round = sign(1.0_dp, dot_product(one%normal, other%normal))
    end function way_round
 
    !> Let faces press on each other and hold each other along as others did, for each length; where those have parted these have.
-   pure subroutine press_on(spring, before)
-      type(spring_t), intent(inout) :: spring
-      type(spring_t), intent(in) :: before
+   pure subroutine press_on(point, before)
+      type(interface_point_t), intent(inout) :: point
+      type(interface_point_t), intent(in) :: before
       real(dp) :: force(ndim), across
-      force = way_round(spring, before)*spring%length/before%length*face_force(before)
-      associate (n => spring%normal, s => spring%stiffness)
+      force = way_round(point, before)*point%length/before%length*face_force(before)
+      associate (n => point%normal, s => point%stiffness)
          across = dot_product(n, force)/s
-         if (.not. across < 0) across = max(0.0_dp, merge(-overlap_of(before), dot_product(n, spring%opening), spring%tip > 0))
-         if (spring%tip > 0) then                ! its bond has an opening of its own
-            spring%touch = dot_product(n, spring%opening) - across
+         if (.not. across < 0) across = max(0.0_dp, merge(-overlap_of(before), dot_product(n, point%opening), point%tip > 0))
+         if (point%tip > 0) then                ! its bond has an opening of its own
+            point%touch = dot_product(n, point%opening) - across
          else
-            spring%opening = spring%opening + (across - dot_product(n, spring%opening))*n
+            point%opening = point%opening + (across - dot_product(n, point%opening))*n
          end if
-         spring%pressed = max(0.0_dp, -across)
-         spring%slip = dot_product(along(spring), spring%opening) - dot_product(along(spring), force)/s
+         point%pressed = max(0.0_dp, -across)
+         point%slip = dot_product(along(point), point%opening) - dot_product(along(point), force)/s
       end associate
    end subroutine press_on
 
    !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.
-   pure subroutine add_bonds_of_way(springs, m, tip, old)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine add_bonds_of_way(interfaces, m, tip, old)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       integer, intent(in) :: tip                 !! its number
-      type(face_springs_t), intent(in) :: old
+      type(interfaces_t), intent(in) :: old
       real(dp), allocatable :: points(:, :)
       real(dp) :: after
       integer :: k
@@ -260,8 +260,8 @@ contains
             do k = 1, old%n
                if (old%list(k)%tip == tip .and. old%list(k)%kept > 0) after = min(after, old%list(k)%way - old%list(k)%length/2)
             end do
-            call add_along(springs, m, points, &
-                           layer_t(bond, tip=tip, face=line%face, line=merge(end%line, 0, line%contact), &
+            call add_along(interfaces, m, points, &
+                           layer_t(bonded, tip=tip, face=line%face, line=merge(end%line, 0, line%contact), &
                                    friction=line%friction), after)
          end associate
       end associate
@@ -269,10 +269,10 @@ contains
 
    !> Begin with a bond of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
-   pure subroutine begin_bond(spring, thickness, old, grown, m, begins)
-      type(spring_t), intent(inout) :: spring
+   pure subroutine begin_bond(point, thickness, old, grown, m, begins)
+      type(interface_point_t), intent(inout) :: point
       real(dp), intent(in) :: thickness          !! of the material there [m]
-      type(face_springs_t), intent(in) :: old
+      type(interfaces_t), intent(in) :: old
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
       type(matter_t), intent(in) :: m
       logical, intent(out) :: begins             !! whether there was none before, and the crack has not come to it
@@ -282,43 +282,43 @@ contains
       nearest = 0
       least = huge(least)
       do k = 1, old%n
-         if (old%list(k)%tip /= spring%tip) cycle
-         distance = abs(old%list(k)%way - spring%way) + norm2(old%list(k)%place - spring%place)
+         if (old%list(k)%tip /= point%tip) cycle
+         distance = abs(old%list(k)%way - point%way) + norm2(old%list(k)%place - point%place)
          if (distance >= least) cycle
          least = distance
          nearest = k
       end do
       if (nearest > 0) then
-         if (least > max(old%list(nearest)%length, spring%length)) nearest = 0
+         if (least > max(old%list(nearest)%length, point%length)) nearest = 0
       end if
-      spring%start = spring%opening
+      point%start = point%opening
       if (nearest > 0) then
          associate (before => old%list(nearest))
-            spring%held = spring%length/before%length*merge(before%held, force_of(before), before%lets_go)
+            point%held = point%length/before%length*merge(before%held, force_of(before), before%lets_go)
             if (.not. m%particles%total_frame) &
-               spring%held = dot_product(spring%held, before%normal)*spring%normal + dot_product(spring%held, &
-                  along(before))*along(spring)
-            spring%stored = spring%length/before%length*merge(before%stored, energy_of(before), before%lets_go)
-            spring%lets_go = before%lets_go
-            spring%kept = before%kept
-            spring%reached = before%reached
-            if (spring%lets_go) spring%start = spring%opening - (before%opening - before%start)
+               point%held = dot_product(point%held, before%normal)*point%normal + dot_product(point%held, &
+                  along(before))*along(point)
+            point%stored = point%length/before%length*merge(before%stored, energy_of(before), before%lets_go)
+            point%lets_go = before%lets_go
+            point%kept = before%kept
+            point%reached = before%reached
+            if (point%lets_go) point%start = point%opening - (before%opening - before%start)
          end associate
-      else if (spring%way < grown) then
-         spring%lets_go = .true.
-         spring%kept = 0
-         if (spring%line > 0) spring%touch = min(0.0_dp, dot_product(spring%normal, spring%opening))
+      else if (point%way < grown) then
+         point%lets_go = .true.
+         point%kept = 0
+         if (point%line > 0) point%touch = min(0.0_dp, dot_product(point%normal, point%opening))
       else
          begins = .true.
-         spring%held = thickness*spring%length*traction_at(m, spring%place, spring%normal, face_of(spring))
+         point%held = thickness*point%length*traction_at(m, point%place, point%normal, face_of(point))
       end if
    end subroutine begin_bond
 
-   !> Which faces of a spring have material.
-   pure integer function face_of(spring)
-      type(spring_t), intent(in) :: spring
+   !> Which faces of an interface point have material.
+   pure integer function face_of(point)
+      type(interface_point_t), intent(in) :: point
       face_of = both_faces
-      if (is_half(spring)) face_of = merge(left_face, right_face, spring%n_left > 0)
+      if (is_half(point)) face_of = merge(left_face, right_face, point%n_left > 0)
    end function face_of
 
    !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
@@ -350,42 +350,42 @@ contains
       if (face /= both_faces) traction = dot_product(traction, normal)*normal
    end function traction_at
 
-   !> The least opening normal to a line, over the points where springs would be, and the largest jump between its faces [m]; 0
+   !> The least opening normal to a line, over the points where interface points would be, and the largest jump between its faces [m]; 0
    !> where there are none.
    pure subroutine look_at_openings(m, line, least, largest)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: line
       real(dp), intent(out) :: least, largest
       real(dp) :: jump(ndim)
-      type(face_springs_t) :: springs
+      type(interfaces_t) :: interfaces
       integer :: k
-      call add_contact(springs, m, line, certain=.true.)
+      call add_contact(interfaces, m, line, certain=.true.)
       least = 0
       largest = 0
-      do k = 1, springs%n
-         jump = springs%list(k)%opening
-         if (is_half(springs%list(k))) jump = 2*dot_product(springs%list(k)%normal, jump)*springs%list(k)%normal
-         least = min(least, dot_product(springs%list(k)%normal, jump))
+      do k = 1, interfaces%n
+         jump = interfaces%list(k)%opening
+         if (is_half(interfaces%list(k))) jump = 2*dot_product(interfaces%list(k)%normal, jump)*interfaces%list(k)%normal
+         least = min(least, dot_product(interfaces%list(k)%normal, jump))
          largest = max(largest, norm2(jump))
       end do
    end subroutine look_at_openings
 
    !> Add contact along a line, leaf by leaf, up to its tips.
-   pure subroutine add_contact(springs, m, line, certain)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine add_contact(interfaces, m, line, certain)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       integer, intent(in) :: line
       logical, intent(in) :: certain             !! see `layer_t`
       associate (of => m%grid%cut_cells%lines(line))
-         call add_along(springs, m, of%open_part(), &
+         call add_along(interfaces, m, of%open_part(), &
                         layer_t(contact, friction=of%friction, certain=certain, line=line, face=of%face))
       end associate
    end subroutine add_contact
 
    !> Add layers of a kind along a polyline, leaf by leaf: from one edge of a leaf to the next, whichever way one walks, along a grid line of the
    !> leaves of both faces; with `after` none that end before that way from its first point.
-   pure subroutine add_along(springs, m, points, kind, after)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine add_along(interfaces, m, points, kind, after)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp), intent(in) :: points(:, :)       !! [m]
       type(layer_t), intent(in) :: kind          !! without its ends
@@ -422,7 +422,7 @@ contains
                if (present(after)) then
                   if (way + to < after) leaf = outside
                end if
-               if (any(leaf /= outside)) call add_layer(springs, m, layer)
+               if (any(leaf /= outside)) call add_layer(interfaces, m, layer)
                from = to
             end do
             way = way + length
@@ -472,9 +472,9 @@ contains
       end do
    end function way_into
 
-   !> Add the springs of a layer, where there is material on both of its sides.
-   pure subroutine add_layer(springs, m, layer)
-      type(face_springs_t), intent(inout) :: springs
+   !> Add the interface points of a layer, where there is material on both of its sides.
+   pure subroutine add_layer(interfaces, m, layer)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(layer_t), intent(in) :: layer
       real(dp) :: x(ndim), normal(ndim), weight(m%grid%n_functions, most_nodes_of_leaf)
@@ -487,33 +487,33 @@ contains
             e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
             if (all(e == 0)) cycle
             if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle
-            call add_spring(springs, layer%kind)
-            associate (spring => springs%list(springs%n))
-               spring%opening = jump_between(m, e, x)
-               spring%place = x
-               spring%length = part(i)*norm2(to - from)
-               spring%normal = normal
-               spring%friction = layer%friction
-               spring%line = layer%line
-               spring%tip = layer%tip
-               spring%way = layer%way + (1 + place(i))/2*norm2(to - from)
-               call look_at_halves(m, e, x, spring%cell, spring%stiffness)
-               spring%stiffness = spring%stiffness*springs%thickness%at(x)*spring%length
+            call add_interface_point(interfaces, layer%law)
+            associate (point => interfaces%list(interfaces%n))
+               point%opening = jump_between(m, e, x)
+               point%place = x
+               point%length = part(i)*norm2(to - from)
+               point%normal = normal
+               point%friction = layer%friction
+               point%line = layer%line
+               point%tip = layer%tip
+               point%way = layer%way + (1 + place(i))/2*norm2(to - from)
+               call look_at_halves(m, e, x, point%cell, point%stiffness)
+               point%stiffness = point%stiffness*interfaces%thickness%at(x)*point%length
                n = 0
                do side = 1, faces
                   if (e(side) == 0) cycle
                   associate (element => nearest_carrier(m, e(side), x))
                      call m%grid%dofs%masters_of(m%grid%support_of(element), j, master, weight)
-                     spring%node(n + 1:n + j) = master(:j)
-                     spring%share(n + 1:n + j) = (3 - 2*side)*matmul(m%grid%functions_in(element, &
+                     point%node(n + 1:n + j) = master(:j)
+                     point%share(n + 1:n + j) = (3 - 2*side)*matmul(m%grid%functions_in(element, &
                                                                                          m%grid%local_coordinate(element, x)), &
                                                                      weight(:, :j))
                      n = n + j
-                     if (side == 1) spring%n_left = n
+                     if (side == 1) point%n_left = n
                   end associate
                end do
-               spring%slip = dot_product(along(spring), spring%opening)
-               spring%pressed = max(0.0_dp, -dot_product(normal, spring%opening))
+               point%slip = dot_product(along(point), point%opening)
+               point%pressed = max(0.0_dp, -dot_product(normal, point%opening))
             end associate
          end do
       end associate
@@ -541,35 +541,35 @@ contains
       stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
    end subroutine look_at_halves
 
-   !> Make springs weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
+   !> Make interface points weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
    !> faces and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
-   pure subroutine soften(springs, m)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine soften(interfaces, m)
+      type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       integer, parameter :: turns = 4
       integer, allocatable :: first(:), user(:)
-      real(dp) :: row(springs%n), most(springs%n), mass(m%grid%n_nodes), bound, edge
-      real(dp) :: full(springs%n)                ! stiffness as at rest, and in the end the part of it that is left
+      real(dp) :: row(interfaces%n), most(interfaces%n), mass(m%grid%n_nodes), bound, edge
+      real(dp) :: full(interfaces%n)                ! stiffness as at rest, and in the end the part of it that is left
       logical :: is_end(m%grid%n_nodes) ! at which the cut ends on a symmetry plane
       integer :: turn, k, l, i, j, u
-      bound = max(most_of_cells, springs%most)
-      full = springs%list(:springs%n)%stiffness
-      call list_users(springs, m%grid%n_nodes, first, user)
+      bound = max(most_of_cells, interfaces%most)
+      full = interfaces%list(:interfaces%n)%stiffness
+      call list_users(interfaces, m%grid%n_nodes, first, user)
       call sum_at_nodes(m, first(2:) > first(:m%grid%n_nodes), mass)
       is_end = .false.
-      do k = 1, springs%n
-         if (.not. is_half(springs%list(k))) cycle
-         do j = 1, count(springs%list(k)%node > 0)
-            associate (node => springs%list(k)%node(j))
+      do k = 1, interfaces%n
+         if (.not. is_half(interfaces%list(k))) cycle
+         do j = 1, count(interfaces%list(k)%node > 0)
+            associate (node => interfaces%list(k)%node(j))
                is_end(node) = .not. any(m%grid%cut_cells%freed_at(m%grid%node_position(:, node)))
             end associate
          end do
       end do
       where (is_end) mass = mass/2
-      do k = 1, springs%n
-         edge = springs%list(k)%cell                  ! of the largest cell with material around any of its nodes
-         do j = 1, count(springs%list(k)%node > 0)
-            associate (e => m%grid%dofs%elements_at(springs%list(k)%node(j)))
+      do k = 1, interfaces%n
+         edge = interfaces%list(k)%cell                  ! of the largest cell with material around any of its nodes
+         do j = 1, count(interfaces%list(k)%node > 0)
+            associate (e => m%grid%dofs%elements_at(interfaces%list(k)%node(j)))
                edge = max(edge, maxval([(merge(m%grid%leaf_size(e(i)), 0.0_dp, m%blocks%count_in(e(i)) > 0), i=1, size(e))]))
             end associate
          end do
@@ -577,27 +577,27 @@ contains
       end do
       do turn = 1, turns
          row = 0
-         do k = 1, springs%n
-            do i = 1, count(springs%list(k)%node > 0)
-               associate (node => springs%list(k)%node(i))
+         do k = 1, interfaces%n
+            do i = 1, count(interfaces%list(k)%node > 0)
+               associate (node => interfaces%list(k)%node(i))
                   do u = first(node), first(node + 1) - 1
                      l = user(u)
-                     do j = 1, count(springs%list(l)%node > 0)
-                        if (springs%list(l)%node(j) /= node) cycle
-                        row(k) = row(k) + abs(springs%list(k)%share(i)*springs%list(l)%share(j))/mass(node) &
-                                 *sqrt(springs%list(k)%stiffness*springs%list(l)%stiffness)
+                     do j = 1, count(interfaces%list(l)%node > 0)
+                        if (interfaces%list(l)%node(j) /= node) cycle
+                        row(k) = row(k) + abs(interfaces%list(k)%share(i)*interfaces%list(l)%share(j))/mass(node) &
+                                 *sqrt(interfaces%list(k)%stiffness*interfaces%list(l)%stiffness)
                      end do
                   end do
                end associate
             end do
          end do
-         if (turn == 1) springs%wanted = bound*maxval(row/most)
+         if (turn == 1) interfaces%wanted = bound*maxval(row/most)
          if (all(row <= most)) exit
-         where (row > most) springs%list(:springs%n)%stiffness = most/row*springs%list(:springs%n)%stiffness
+         where (row > most) interfaces%list(:interfaces%n)%stiffness = most/row*interfaces%list(:interfaces%n)%stiffness
       end do
-      full = springs%list(:springs%n)%stiffness/max(full, tiny(full))
-      springs%weakest = minval(full, mask=springs%list(:springs%n)%kind == bond .and. full > 0)
-      springs%weakest_contact = minval(full, mask=springs%list(:springs%n)%kind == contact)
+      full = interfaces%list(:interfaces%n)%stiffness/max(full, tiny(full))
+      interfaces%weakest = minval(full, mask=interfaces%list(:interfaces%n)%law == bonded .and. full > 0)
+      interfaces%weakest_contact = minval(full, mask=interfaces%list(:interfaces%n)%law == contact)
    end subroutine soften
 
    !> The largest speed of pressure waves [m/s].
@@ -607,59 +607,59 @@ contains
       fastest = maxval([(materials(k)%dilatational_wave_speed(), k=1, size(materials))])
    end function fastest
 
-   !> The springs that each node belongs to, in rows.
-   pure subroutine list_users(springs, n_nodes, first, user)
-      type(face_springs_t), intent(in) :: springs
+   !> The interface points that each node belongs to, in rows.
+   pure subroutine list_users(interfaces, n_nodes, first, user)
+      type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: n_nodes
       integer, allocatable, intent(out) :: first(:), user(:)
       integer :: k, j
       allocate (first(n_nodes + 1), source=0)
-      do k = 1, springs%n
-         do j = 1, count(springs%list(k)%node > 0)
-            first(springs%list(k)%node(j)) = first(springs%list(k)%node(j)) + 1
+      do k = 1, interfaces%n
+         do j = 1, count(interfaces%list(k)%node > 0)
+            first(interfaces%list(k)%node(j)) = first(interfaces%list(k)%node(j)) + 1
          end do
       end do
       do k = 2, n_nodes + 1
          first(k) = first(k - 1) + first(k)
       end do
       allocate (user(first(n_nodes + 1)))
-      do k = springs%n, 1, -1
-         do j = count(springs%list(k)%node > 0), 1, -1
-            user(first(springs%list(k)%node(j))) = k
-            first(springs%list(k)%node(j)) = first(springs%list(k)%node(j)) - 1
+      do k = interfaces%n, 1, -1
+         do j = count(interfaces%list(k)%node > 0), 1, -1
+            user(first(interfaces%list(k)%node(j))) = k
+            first(interfaces%list(k)%node(j)) = first(interfaces%list(k)%node(j)) - 1
          end do
       end do
       first = first + 1
    end subroutine list_users
 
    !> Let bonds that begin hold their faces together as the uncut cells did.
-   pure subroutine balance_bonds(springs, begins, m)
-      type(face_springs_t), intent(inout) :: springs
+   pure subroutine balance_bonds(interfaces, begins, m)
+      type(interfaces_t), intent(inout) :: interfaces
       logical, intent(in) :: begins(:)
       type(matter_t), intent(in) :: m
       real(dp), parameter :: firm = 0.005_dp     ! damping of least squares, over C M**-1 C' of a side of a cell: next to nothing but for short layers
-      real(dp) :: mass(m%grid%n_nodes), force(ndim, m%grid%n_nodes), held(m%grid%n_nodes), length(springs%n)
+      real(dp) :: mass(m%grid%n_nodes), force(ndim, m%grid%n_nodes), held(m%grid%n_nodes), length(interfaces%n)
       real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim)
       integer, allocatable :: new(:)
       real(dp) :: damping
       integer :: i, j, n, info
-      call load_nodes(springs, m, mass, force)
-      length = merge(springs%list(:springs%n)%length, 0.0_dp, begins)
-      held = parts_held(springs, length, m%grid%n_nodes)
+      call load_nodes(interfaces, m, mass, force)
+      length = merge(interfaces%list(:interfaces%n)%length, 0.0_dp, begins)
+      held = parts_held(interfaces, length, m%grid%n_nodes)
       damping = 0
-      new = pack([(i, i=1, springs%n)], begins)
+      new = pack([(i, i=1, interfaces%n)], begins)
       do i = 1, size(new)
-         associate (spring => springs%list(new(i)))
-            n = count(spring%node > 0)
-            damping = max(damping, firm*spring%cell*sum(spring%share(:n)**2/mass(spring%node(:n))))
+         associate (point => interfaces%list(new(i)))
+            n = count(point%node > 0)
+            damping = max(damping, firm*point%cell*sum(point%share(:n)**2/mass(point%node(:n))))
             x(i, :) = 0
             do j = 1, n
-               associate (node => spring%node(j))
-                  x(i, :) = x(i, :) + sqrt(spring%length)*spring%share(j)*held(node)*force(:, node)/mass(node)
+               associate (node => point%node(j))
+                  x(i, :) = x(i, :) + sqrt(point%length)*point%share(j)*held(node)*force(:, node)/mass(node)
                end associate
             end do
             do j = 1, size(new)
-               matrix(i, j) = sqrt(spring%length*springs%list(new(j))%length)*coupling(spring, springs%list(new(j)), mass)
+               matrix(i, j) = sqrt(point%length*interfaces%list(new(j))%length)*coupling(point, interfaces%list(new(j)), mass)
             end do
          end associate
       end do
@@ -669,13 +669,13 @@ contains
       call dposv('L', size(new), ndim, matrix, size(new), x, size(new), info)
       if (info /= 0) return                      ! no number: told elsewhere
       do i = 1, size(new)
-         springs%list(new(i))%held = springs%list(new(i))%held + sqrt(springs%list(new(i))%length)*x(i, :)
+         interfaces%list(new(i))%held = interfaces%list(new(i))%held + sqrt(interfaces%list(new(i))%length)*x(i, :)
       end do
    end subroutine balance_bonds
 
-   !> How fast a force of one spring opens another one, C M**-1 C' [1/kg].
+   !> How fast a force of one interface point opens another one, C M**-1 C' [1/kg].
    pure real(dp) function coupling(one, other, mass)
-      type(spring_t), intent(in) :: one, other
+      type(interface_point_t), intent(in) :: one, other
       real(dp), intent(in) :: mass(:)            !! lumped, of the nodes [kg]
       integer :: i, j
       coupling = 0
@@ -686,38 +686,38 @@ contains
       end do
    end function coupling
 
-   !> The parts of nodes that springs hold: of the function of a node along them, over that on a side of a cell.
-   pure function parts_held(springs, length, n_nodes) result(held)
-      type(face_springs_t), intent(in) :: springs
-      real(dp), intent(in) :: length(:)          !! [m], 0 of springs that do not matter
+   !> The parts of nodes that interface points hold: of the function of a node along them, over that on a side of a cell.
+   pure function parts_held(interfaces, length, n_nodes) result(held)
+      type(interfaces_t), intent(in) :: interfaces
+      real(dp), intent(in) :: length(:)          !! [m], 0 of interface points that do not matter
       integer, intent(in) :: n_nodes
       real(dp) :: held(n_nodes)
       integer :: k, j
       held = 0
-      do k = 1, springs%n
-         do j = 1, count(springs%list(k)%node > 0)
-            associate (of_node => held(springs%list(k)%node(j)))
-               of_node = of_node + abs(springs%list(k)%share(j))*length(k)/(springs%list(k)%cell/2)
+      do k = 1, interfaces%n
+         do j = 1, count(interfaces%list(k)%node > 0)
+            associate (of_node => held(interfaces%list(k)%node(j)))
+               of_node = of_node + abs(interfaces%list(k)%share(j))*length(k)/(interfaces%list(k)%cell/2)
             end associate
          end do
       end do
       held = min(1.0_dp, held)
    end function parts_held
 
-   !> Lumped masses of the nodes of springs, and the forces of the particles and the springs on them.
-   pure subroutine load_nodes(springs, m, mass, force)
-      type(face_springs_t), intent(in) :: springs
+   !> Lumped masses of the nodes of interface points, and the forces of the particles and the interface points on them.
+   pure subroutine load_nodes(interfaces, m, mass, force)
+      type(interfaces_t), intent(in) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp), intent(out) :: mass(:)           !! [kg]
       real(dp), intent(out) :: force(:, :)       !! [N], (ndim, nodes)
       logical :: is_wanted(size(mass))
       integer :: k
       is_wanted = .false.
-      do k = 1, springs%n
-         is_wanted(pack(springs%list(k)%node, springs%list(k)%node > 0)) = .true.
+      do k = 1, interfaces%n
+         is_wanted(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
       end do
       call sum_at_nodes(m, is_wanted, mass, force)
-      call add_spring_forces(springs, force)
+      call add_interface_forces(interfaces, force)
    end subroutine load_nodes
 
    !> Masses of some nodes, and the forces of the particles on them, with what hanging nodes give them; 0 of the others.
@@ -744,4 +744,4 @@ contains
       ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by
       where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
    end subroutine sum_at_nodes
-end module hampm_spring_placement
+end module hampm_interface_placement

@@ -1,7 +1,7 @@
-!> Where springs between the faces of cracks are: all along a crack, whatever pieces of cells it leaves, on cells of several sizes.
-program test_face_springs
+!> Where interface points between the faces of cracks are: all along a crack, whatever pieces of cells it leaves, on cells of several sizes.
+program test_interface_points
    use hampm_kinds, only: dp, ndim
-   use hampm_face_springs, only: contact
+   use hampm_interface_points, only: contact
    use hampm_failure, only: failure_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_reading, only: understand_scene
@@ -22,7 +22,7 @@ program test_face_springs
 
 contains
 
-   !> A crack somewhere in a plate with three sizes of cells: its springs stand for the whole of it. Quarters of cells beside finer ones without a
+   !> A crack somewhere in a plate with three sizes of cells: its interface points stand for the whole of it. Quarters of cells beside finer ones without a
    !> particle had none, up to 5 % of a crack.
    subroutine look_at_crack(number)
       integer, intent(in) :: number
@@ -46,9 +46,10 @@ contains
       if (.not. failure%failed()) call build(scene, 1, s, failure)
       call check(.not. failure%failed(), 'scene '//to_text(number)//' is built')
       if (failure%failed()) return
-      associate (springs => s%motion%springs)
-         call check_close(sum(springs%list(:springs%n)%length, mask=springs%list(:springs%n)%kind == contact), 2*half, 1e-6_dp, &
+      associate (interfaces => s%motion%interfaces)
+         call check_close(sum(interfaces%list(:interfaces%n)%length, mask=interfaces%list(:interfaces%n)%law == contact), &
+                          2*half, 1e-6_dp, &
                           'springs stand for all of crack '//to_text(number))
       end associate
    end subroutine look_at_crack
-end program test_face_springs
+end program test_interface_points

@@ -1,0 +1,513 @@
+!> Interfaces between cells: an array of points with two sides, each a set of nodes with weights, and a law that gives the force across
+!> the jump between them. Where they are is found by `hampm_interface_placement`.
+!>
+!> The jump at a point is what the shape functions make of the displacements of the nodes of both sides,
+!>
+!>    g = sum over nodes of c_j u_j,   force on node j   -c_j f(g),
+!>
+!> and follows these in every step, in the total frame.
+!>
+!> `bonded`: a cell in which a crack ends is cut as a whole, and what of its cut lies ahead of the tip is held together by a layer of
+!> points. So the crack of the cells grows with that of the scene, and not by whole cells.
+!>
+!> Ahead of a tip that grows in motion more than one cell may be cut. A bond there begins with the traction that the material had, holds
+!> on as a spring, and lets go when the tip has come to it; how its force then falls is `hampm_bond_release`'s matter.
+!>
+!> On a symmetry plane there is one face, and what it is bonded to is its mirror image: the opening g of such a half bond is the
+!> displacement of the face, half of that of the whole crack, only its part normal to the plane has a force, and its energy is that
+!> of the half.
+!>
+!> `contact`: where the faces would go through each other the points push them apart, and with friction they hold them along the face, up
+!> to the coefficient times the pressure; what is beyond slides (return mapping). The overlap that presses is the compliance of the
+!> layer, that of a third of a cell. While equilibrium is looked for what friction can hold may be given (`hold_friction`): then forces
+!> have a convex potential.
+!>
+!> `ghost`: what holds the nodes of small pieces of cells to the field of fuller ones (`hampm_ghost_penalty`, `hampm_small_pieces`). The
+!> jump is one of derivatives, or from a continued field. Such points may have a mass m too, which moves with the rate w of their jump as particles do
+!> with the velocity: it gives m c_j w to the momentum of node j, and w gains c.a dt.
+!>
+!> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
+module hampm_interface_points
+   use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_mass_ties, only: mass_ties_t
+   use hampm_text, only: to_text
+   use hampm_thickness, only: thickness_t
+   implicit none
+   private
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, along, add_interface_forces, stretch_interfaces, &
+             open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, face_force, &
+             overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, keep_interfaces, &
+             add_interface_point, is_half, mass_ties_of, add_interface_momentum, kick_interfaces, energy_of_rates, &
+             add_interface_resistance
+
+   integer, parameter :: bonded = 1, contact = 2, ghost = 3 !! law of an interface point
+   integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
+   integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
+
+   !> An interface point.
+   type :: interface_point_t
+      integer :: law = bonded                      !! `bonded`, `contact` or `ghost`
+      integer :: node(2*most_nodes_of_leaf) = 0  !! whose displacement matters, 0 behind the last
+      integer :: n_left = 0                      !! how many of them are those of the left face, which come first
+      real(dp) :: share(2*most_nodes_of_leaf) = 0 !! c_j [-]
+      real(dp) :: stiffness = 0                  !! s [N/m]
+      real(dp) :: place(ndim) = 0                !! on the line [m]
+      real(dp) :: length = 0                     !! of the line that it stands for [m]
+      real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
+      real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
+      real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
+      real(dp) :: slip = 0                       !! sliding at which they hold each other without a force along them [m]
+      real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
+      real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
+                                                 !! pressure [m]
+      integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
+      integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
+      real(dp) :: way = 0                        !! of that tip from where it was at first to the bond [m]
+      real(dp) :: cell = 0                       !! size of the cell there [m]
+      real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
+      real(dp) :: start(ndim) = 0                !! [m]
+      logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
+      real(dp) :: kept = 1                       !! [-]
+      real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
+      real(dp) :: mass = 0                       !! m [kg]
+      real(dp) :: rate(ndim) = 0                 !! w [m/s]
+      real(dp) :: stored = 0                     !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
+   end type interface_point_t
+
+   !> All interface points.
+   type :: interfaces_t
+      type(thickness_t) :: thickness             !! of the material
+      logical :: are_bounded = .true.            !! whether explicit steps have to be stable
+      real(dp) :: most = 0                       !! largest eigenvalue that the steps of the run leave them then, over (c/h)**2 [-]
+      real(dp) :: wanted = 0                     !! the one that they would have with all of their stiffness, the same [-]
+      real(dp) :: weakest = 1                    !! part of its stiffness that the weakest bond has [-]
+      real(dp) :: weakest_contact = 1            !! and the weakest interface point for contact [-]
+      logical :: are_moving = .true.             !! whether they have masses, where they may
+      integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
+                                                 !! for none
+      integer :: n = 0                           !! number of interface points
+      integer :: n_contact = 0                   !! of which are for contact
+      real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
+      real(dp) :: loss = 0                       !! energy taken by friction [J]
+      type(interface_point_t), allocatable :: list(:)     !! (n at least)
+   end type interfaces_t
+
+contains
+
+   !> Unit vector along the line of an interface point.
+   pure function along(point) result(t)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: t(ndim)
+      t = [point%normal(2), -point%normal(1)]
+   end function along
+
+   !> Whether a bond is one to the mirror image of a face: the nodes of the other face are missing.
+   pure logical function is_half(point)
+      type(interface_point_t), intent(in) :: point
+      is_half = point%n_left == 0 .or. point%node(point%n_left + 1) == 0
+   end function is_half
+
+   !> How far a bond has been stretched since it began [m].
+   pure function stretch_of(point) result(stretch)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: stretch(ndim)
+      stretch = point%opening - point%start
+      if (is_half(point)) stretch = dot_product(stretch, point%normal)*point%normal
+   end function stretch_of
+
+   !> Whether an interface point is one of faces that are free to part.
+   pure logical function is_free(point)
+      type(interface_point_t), intent(in) :: point
+      is_free = point%law == contact .or. point%lets_go
+   end function is_free
+
+   !> What an interface point does.
+   pure integer function state_of(point) result(state)
+      type(interface_point_t), intent(in) :: point
+      logical :: holds
+      state = sticks
+      if (.not. is_free(point)) return
+      holds = point%friction > 0
+      if (holds) holds = abs(sliding_of(point)) <= limit_of(point)
+      if (.not. holds) state = slides
+      if (overlap_of(point) < 0) state = merge(sticks_apart, is_open, holds .and. point%most_held >= 0)
+   end function state_of
+
+   !> By how much faces overlap; below 0 where they have parted [m].
+   pure real(dp) function overlap_of(point) result(overlap)
+      type(interface_point_t), intent(in) :: point
+      overlap = point%touch - dot_product(point%normal, point%opening)
+   end function overlap_of
+
+   !> How far faces have slid from where they would hold each other without a force along them [m].
+   pure real(dp) function sliding_of(point) result(sliding)
+      type(interface_point_t), intent(in) :: point
+      sliding = dot_product(along(point), point%opening) - point%slip
+   end function sliding_of
+
+   !> What friction holds at most, over the stiffness [m].
+   pure real(dp) function limit_of(point) result(limit)
+      type(interface_point_t), intent(in) :: point
+      limit = point%friction*max(overlap_of(point), 0.0_dp)
+      if (point%most_held >= 0) limit = point%most_held
+   end function limit_of
+
+   !> Force by which faces that touch resist to be parted [N].
+   pure function face_force(point) result(force)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: force(ndim), sliding
+      sliding = sliding_of(point)
+      force = point%stiffness*(sign(min(limit_of(point), abs(sliding)), sliding)*along(point) &
+                                - max(overlap_of(point), 0.0_dp)*point%normal)
+   end function face_force
+
+   !> Let friction hold no more than what follows from the present pressure, whatever that becomes.
+   pure subroutine hold_friction(interfaces)
+      type(interfaces_t), intent(inout) :: interfaces
+      integer :: k
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            point%most_held = point%friction*max(0.0_dp, overlap_of(point))
+         end associate
+      end do
+   end subroutine hold_friction
+
+   !> Whether there is friction.
+   pure logical function have_friction(interfaces)
+      type(interfaces_t), intent(in) :: interfaces
+      have_friction = interfaces%n_contact > 0
+      if (have_friction) have_friction = any(interfaces%list(:interfaces%n)%friction > 0)
+   end function have_friction
+
+   !> What all interface points do: a matrix that was factorised fits as long as this stays.
+   pure function interface_states(interfaces) result(states)
+      type(interfaces_t), intent(in) :: interfaces
+      integer :: states(interfaces%n), k
+      states = [(state_of(interfaces%list(k)), k=1, interfaces%n)]
+   end function interface_states
+
+   !> Force by which an interface point resists its opening [N].
+   pure function force_of(point) result(force)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: force(ndim)
+      if (.not. is_free(point)) then
+         force = point%held + point%stiffness*stretch_of(point)
+      else
+         force = face_force(point)
+         if (point%lets_go) force = force + point%kept*point%held
+      end if
+   end function force_of
+
+   !> What an interface point of contact tells of the faces there: the force by which they resist being parted, and the change of their opening
+   !> along a direction, by that at its neighbours. `is_there` is false for bonds and where faces have parted.
+   pure subroutine look_at_faces(interfaces, k, direction, force, slope, is_there)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      real(dp), intent(out) :: force(ndim)       !! [N]
+      real(dp), intent(out) :: slope(ndim)       !! [-]
+      logical, intent(out) :: is_there
+      integer :: before, after
+      real(dp) :: way
+      force = 0
+      slope = 0
+      is_there = is_free(interfaces%list(k))
+      if (is_there) is_there = state_of(interfaces%list(k)) /= is_open
+      if (.not. is_there) return
+      force = face_force(interfaces%list(k))
+      before = merge(k - 1, k, is_next(max(k - 1, 1)))
+      after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
+      way = dot_product(interfaces%list(after)%place - interfaces%list(before)%place, direction)
+      if (abs(way) > 0) slope = (interfaces%list(after)%opening - interfaces%list(before)%opening)/way
+
+   contains
+
+      !> Whether another interface point is one of the same crack, on the same straight part of it.
+      pure logical function is_next(other)
+         integer, intent(in) :: other
+         is_next = other /= k .and. is_free(interfaces%list(other)) .and. interfaces%list(other)%line == interfaces%list(k)%line &
+                   .and. norm2(interfaces%list(other)%normal - interfaces%list(k)%normal) <= 1e-6_dp
+      end function is_next
+   end subroutine look_at_faces
+
+   !> Whether an interface point is for contact and its faces press on each other.
+   pure logical function is_pressed(point)
+      type(interface_point_t), intent(in) :: point
+      is_pressed = point%law == contact
+      if (is_pressed) is_pressed = state_of(point) /= is_open
+   end function is_pressed
+
+   !> Change of that force with the opening, without what friction changes with the pressure, which is not symmetric [N/m].
+   pure function interface_stiffness(point, caution) result(tangent)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: tangent(ndim, ndim)
+      real(dp) :: of_normal, of_tangent          ! parts of the stiffness
+      real(dp), intent(in) :: caution            !! see `interfaces_t`
+      integer :: i, j, state
+      tangent = 0
+      state = state_of(point)
+      if (point%lets_go .and. state == is_open) return
+      of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
+      of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
+      if (is_half(point)) of_tangent = 0
+      associate (n => point%normal, t => along(point), s => point%stiffness)
+         do j = 1, ndim
+            do i = 1, ndim
+               tangent(i, j) = s*(of_normal*n(i)*n(j) + of_tangent*t(i)*t(j))
+            end do
+         end do
+      end associate
+   end function interface_stiffness
+
+   !> Add the forces of the interface points on the nodes [N].
+   pure subroutine add_interface_forces(interfaces, force)
+      type(interfaces_t), intent(in) :: interfaces
+      real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
+      integer :: k
+      do k = 1, interfaces%n
+         call give_nodes(interfaces%list(k), -force_of(interfaces%list(k)), force)
+      end do
+   end subroutine add_interface_forces
+
+   !> Give the nodes of an interface point their shares of something.
+   pure subroutine give_nodes(point, what, field)
+      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: what(ndim)
+      real(dp), intent(inout) :: field(:, :)     !! (ndim, n_points)
+      integer :: j
+      do j = 1, count(point%node > 0)
+         field(:, point%node(j)) = field(:, point%node(j)) + point%share(j)*what
+      end do
+   end subroutine give_nodes
+
+   !> Add the forces by which interface points, as they are, resist a small displacement of the nodes [N].
+   pure subroutine add_interface_resistance(interfaces, u, force)
+      type(interfaces_t), intent(in) :: interfaces
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
+      integer :: k
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            call give_nodes(point, matmul(interface_stiffness(point, interfaces%caution), opening_by(point, u)), force)
+         end associate
+      end do
+   end subroutine add_interface_resistance
+
+   !> What opens an interface point of a field of the nodes.
+   pure function opening_by(point, field) result(opening)
+      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
+      real(dp) :: opening(ndim)
+      integer :: j
+      opening = 0
+      do j = 1, count(point%node > 0)
+         opening = opening + point%share(j)*field(:, point%node(j))
+      end do
+   end function opening_by
+
+   !> Let the openings follow a displacement of the nodes, `scale` times a field.
+   pure subroutine stretch_interfaces(interfaces, field, scale)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
+      real(dp), intent(in) :: scale
+      integer :: k
+      do k = 1, interfaces%n
+         interfaces%list(k)%opening = interfaces%list(k)%opening + scale*opening_by(interfaces%list(k), field)
+      end do
+   end subroutine stretch_interfaces
+
+   !> Open the bonds that no tip lets go as far as a displacement of the nodes since the start does. Those that are new on a mesh do not begin with what
+   !> the field bears there, and of two at one place, on pieces of either side of a crack, each has its own.
+   pure subroutine open_interfaces(interfaces, displacement)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp), intent(in) :: displacement(:, :) !! [m], (ndim, n_points)
+      integer :: k
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%law /= contact .and. point%tip == 0) point%opening = opening_by(point, displacement)
+         end associate
+      end do
+   end subroutine open_interfaces
+
+   !> The masses of interface points, as those that a mass matrix has beside the particles.
+   pure function mass_ties_of(interfaces) result(ties)
+      type(interfaces_t), intent(in) :: interfaces
+      type(mass_ties_t) :: ties
+      integer :: k
+      if (interfaces%n > 0) ties%n = count(interfaces%list(:interfaces%n)%mass > 0)
+      if (ties%n == 0) return
+      allocate (ties%node(2*most_nodes_of_leaf, ties%n), ties%share(2*most_nodes_of_leaf, ties%n))
+      ties%mass = pack(interfaces%list(:interfaces%n)%mass, interfaces%list(:interfaces%n)%mass > 0)
+      ties%n = 0
+      do k = 1, interfaces%n
+         if (.not. interfaces%list(k)%mass > 0) cycle
+         ties%n = ties%n + 1
+         ties%node(:, ties%n) = interfaces%list(k)%node
+         ties%share(:, ties%n) = interfaces%list(k)%share
+      end do
+   end function mass_ties_of
+
+   !> Add the momentum of the interface points at the nodes [kg m/s].
+   pure subroutine add_interface_momentum(interfaces, momentum)
+      type(interfaces_t), intent(in) :: interfaces
+      real(dp), intent(inout) :: momentum(:, :)  !! (ndim, n_points)
+      integer :: k
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%mass > 0) call give_nodes(point, point%mass*point%rate, momentum)
+         end associate
+      end do
+   end subroutine add_interface_momentum
+
+   !> Let the masses of interface points follow an acceleration of the nodes. `energy` is the sum of m |dw|**2/2 [J].
+   pure subroutine kick_interfaces(interfaces, acceleration, dt, energy)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(out) :: energy
+      real(dp) :: gain(ndim)
+      integer :: k
+      energy = 0
+      do k = 1, interfaces%n
+         if (.not. interfaces%list(k)%mass > 0) cycle
+         gain = dt*opening_by(interfaces%list(k), acceleration)
+         interfaces%list(k)%rate = interfaces%list(k)%rate + gain
+         energy = energy + interfaces%list(k)%mass*sum(gain**2)/2
+      end do
+   end subroutine kick_interfaces
+
+   !> Kinetic energy of the masses of interface points [J].
+   pure real(dp) function energy_of_rates(interfaces) result(energy)
+      type(interfaces_t), intent(in) :: interfaces
+      integer :: k
+      energy = sum([(interfaces%list(k)%mass*sum(interfaces%list(k)%rate**2)/2, k=1, interfaces%n)])
+   end function energy_of_rates
+
+   !> Let all be as before any load.
+   pure subroutine relax_interfaces(interfaces)
+      type(interfaces_t), intent(inout) :: interfaces
+      integer :: k
+      if (interfaces%n == 0) return
+      do k = 1, interfaces%n
+         interfaces%list(k)%opening = 0
+         interfaces%list(k)%slip = 0
+         interfaces%list(k)%pressed = 0
+      end do
+      interfaces%loss = 0
+   end subroutine relax_interfaces
+
+   !> After a step: what has slid stays so, under the mean of the friction at both ends of the step, and open faces hold each other
+   !> where they will meet.
+   pure subroutine settle_slip(interfaces)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp) :: sliding, pressed
+      integer :: k
+      if (interfaces%n_contact == 0) return
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (.not. is_free(point)) cycle
+            sliding = sliding_of(point)
+            pressed = max(0.0_dp, overlap_of(point))
+            select case (state_of(point))
+             case (is_open)
+               point%slip = dot_product(along(point), point%opening)
+             case (slides)
+               sliding = sliding - sign(point%friction*pressed, sliding)
+               interfaces%loss = interfaces%loss + point%stiffness*point%friction*(point%pressed + pressed)/2*abs(sliding)
+               point%slip = point%slip + sliding
+            end select
+            point%pressed = pressed
+         end associate
+      end do
+   end subroutine settle_slip
+
+   !> Energy that the interface points store [J].
+   pure real(dp) function interface_energy(interfaces) result(energy)
+      type(interfaces_t), intent(in) :: interfaces
+      integer :: k
+      energy = sum([(energy_of(interfaces%list(k)), k=1, interfaces%n)])
+   end function interface_energy
+
+   !> Energy that an interface point stores [J]: that of a bond since it began. One that has begun to let go stores none but that of faces that press on each other,
+   !> what it takes is lost.
+   pure real(dp) function energy_of(point) result(energy)
+      type(interface_point_t), intent(in) :: point
+      associate (stretch => stretch_of(point), s => point%stiffness)
+         if (is_free(point)) then
+            energy = sum(face_force(point)**2)/(2*s)
+         else
+            energy = point%stored + dot_product(point%held, stretch) + s*sum(stretch**2)/2
+         end if
+      end associate
+   end function energy_of
+
+   !> Add an interface point that nothing has stretched, without nodes.
+   pure subroutine add_interface_point(interfaces, law)
+      type(interfaces_t), intent(inout) :: interfaces
+      integer, intent(in) :: law
+      type(interface_point_t), allocatable :: more(:)
+      if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
+      if (interfaces%n == size(interfaces%list)) then
+         allocate (more(2*interfaces%n))
+         more(:interfaces%n) = interfaces%list
+         call move_alloc(more, interfaces%list)
+      end if
+      interfaces%n = interfaces%n + 1
+      interfaces%list(interfaces%n) = interface_point_t(law=law)
+      if (law /= contact) return
+      interfaces%list(interfaces%n)%touch = 0
+      interfaces%n_contact = interfaces%n_contact + 1
+   end subroutine add_interface_point
+
+   !> Keep interface points: in the updated frame they are where faces were when cells were cut last, and what they remember.
+   subroutine keep_interfaces(interfaces, archive)
+      type(interfaces_t), intent(inout) :: interfaces
+      class(archive_t), intent(inout) :: archive
+      integer :: n, j, d
+      n = interfaces%n
+      call archive%section('interface_points')
+      call archive%keep('number', n)
+      if (n == 0 .or. archive%failure%failed()) return
+      if (archive%is_read) then
+         interfaces%n = n
+         if (allocated(interfaces%list)) deallocate (interfaces%list)
+         allocate (interfaces%list(max(n, 64)))
+      end if
+      call archive%keep('n_contact', interfaces%n_contact)
+      call archive%keep('loss', interfaces%loss)
+      associate (of => interfaces%list(:n))
+         call archive%keep_integers('law', n, of%law)
+         call archive%keep_integers('n_left', n, of%n_left)
+         do j = 1, 2*most_nodes_of_leaf
+            call archive%keep_integers('node_'//to_text(j), n, of%node(j))
+            call archive%keep_reals('share_'//to_text(j), n, of%share(j))
+         end do
+         do d = 1, ndim
+            call archive%keep_reals('place_'//to_text(d), n, of%place(d))
+            call archive%keep_reals('normal_'//to_text(d), n, of%normal(d))
+            call archive%keep_reals('opening_'//to_text(d), n, of%opening(d))
+            call archive%keep_reals('held_'//to_text(d), n, of%held(d))
+            call archive%keep_reals('start_'//to_text(d), n, of%start(d))
+            call archive%keep_reals('rate_'//to_text(d), n, of%rate(d))
+         end do
+         call archive%keep_reals('stiffness', n, of%stiffness)
+         call archive%keep_reals('length', n, of%length)
+         call archive%keep_reals('friction', n, of%friction)
+         call archive%keep_reals('pressed', n, of%pressed)
+         call archive%keep_integers('line', n, of%line)
+         call archive%keep_integers('tip', n, of%tip)
+         call archive%keep_reals('way', n, of%way)
+         call archive%keep_reals('cell', n, of%cell)
+         call archive%keep_logicals('lets_go', n, of%lets_go)
+         call archive%keep_reals('kept', n, of%kept)
+         call archive%keep_reals('touch', n, of%touch)
+         call archive%keep_reals('slip', n, of%slip)
+         call archive%keep_reals('reached', n, of%reached)
+         call archive%keep_reals('stored', n, of%stored)
+         call archive%keep_reals('mass', n, of%mass)
+      end associate
+   end subroutine keep_interfaces
+end module hampm_interface_points
