@@ -35,7 +35,6 @@ module hampm_quadratic_points
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_grid, only: grid_t
    use hampm_matter, only: matter_t
-   use hampm_particles, only: particles_t
    use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, integrals_in_ring, polynomials_at, n_polynomials
    implicit none
    private
@@ -84,7 +83,7 @@ contains
                do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
                   x = m%particles%reference(i, :)
                   xi = m%grid%in_leaf(e, m%grid%local_coordinate(e, x))
-                  call give_area(m%particles, i, m%grid%forest%size_of(leaf)**ndim*product(w(min(int(xi*n) + 1, n))))
+                  call give_area(m, i, m%grid%forest%size_of(leaf)**ndim*product(w(min(int(xi*n) + 1, n))))
                end do
             end do
          end associate
@@ -181,15 +180,19 @@ contains
       m%grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
    end subroutine correct_gradients
 
-   !> Fit the volumes of the particles of a body, of all where no outlines are known, to the moments of the pieces of a leaf.
+   !> Fit the volumes of the particles of a body, of all where no outlines are known, to the moments of the pieces of a leaf. What pieces without
+   !> particles weigh, the others bear.
    subroutine fit_pieces(m, leaf, moments, body)
       type(matter_t), intent(inout) :: m
       integer, intent(in) :: leaf
       real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
       integer, intent(in) :: body
       real(dp), allocatable :: at_points(:, :), w(:)
-      integer, allocatable :: number(:)
+      integer, allocatable :: number(:), all(:)
+      real(dp) :: held                           ! area of the pieces with particles, over that of the leaf [-]
       integer :: piece, k
+      allocate (all(0))
+      held = 0
       do piece = 1, size(moments, 2)
          associate (first => m%grid%leaf_element(leaf) + corners*(piece - 1))
             number = particles_in(m%blocks, first, first + corners - 1)
@@ -202,12 +205,15 @@ contains
                end do
                w = fitted_weights(at_points, moments(:, piece))
                do k = 1, size(number)
-                  call give_area(m%particles, number(k), w(k)*edge**ndim)
+                  call give_area(m, number(k), w(k)*edge**ndim)
                end do
             end associate
             deallocate (at_points)
+            all = [all, number]
+            held = held + moments(1, piece)
          end associate
       end do
+      if (held > 0) m%particles%mass(all) = m%particles%mass(all)*sum(max(moments(1, :), 0.0_dp))/held
    end subroutine fit_pieces
 
    !> The particles in some elements.
@@ -220,15 +226,14 @@ contains
    end function particles_in
 
    !> Give a particle an area in the plane [m2], and the volume and mass that go with it.
-   subroutine give_area(p, i, area)
-      type(particles_t), intent(inout) :: p
+   subroutine give_area(m, i, area)
+      type(matter_t), intent(inout) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: area
-      real(dp) :: x(ndim), volume
-      x = p%reference(i, :)
-      volume = area*p%thickness%at(x)
-      p%mass(i) = p%mass(i)/p%volume(i)*volume
-      p%volume(i) = volume
+      real(dp) :: x(ndim)
+      x = m%particles%reference(i, :)
+      m%particles%volume(i) = area*m%particles%thickness%at(x)
+      m%particles%mass(i) = m%materials(m%particles%material(i))%density*m%particles%volume(i)
    end subroutine give_area
 
    !> The weights of some points.
